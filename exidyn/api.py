@@ -19,8 +19,8 @@ from exidyn.identify.fit.estimators import ESTIMATORS
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identification import identify as _identify
 from exidyn.identify.model import Model
-from exidyn.identify.pages.diagnosis import report_html as diagnosis_html
-from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.diagnosis_document import report_html as diagnosis_html
+from exidyn.identify.pages.fit_document import report_html
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import KnownPayload, Recording

@@ -10,7 +10,7 @@ WIDTH = 80
 """Columns of a page: what every terminal shows."""
 INDENT = 2
 """Columns that are left to who indents a table."""
-TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b")
+TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> ")
 """What no line begins with."""
 STAYS = "\N{NO-BREAK SPACE}"
 LEAST_SENTENCE = 20
@@ -22,18 +22,31 @@ MOST_NARROW = 5
 
 SMALL, LARGE = 1e-4, 1e7
 """Sizes below and above which a number is written with an exponent."""
+UNKNOWN = "-"
+"""Shown for a number that is not known."""
 
 
-def digits(value: float) -> str:
-    """A number with four significant digits; all digits before the point are kept."""
+def digits(value: float, significant: int = 4) -> str:
+    """A number with so many significant digits; all digits before the point are kept."""
+    value = float(value)
     if not np.isfinite(value):
-        return "-"
-    size = abs(value)
-    if value == 0:
+        return UNKNOWN
+    if value == 0.0:
         return "0"
-    if not SMALL <= size < LARGE:
-        return f"{value:.3e}"
-    return f"{value:.{max(0, 3 - int(np.floor(np.log10(size))))}f}"
+    mantissa, exponent = f"{value:.{significant - 1}e}".split("e")
+    if SMALL <= abs(value) < LARGE:
+        return f"{value:.{max(0, significant - 1 - int(exponent))}f}"
+    return f"{mantissa}e{int(exponent)}"
+
+
+def percent(share: float, significant: int = 2) -> str:
+    """A share in per cent, "97 %"; what is next to nothing or to all is bounded: "below 0.1 %"."""
+    if 0.0 < share < 1e-3:
+        return "below 0.1 %"
+    if 0.999 < share < 1.0:
+        return "above 99.9 %"
+    value = digits(100.0 * share, 3 if share > 0.99 else significant)
+    return f"{value.rstrip('0').rstrip('.') if '.' in value else value} %"
 
 
 def fixed(value: float, places: int) -> str:

@@ -10,6 +10,7 @@ from exidyn.identify.errors import RecordingError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
+from exidyn.identify.pages.compared_document import compared_text, differs
 from exidyn.identify.recordings.align import nearest
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
@@ -18,7 +19,7 @@ from exidyn.identify.simulation.comparison import Comparison, compare
 
 from ..arguments.common import add_robot, command_parser, number
 from ..arguments.outputs import add_json, require_json
-from ..terminal.comparison_text import comparison_table, comparison_text, differs
+from ..files.comparison_schema import comparison_table
 from ..terminal.json_output import hand_over, json_text
 
 EXAMPLES = (
@@ -37,7 +38,7 @@ def main(arguments: Sequence[str]) -> int:
         simulated = replace(simulated, name=str(given.simulated))
     found = _compared(simulated, recorded, given.offset, read_fit(given.fit) if given.fit else None)
     go_on = _go_on(given, simulated, recorded)
-    page = [comparison_text(found)]
+    page = [compared_text(found)]
     if differs(found):
         page += ["which physics that is:", *(f"  {line}" for line in go_on)]
     hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)

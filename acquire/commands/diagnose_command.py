@@ -11,12 +11,14 @@ from exidyn.identify.diagnosis.diagnose import Diagnosed, diagnosed
 from exidyn.identify.diagnosis.improved.forward import Forward, forward
 from exidyn.identify.diagnosis.refit import refit
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.diagnosis.words.summary import summary
+from exidyn.identify.diagnosis.words.diagnosis_file import as_json
+from exidyn.identify.document.text import text
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.file_names import distinct_stems
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.notebook import counted
-from exidyn.identify.pages.diagnosis.page_data import whole
+from exidyn.identify.pages.diagnosis_document import Diagnosed as ShownDiagnosis
+from exidyn.identify.pages.diagnosis_document import diagnosis_document
 from exidyn.identify.preparation.prepare import Filtering
 
 from ..arguments.common import command_parser
@@ -147,8 +149,8 @@ def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch
     fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
     progress.close()
-    text = json_text(whole(diagnosis, simulated, str(output)))
-    hand_over(summary(diagnosis, simulated, str(output)), text, given.json)
+    shown = ShownDiagnosis.of(diagnosis, simulated, str(output))
+    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.file)), given.json)
     print_written(*written)
     return found
 

@@ -89,7 +89,7 @@ def _text(found: Sequence[KindReport], new: int) -> str:
 
 
 def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate: float) -> None:
-    from exidyn.identify.pages.fleet.fleet_page import fleet_page
+    from exidyn.identify.pages.fleet_document import fleet_page
 
     links: dict[str, dict[str, str]] = {}
     for arm, row in last_runs(store).items():

@@ -10,7 +10,7 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
-from exidyn.identify.pages.fit.fit_summary import summary
+from exidyn.identify.pages.fit_document import summary
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
@@ -132,7 +132,7 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
 
 def _write(fit: Fit, given: argparse.Namespace) -> None:
     """Write fit.json and report.html, and show or save the view; print where on standard error."""
-    from exidyn.identify.pages.fit.report import write_report
+    from exidyn.identify.pages.fit_document import write_report
 
     folder = given.output
     write_fit(fit, folder / "fit.json")

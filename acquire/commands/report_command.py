@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identify.pages.combined import joined_html
+from exidyn.identify.pages.report_document import joined_html
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.common import add_robot, command_parser

@@ -1,9 +1,13 @@
 """Schema of the JSON file of a comparison: the types of its fields, and what has to agree between them."""
 
+from typing import Any
+
+import numpy as np
 from msgspec import Struct
 
+from exidyn.identify.pages.compared_document import verdict
 from exidyn.identify.schema import Name, Number, NumberOrNull, Size, check_length, check_rows
-from exidyn.identify.simulation.comparison import THIRDS
+from exidyn.identify.simulation.comparison import THIRDS, Comparison, Mismatch
 
 BY_JOINT = ("rms", "mean", "size", "noise")
 """A number a joint."""
@@ -53,3 +57,41 @@ class ComparisonFile(Struct, frozen=True, kw_only=True):
 
     def _by_joint(self, values: tuple, field: str) -> None:
         check_length(values, field, len(self.joints), "one a joint")
+
+
+def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]:
+    """The same in numbers, for JSON; what is no number is null.
+
+    Args:
+        comparison: What was found.
+        go_on: Commands that go on from here.
+    """
+    return {
+        "exidyn_comparison": 1,
+        "simulated": comparison.simulated,
+        "recorded": comparison.recorded,
+        "joints": list(comparison.joints),
+        "offset": comparison.offset,
+        "duration": comparison.duration,
+        "filter_hz": comparison.cutoff,
+        "mismatch": {one.quantity: _numbers(one) for one in comparison.mismatches},
+        "verdict": verdict(comparison),
+        "go_on": go_on,
+    }
+
+
+def _numbers(mismatch: Mismatch) -> dict[str, Any]:
+    return {
+        "units": list(mismatch.units),
+        **{name: _plain(getattr(mismatch, name)) for name in ("rms", "mean", "size", "noise")},
+        "regions": {
+            kind: {"edges": _plain(regions.edges), "rms": _plain(regions.rms)}
+            for kind, regions in mismatch.regions.items()
+        },
+    }
+
+
+def _plain(values: np.ndarray) -> list:
+    if values.ndim > 1:
+        return [_plain(row) for row in values]
+    return [float(value) if np.isfinite(value) else None for value in values]

@@ -7,14 +7,13 @@ from typing import Any
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
-from exidyn.identify.diagnosis.words.answer import answer
+from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
 from exidyn.identify.diagnosis.words.naming import effect_words
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_json, write_fit
 from exidyn.identify.model import Model
-from exidyn.identify.pages.diagnosis import report_html
-from exidyn.identify.pages.diagnosis.page_data import whole
+from exidyn.identify.pages.diagnosis_document import report_html
 from exidyn.identify.robot_files.robot_text import model_text
 
 from ..terminal.json_output import json_text, write_whole
@@ -27,7 +26,7 @@ def write_diagnosis(
     """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; name them."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
-        "diagnosis.json": json_text(whole(diagnosis, simulated, str(folder))),
+        "diagnosis.json": json_text(as_json(diagnosis_file(diagnosis, simulated, str(folder)))),
         "report.html": report_html(diagnosis, simulated, str(folder)),
     }
     if (model := found_model(diagnosis)) is not None:

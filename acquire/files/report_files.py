@@ -1,17 +1,17 @@
 """What `exidyn report` is given: which kind each file is, and what is read of it."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from exidyn.identify.diagnosis.words.diagnosis_file import array_of
 from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit_file import read_json
-from exidyn.identify.pages.combined import Compared
-from exidyn.identify.pages.diagnosis.page_data import PageData, from_table
+from exidyn.identify.pages.diagnosis_document import Diagnosed
+from exidyn.identify.pages.report_material import Compared
 from exidyn.identify.recordings.importers import kind_of
 from exidyn.identify.schema import checked
 from exidyn.identify.simulation.comparison import Comparison, Mismatch, Regions
@@ -108,28 +108,26 @@ def read_table(path: Path) -> dict[str, Any]:
     return table
 
 
-def read_page_data(path: Path) -> tuple[PageData, Traces | None]:
+def read_diagnosed(path: Path) -> tuple[Diagnosed, Traces | None]:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:
         NotAFile: It is damaged, of a later format, or the samples are those of another.
     """
-    table = read_diagnosis(path)
-    traces = traces_beside(path, table)
+    file = read_diagnosis(path)
+    traces = traces_beside(path, file)
     if traces is None:
-        return from_table(table), None
-    return replace(from_table(table, traces.traces, traces.simulated), noise=traces.noise), traces
+        return Diagnosed(file, array_of(file.noise)), None
+    return Diagnosed(file, traces.noise, traces.traces, traces.simulated), traces
 
 
-def read_diagnosis(path: Path) -> dict[str, Any]:
-    """The table of a diagnosis.
+def read_diagnosis(path: Path) -> DiagnosisFile:
+    """All of a diagnosis but its samples.
 
     Raises:
         NotAFile: It is of a later format, or a field cannot be; it is named.
     """
-    table = _of_format(path, "exidyn_diagnosis")
-    checked(table, DiagnosisFile, str(path))
-    return table
+    return checked(_of_format(path, "exidyn_diagnosis"), DiagnosisFile, str(path))
 
 
 def read_compared(path: Path) -> Compared:

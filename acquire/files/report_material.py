@@ -11,8 +11,8 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.verdict import counted
 from exidyn.identify.model import Model
-from exidyn.identify.pages.combined import Fitted, Material, Run
-from exidyn.identify.pages.diagnosis.page_data import PageData
+from exidyn.identify.pages.diagnosis_document import Diagnosed
+from exidyn.identify.pages.report_material import Fitted, Material, Run
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import EFFORT, JOG, SIMULATED, Recording
 from exidyn.identify.simulation.predicted import as_nominal, predicted
@@ -21,7 +21,7 @@ from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
 from .names import renamed, role_words
 from .payload_runs import PayloadRun, carrying
-from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_page_data
+from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_diagnosed
 from .traces_file import Traces
 
 
@@ -49,17 +49,17 @@ def material(
     joints = _one_arm(
         [
             *((str(path), fit.model.robot.joints) for path, fit in read),
-            *((str(path), diagnosis.joints) for path in paths[DIAGNOSIS] if diagnosis),
+            *((str(path), diagnosis.file.joints) for path in paths[DIAGNOSIS] if diagnosis),
             *((str(path), one.comparison.joints) for path, one in comparisons),
             *((one.name, one.robot.joints) for one in recordings),
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
     # Where the improved fit was made of runs whose faults were taken back, it predicts none as it is.
-    altered = diagnosis is not None and any(kind_of(one.effect).undo for one in diagnosis.findings)
+    altered = diagnosis is not None and any(kind_of(one.effect).undo for one in diagnosis.file.findings)
     known = () if altered else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
-    added = diagnosis is not None and bool(diagnosis.findings)
+    added = diagnosis is not None and bool(diagnosis.file.findings)
     improved = [_improved(*one, known, progress) for one in read if added and one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
@@ -73,7 +73,7 @@ def material(
     )
 
 
-def _diagnosis(paths: Sequence[Path]) -> tuple[PageData | None, Traces | None]:
+def _diagnosis(paths: Sequence[Path]) -> tuple[Diagnosed | None, Traces | None]:
     """The diagnosis and its samples, if there is one.
 
     Raises:
@@ -81,7 +81,7 @@ def _diagnosis(paths: Sequence[Path]) -> tuple[PageData | None, Traces | None]:
     """
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
-    return read_page_data(paths[0]) if paths else (None, None)
+    return read_diagnosed(paths[0]) if paths else (None, None)
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:

@@ -1,6 +1,5 @@
 """traces.npz: the samples behind a diagnosis, for those who look at it later."""
 
-from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,6 +8,7 @@ import numpy as np
 
 from exidyn.identify.diagnosis.findings.finding import Evidence, Trace
 from exidyn.identify.diagnosis.improved.forward import Forward
+from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
@@ -72,12 +72,12 @@ def read_traces(path: Path) -> Traces:
         raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
 
 
-def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
+def traces_beside(path: Path, diagnosis: DiagnosisFile) -> Traces | None:
     """The samples behind a diagnosis, if there are any beside it.
 
     Args:
         path: Of diagnosis.json.
-        table: In it, of the schema `DiagnosisFile`.
+        diagnosis: What is in it.
 
     Raises:
         NotAFile: They are those of another, or as `read_traces`.
@@ -86,15 +86,10 @@ def traces_beside(path: Path, table: Mapping[str, Any]) -> Traces | None:
     traces = read_traces(samples) if samples.exists() else None
     if traces is None:
         return None
-    others = traces.model.robot.joints != tuple(table["joints"])
-    if others or any(len(one.explained) != _explaining(table) for one in traces.traces):
+    others = traces.model.robot.joints != diagnosis.joints
+    if others or any(len(one.explained) != len(diagnosis.every) for one in traces.traces):
         raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
     return traces
-
-
-def _explaining(table: Mapping[str, Any]) -> int:
-    """How many findings explain some torque: undecided ones do too, behind the others."""
-    return len(table["findings"]) + len(table.get("undecided", ()))
 
 
 def _check(found: Traces) -> None:

@@ -9,7 +9,7 @@ from exidyn.identify.errors import ExidynError
 from exidyn.identify.file_names import unique_stem
 from exidyn.identify.fit.estimators.bayesian import posterior
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.fit_document import report_html
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from ..terminal.json_output import write_whole

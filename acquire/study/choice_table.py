@@ -8,7 +8,7 @@ from exidyn.identify.diagnosis.belief.belief import Belief
 from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
 from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
-from exidyn.identify.diagnosis.words.words import left_on, verdict
+from exidyn.identify.diagnosis.words.verdict import left_on, verdict
 from exidyn.trajectories.next_run.choice import Choice
 
 from .rounds import FORMAT

@@ -3,10 +3,19 @@
 from collections.abc import Sequence
 from typing import Any
 
-from markupsafe import Markup
-
-from exidyn.identify.pages.report_html import NAMELESS, heading, listing, number, paragraph, section, table
-from exidyn.identify.pages.report_page import page
+from exidyn.identify.document.document import (
+    Block,
+    Cell,
+    Document,
+    Heading,
+    Number,
+    Paragraph,
+    Section,
+    Statements,
+    Table,
+)
+from exidyn.identify.document.html import html
+from exidyn.identify.notebook import counted
 from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE
 
 ENDED = {
@@ -15,9 +24,10 @@ ENDED = {
     OUT_OF_TIME: "Out of time: the run that would settle most takes longer than is left.",
 }
 """What the end of a study means."""
+Choice = dict[str, Any]
 
 
-def notebook(robot: str, choices: Sequence[tuple[str, dict[str, Any]]], stopped: str = "") -> str:
+def notebook(robot: str, choices: Sequence[tuple[str, Choice]], stopped: str = "") -> str:
     """The page.
 
     Args:
@@ -26,65 +36,55 @@ def notebook(robot: str, choices: Sequence[tuple[str, dict[str, Any]]], stopped:
         stopped: Why the last run was stopped before its end, and whether the arm stands; empty if it was not.
     """
     moved = choices[-1][1]["moved"] if choices else 0.0
-    runs = "run" if len(choices) == 1 else "runs"
-    note = f"{len(choices)} {runs}; {moved / 60:.1f} min of motion"
-    body = [section("stopped", "The last run was stopped", paragraph(stopped))] if stopped else []
-    body.append(_summary(choices))
-    for place, (name, choice) in enumerate(choices):
-        body.append(_round(name, choice, choices[place - 1][1] if place else None))
-    return page(f"{robot}: study", f"{robot}: study", note, "".join(body))
-
-
-def _summary(choices: Sequence[tuple[str, dict[str, Any]]]) -> Markup:
-    """A row a run: what was expected of it and what it gave."""
-    rows = [
-        _row(name, choice, choices[place - 1][1] if place else None)
-        for place, (name, choice) in enumerate(choices)
+    note = f"{counted(len(choices), 'run')}; {moved / 60:.1f} min of motion"
+    before = [None, *(choice for _, choice in choices)]
+    rounds = [(name, choice, earlier) for (name, choice), earlier in zip(choices, before, strict=False)]
+    sections = [
+        Section("stopped", "The last run was stopped", [Paragraph(stopped)] if stopped else ()),
+        Section("runs", "The runs", _summary(rounds)),
+        *(_round(*one) for one in rounds),
     ]
+    return html(Document(f"{robot}: study", note, sections))
+
+
+def _summary(rounds: Sequence[tuple[str, Choice, Choice | None]]) -> list[Block]:
+    """A row a run: what was expected of it and what it gave; and what the end means."""
     head = ["round", "run", "motion so far [s]", "expected [bit]", "realised [bit]", "left open [bit]"]
-    return section(
-        "runs", "The runs", table(head, rows, words=(0, 1)), *_end(choices[-1][1] if choices else None)
-    )
+    blocks: list[Block] = [Table(head, [_row(*one) for one in rounds], words=(1,))]
+    last = rounds[-1][1] if rounds else None
+    if last is None or last["verdict"] == RUN:
+        return blocks
+    return [*blocks, Paragraph(ENDED[last["verdict"]]), Statements(last["remains"])]
 
 
-def _row(name: str, choice: dict[str, Any], before: dict[str, Any] | None) -> list[str]:
-    so_far, left = number(choice["moved"], 3), number(choice["entropy"], 3)
+def _row(name: str, choice: Choice, before: Choice | None) -> list[Cell]:
+    so_far, left = Number(choice["moved"], 3), Number(choice["entropy"], 3)
     if before is None:
-        return [name, "an excitation", so_far, NAMELESS, NAMELESS, left]
+        return [name, "an excitation", so_far, "-", "-", left]
     best, realised = before["offers"][0], before["entropy"] - choice["entropy"]
-    return [name, best["name"], so_far, number(best["expected"], 3), number(realised, 3), left]
+    return [name, best["name"], so_far, Number(best["expected"], 3), Number(realised, 3), left]
 
 
-def _end(choice: dict[str, Any] | None) -> list[Markup]:
-    if choice is None or choice["verdict"] == RUN:
-        return []
-    remains = choice["remains"]
-    return [paragraph(ENDED[choice["verdict"]]), *([listing(remains)] if remains else [])]
-
-
-def _round(name: str, choice: dict[str, Any], before: dict[str, Any] | None) -> Markup:
-    asked = [paragraph("The first run: nothing was known but the nominal model.")]
+def _round(name: str, choice: Choice, before: Choice | None) -> Section:
+    asked = ["The first run: nothing was known but the nominal model."]
     if before is not None:
         best = before["offers"][0]
-        asked = [paragraph(_why(best))]
-        asked.append(paragraph(_learned(best, before["entropy"] - choice["entropy"])))
-    items = [
-        [one["words"], number(one["entropy"], 3), "open" if one["open"] else "settled", _told(one)]
+        asked = [_why(best), _learned(best, before["entropy"] - choice["entropy"])]
+    items: list[list[Cell]] = [
+        [one["words"], Number(one["entropy"], 3), "open" if one["open"] else "settled", _told(one)]
         for one in choice["items"]
     ]
-    parts = [
-        heading("What was asked, and why"),
-        *asked,
-        heading("What is believed"),
-        listing(choice["believed"]),
-    ]
-    parts += [
-        heading("What is open"),
-        table(["question", "[bit]", "", "a run on offer settles it"], items, words=(0, 2, 3)),
+    blocks: list[Block] = [
+        Heading("What was asked, and why"),
+        *(Paragraph(words) for words in asked),
+        Heading("What is believed"),
+        Statements(choice["believed"]),
+        Heading("What is open"),
+        Table(["question", "[bit]", "", "a run on offer settles it"], items, words=(2, 3)),
     ]
     if choice["offers"]:
-        parts += [heading("Runs on offer"), _offers(choice["offers"])]
-    return section(name, name.replace("-", " ").capitalize(), *parts)
+        blocks += [Heading("Runs on offer"), _offers(choice["offers"])]
+    return Section(name, name.replace("-", " ").capitalize(), blocks)
 
 
 def _told(item: dict[str, Any]) -> str:
@@ -108,16 +108,16 @@ def _learned(best: dict[str, Any], realised: float) -> str:
     return text
 
 
-def _offers(offers: Sequence[dict[str, Any]]) -> Markup:
-    rows = [
+def _offers(offers: Sequence[dict[str, Any]]) -> Table:
+    rows: list[list[Cell]] = [
         [
             one["name"],
             one["request"],
-            number(one["seconds"], 3),
-            number(one["gained"], 3),
-            number(1e3 * one["gained"] / one["seconds"], 3),
+            Number(one["seconds"], 3),
+            Number(one["gained"], 3),
+            Number(1e3 * one["gained"] / one["seconds"], 3),
         ]
         for one in offers
     ]
     head = ["run", "asks of a person", "takes [s]", "of what is open [bit]", "a second [mbit/s]"]
-    return table(head, rows, words=(0, 1))
+    return Table(head, rows, words=(1,))

@@ -22,7 +22,7 @@ BOLD, RED, GREEN, YELLOW = "1", "31", "32", "33"
 """Of a terminal's attributes."""
 HEADING = re.compile(r"^.+(?=\n[-=]{20,}$)", re.MULTILINE)
 COLOURED = (
-    (RED, r"[Pp]hysics is missing(?: on \w+)?|STOPPED[^:\n]*|BEYOND|WRONG|do not run it|\bwrong$"),
+    (RED, r"[Mm]ore than noise is left(?: on \w+)?|STOPPED[^:\n]*|BEYOND|WRONG|do not run it|\bwrong$"),
     (RED, r"[^\n]*STILL MOVES[^\n]*|WHETHER THE ARM[^\n]*|PRESS THE[^\n]*"),
     (YELLOW, r"A little is missing|WARNING|(?<=  )warning(?=: )|diverged"),
     (GREEN, r"Nothing is missing|No joint's \w+ differs by more than noise|\bright$|^finished$"),

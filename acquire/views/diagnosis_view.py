@@ -1,7 +1,5 @@
 """View of a diagnosis: a tab a run with the moments in which each finding shows, residuals, and the arm."""
 
-from typing import Any
-
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
@@ -9,10 +7,12 @@ import rerun.blueprint as rrb
 from exidyn.identify.arm.link_frames import link_frames
 from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identify.document.markdown import section_markdown
+from exidyn.identify.pages.diagnosis_document import Diagnosed, diagnosis_document
 
 from ..files.names import role_words
 from ..files.traces_file import Traces
-from .markdown import budget_markdown, diagnosis_verdict, findings_markdown, residuals_markdown
 from .parts import (
     GREY,
     TIMELINE,
@@ -44,23 +44,19 @@ COLUMNS = rrb.TextLogColumns(
     timeline_columns=[rrb.encodings.TimelineColumn(TIMELINE, visible=True)], text_log_columns=["body"]
 )
 """Of the list of moments: the time, on which one clicks to go there, and the words."""
-TEXTS = {
-    "budget": budget_markdown,
-    "verdict": diagnosis_verdict,
-    "parameters": findings_markdown,
-    "residuals": residuals_markdown,
-}
 
 
-def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
+def diagnosis_view(diagnosis: Diagnosed, traces: Traces | None) -> View:
     """A view of a diagnosis.
 
     Args:
-        table: Of diagnosis.json.
+        diagnosis: As its pages show it.
         traces: The samples behind it; without them there are words only.
     """
+    table = diagnosis.file
     known = [] if traces is None else suspects(table, traces)
-    texts = {name: words(table) for name, words in TEXTS.items()}
+    sections = [section for section in diagnosis_document(diagnosis).sections if section.blocks]
+    texts = {section.anchor: section_markdown(section) for section in sections}
 
     def log(stream: rr.RecordingStream) -> None:
         for name, words in texts.items():
@@ -72,9 +68,11 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
     found = rrb.Vertical(
         rrb.TextDocumentView(origin="texts/verdict", name="verdict"),
         rrb.Tabs(
-            rrb.TextDocumentView(origin="texts/budget", name="where the misfit goes"),
-            rrb.TextDocumentView(origin="texts/parameters", name="parameters"),
-            rrb.TextDocumentView(origin="texts/residuals", name="residuals held out"),
+            *(
+                rrb.TextDocumentView(origin=f"texts/{section.anchor}", name=section.title)
+                for section in sections
+                if section.anchor not in ("verdict", "joints")
+            ),
             active_tab=0,
         ),
     )
@@ -85,14 +83,14 @@ def diagnosis_view(table: dict[str, Any], traces: Traces | None) -> View:
     return View("diagnosis", log, screen(layout))
 
 
-def _tab(table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspect]) -> rrb.Container:
+def _tab(table: DiagnosisFile, traces: Traces, trace: Trace, known: list[Suspect]) -> rrb.Container:
     """Plots on the left, the arm and the list of moments on the right."""
     views: list[rrb.View | rrb.Container] = []
     for suspect in known[:MOST]:
         unit = TURNING if traces.model.robot.revolute[suspect.joint] else SLIDING
-        title = f"{suspect.name}: residual of {table['joints'][suspect.joint]} [{unit}]"
+        title = f"{suspect.name}: residual of {table.joints[suspect.joint]} [{unit}]"
         views.append(_plot(trace, suspect.name, title, legend=not views))
-    scale = "over noise" if table.get("noise_measured_at_rest", True) else "[N m] or [N]"
+    scale = "over noise" if table.noise_measured_at_rest else "[N m] or [N]"
     every = [_plot(trace, which, f"every joint, {which}, {scale}", True) for which in ("after", "before")]
     views += [rrb.Tabs(*every, active_tab=0)] if known else every[::-1]
     arm = arm_view(traces.model, arm_name(trace.name))
@@ -117,16 +115,16 @@ def _entity(trace: Trace, *parts: str) -> str:
 
 
 def _log_run(
-    stream: rr.RecordingStream, table: dict[str, Any], traces: Traces, trace: Trace, known: list[Suspect]
+    stream: rr.RecordingStream, table: DiagnosisFile, traces: Traces, trace: Trace, known: list[Suspect]
 ) -> None:
     """Everything about one run."""
-    measured = bool(table.get("noise_measured_at_rest", True))
+    measured = table.noise_measured_at_rest
     colours = joint_colours(len(traces.noise))
     for which in ("before", "after"):
         residual = getattr(trace, which) / (traces.noise if measured else 1.0)
         shown = lasting(trace.time, residual, trace.weight)
         path = _entity(trace, "residuals", which)
-        log_lines(stream, path, table["joints"], colours, trace.time, shown, 1.2)
+        log_lines(stream, path, table.joints, colours, trace.time, shown, 1.2)
     Arm(stream, traces.model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in known:
         _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]) if measured else None)

@@ -8,12 +8,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identify.arm.robot import Robot
+from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.fit.agreement import Agreement
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.verdict import NORMAL_95
-from exidyn.identify.pages.fit.report_plots import measured_unit
+from exidyn.identify.pages.fit_document import fit_sections
+from exidyn.identify.pages.fit_plots import measured_unit
 
-from .markdown import fit_verdict, parameters_markdown
 from .parts import (
     Arm,
     arm_name,
@@ -38,8 +39,9 @@ def fit_view(fit: Fit) -> View:
     runs = [*fit.validation, *fit.agreement, *fit.apart]  # those held out are the ones that judge
 
     def log(stream: rr.RecordingStream) -> None:
-        log_markdown(stream, "verdict", fit_verdict(fit))
-        log_markdown(stream, "parameters/table", parameters_markdown(fit))
+        sections = {section.anchor: section_markdown(section) for section in fit_sections(fit)}
+        log_markdown(stream, "verdict", sections["verdict"])
+        log_markdown(stream, "parameters/table", f"{sections['gains']}\n\n{sections['parameters']}")
         stream.log("parameters/interval", _interval_bars(fit), static=True)
         for run in runs:
             _log_run(stream, fit.model.robot, run)

@@ -10,8 +10,7 @@ from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.simulation.predicted import predicted
 
 from ..files.names import renamed
-from ..files.report_files import FORMAT, read_diagnosis
-from ..files.traces_file import traces_beside
+from ..files.report_files import FORMAT, read_diagnosed
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .recording_view import recording_view
@@ -46,6 +45,5 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
     if recordings:
         raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
-    table = read_diagnosis(results[0])
-    traces = traces_beside(results[0], table)
-    return diagnosis_view(table, traces and traces._replace(traces=tuple(renamed(traces.traces))))
+    diagnosis, traces = read_diagnosed(results[0])
+    return diagnosis_view(diagnosis, traces and traces._replace(traces=tuple(renamed(traces.traces))))

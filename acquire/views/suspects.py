@@ -1,17 +1,17 @@
 """Suspects: what a diagnosis found or could not name, and the torque by which it shows in a run."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower
+from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower, named
 
 from ..files.names import distinct_names
 from ..files.traces_file import Traces
-from .markdown import finding_name
 from .parts import COLOURS
 
 SUSPECTS = (COLOURS[4], COLOURS[2], COLOURS[1])
@@ -93,15 +93,20 @@ class Suspect(NamedTuple):
         return f"{when}  {self.short}: {size} at {where}"
 
 
-def suspects(table: dict[str, Any], traces: Traces) -> list[Suspect]:
-    """Those of a diagnosis, the tables of whose file are given: findings first."""
+def suspects(file: DiagnosisFile, traces: Traces) -> list[Suspect]:
+    """Those of a diagnosis: findings first."""
     found = [
-        (finding_name(table, one), effect_words(one["effect"]), _clearest(traces, place), place)
-        for place, one in enumerate([*table["findings"], *table.get("undecided", ())])
+        (
+            one.name or named(one.effect, one.places, file.joints),
+            effect_words(one.effect),
+            _clearest(traces, place),
+            place,
+        )
+        for place, one in enumerate(file.every)
     ]
     left = [
-        (f"Left on {lower(joint_words(one['joint'] - 1, table['joints']))}", "left", one["joint"] - 1, None)
-        for one in table["remainders"]
+        (f"Left on {lower(joint_words(one.joint - 1, file.joints))}", "left", one.joint - 1, None)
+        for one in file.remainders
     ]
     every = [*found, *left]
     names = distinct_names([name for name, *_ in every])

@@ -1,6 +1,6 @@
 """The verdict on a fit in plain words, and where the centre of mass of each payload is."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ TESTED = 0.75
 """R^2 below which a joint was not tested, whatever its noise: the residual is then more than half of what
 the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
 and a residual at the noise floor shows only that there was little else than noise to explain."""
-EXPLAINED, LITTLE, LACKING = "residual at the noise floor", "a little is missing", "physics is missing"
+EXPLAINED, ABOVE_NOISE, FAR_ABOVE = "at the noise floor", "a little above noise", "above noise"
 UNTESTED = (
     "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
 )
@@ -32,7 +32,13 @@ UNJUDGED = (
     "not judged: the recordings were smoothed, and neither their noise at rest nor that above the motion is "
     "that of the motion"
 )
-NOT_FOUND = "above its noise, and the diagnosis finds nothing missing there"
+LISTED_AS = {
+    FAR_ABOVE: "More than noise is left on",
+    ABOVE_NOISE: "A little more than noise is left on",
+    UNTESTED: "Not distinguished from noise on",
+    UNJUDGED: "Not judged on",
+}
+"""Words about a joint -> how a sentence about several joints begins."""
 LISTED = 3
 """Unclear parameters named in the verdict; tables have the rest."""
 SURPRISE = 3.0
@@ -64,17 +70,11 @@ def _held_out(fit: Fit) -> Sequence[Agreement | Scores]:
     return fit.validation or tuple(one for one in fit.scores if one.held_out)
 
 
-def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[JointVerdict]:
-    """One a joint; none if the fit came without samples.
-
-    Args:
-        fit: To be judged.
-        missing: Joints on which a diagnosis of the same runs finds something, which then decides what is
-            missing; None without a diagnosis.
-    """
-    found: list[JointVerdict] = []
-    if not (runs := judged(fit)):
-        return found
+def joint_verdicts(fit: Fit) -> list[JointVerdict]:
+    """One a joint; none if the fit came without samples."""
+    runs = judged(fit)
+    if not runs:
+        return []
     ratios = np.array([run.over_noise for run in runs])
     worst = np.argmax(ratios, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):  # a joint that never slides has no R^2
@@ -82,20 +82,19 @@ def joint_verdicts(fit: Fit, missing: Collection[str] | None = None) -> list[Joi
     for j, joint in enumerate(fit.model.robot.joints):
         run, over = runs[worst[j]], float(ratios[worst[j], j])
         words = _words(over, bool(tested[j]), run.noise_source)
-        if missing is not None and joint not in missing and words in (LITTLE, LACKING):
-            words = NOT_FOUND
         found.append(JointVerdict(joint, run.run, over, words))
     return found
 
 
-def verdict(fit: Fit, missing: Collection[str] | None = None) -> list[str]:
-    """Sentences, the most important first: the joints, the gains, the parameters, the warnings.
+def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
+    """Whether some run distinguishes each joint from noise, shape (n,); a joint that never slides is not."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.any([run.r_squared >= TESTED for run in runs], axis=0)
 
-    Args:
-        fit: To be judged.
-        missing: Joints on which a diagnosis finds something; None without one.
-    """
-    joints, gains = _joints(fit, missing), gains_sentence(fit)
+
+def verdict(fit: Fit) -> list[str]:
+    """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
+    joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
     sentences = (*open_gain_sentences(fit), *first, *_noise(fit), *_parameters(fit), *fit.warnings)
     return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
@@ -140,11 +139,11 @@ def _words(over_noise: float, tested: bool, source: str) -> str:
         return UNJUDGED
     if over_noise <= TO_NOISE:
         return EXPLAINED if tested else UNTESTED
-    return LITTLE if over_noise <= MISSING else LACKING
+    return ABOVE_NOISE if over_noise <= MISSING else FAR_ABOVE
 
 
-def _joints(fit: Fit, missing: Collection[str] | None) -> str:
-    found = joint_verdicts(fit, missing)
+def _joints(fit: Fit) -> str:
+    found = joint_verdicts(fit)
     if not found:
         return (
             "How well the joints are explained is unknown: this fit was loaded without its samples. "
@@ -164,9 +163,11 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
         return f"Whether the residual of any joint is at the noise floor is not judged: {why}."
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
-    sentences = [_listed(words, open_ones) for words in (LACKING, LITTLE, NOT_FOUND, UNTESTED, UNJUDGED)]
+    sentences = [_listed(words, open_ones) for words in LISTED_AS]
+    if sentences[0]:
+        sentences[0] += " exidyn diagnose finds what is missing there."
     by_scale = fit.measures == "current" and not gains_estimated(fit) and len(found) > 1
-    if by_scale and any(v.words in (LACKING, LITTLE) for v in open_ones):
+    if by_scale and any(v.words in (FAR_ABOVE, ABOVE_NOISE) for v in open_ones):
         which_gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
             f" That may be {which_gains} alone: two joints then feel one link in different scales."
@@ -177,8 +178,8 @@ def _joints(fit: Fit, missing: Collection[str] | None) -> str:
 def _listed(words: str, found: Sequence[JointVerdict]) -> str:
     """One sentence for all joints for which the same holds; empty if there are none."""
     joints = [f"{v.joint} ({v.over_noise:.1f} x noise)" for v in found if v.words == words]
-    what, colon, why = words.partition(":")
-    return f" {what.capitalize()} on {', '.join(joints)}{colon}{why}." if joints else ""
+    _, colon, why = words.partition(":")
+    return f" {LISTED_AS[words]} {', '.join(joints)}{colon}{why}." if joints else ""
 
 
 def gains_sentence(fit: Fit) -> str:
@@ -192,7 +193,7 @@ def gains_sentence(fit: Fit) -> str:
             "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
-    percent, free = 100.0 * fit.estimate.gain_std / np.abs(fit.estimate.gain), _open(fit)
+    percent, free = 100.0 * NORMAL_95 * fit.estimate.gain_std / np.abs(fit.estimate.gain), _open(fit)
     if np.all(free):
         return "No drive gain was identified."
     worst = int(np.argmax(np.where(free, 0.0, percent)))
@@ -200,8 +201,8 @@ def gains_sentence(fit: Fit) -> str:
     which = f"The other {counted(others, 'drive gain')}" if np.any(free) else "Drive gains"
     verb = "is" if np.any(free) and others == 1 else "are"
     return (
-        f"{which} {verb} known to {percent[~free].min():.2g} to {percent[worst]:.2g} % (one standard "
-        f"deviation), worst on {fit.model.robot.joints[worst]}."
+        f"{which} {verb} known to ± {digits(percent[~free].min(), 2)} to {digits(percent[worst], 2)} % "
+        f"(95 %), worst on {fit.model.robot.joints[worst]}."
     )
 
 
@@ -214,10 +215,10 @@ def open_gain_sentences(fit: Fit) -> list[str]:
         names = [fit.names[row] for row, of in by_gain.items() if of == joint]
         depending = f", nor are {', '.join(names)}, which depend on it" if names else ""
         taken = f" Export and simulation take {digits(after[joint])}, by its nominal value."
-        found, std = digits(estimate.gain[joint]), digits(estimate.gain_std[joint])
+        found, half = digits(estimate.gain[joint]), digits(NORMAL_95 * estimate.gain_std[joint], 2)
         sentences.append(
             f"The drive gain of {robot.joints[joint]} was not identified{depending}: it came out as {found} "
-            f"\N{PLUS-MINUS SIGN} {std} {robot.units('N m')[joint]}/A, since the payload makes hardly any "
+            f"\N{PLUS-MINUS SIGN} {half} {robot.units('N m')[joint]}/A, since the payload makes hardly any "
             f"torque there.{'' if fit.gains_unstated else taken} What would settle it: "
             f"{cure(robot, int(joint))}."
         )
@@ -256,7 +257,7 @@ def moved_sentences(fit: Fit) -> list[str]:
     of_gains = " or that go with the drive gains that are taken" if np.any(_open(fit)) else ""
     return [
         f"No arm can have the values of {counted(len(fit.moved), 'base parameter')} within their 95 %: "
-        "physics that the model lacks is in them, which standard deviations do not contain. Export and "
+        "something is in them that is no noise and no part of the model. Export and "
         f"simulation take the nearest values that an arm can have{of_gains}: {shown}"
         f"{f'; and {more} more' if more else ''}."
     ]
@@ -296,7 +297,9 @@ def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:
         if f"{name}{body.payload}" in fit.names:
             slope[fit.names.index(f"{name}{body.payload}")] = derivative
     std = float(np.sqrt(slope @ fit.estimate.covariance[: len(slope), : len(slope)] @ slope))
-    return digits(moment / mass) + (f" \N{PLUS-MINUS SIGN} {digits(std)}" if std else " (known)")
+    return digits(moment / mass) + (
+        f" \N{PLUS-MINUS SIGN} {digits(NORMAL_95 * std, 2)}" if std else " (known)"
+    )
 
 
 def _value(fit: Fit, body: Effect, name: str) -> float | None:

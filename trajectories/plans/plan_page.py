@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
-from exidyn.identify.pages.report_html import (
-    NAMELESS,
-    figure,
-    grid,
-    listing,
-    paragraph,
-    rounded,
-    section,
-    table,
+from exidyn.identify.document.document import (
+    Cell,
+    Document,
+    Figure,
+    Grid,
+    Marked,
+    Paragraph,
+    Section,
+    Statements,
+    Table,
 )
-from exidyn.identify.pages.report_page import page
-from exidyn.identify.pages.svg import COLUMNS, Panel, legend, picture, text
-from exidyn.identify.pages.svg_scale import Span
+from exidyn.identify.document.html import html
+from exidyn.identify.pages.svg import COLUMNS, Panel, Span, legend, picture, text
+from exidyn.identify.text_table import digits
 
 from ..trajectory import unit_of
 from .plan import Plan
@@ -155,7 +155,7 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
     figures = [
-        figure(name, _remark(plan, uses, joint), joint_plot(plan, joint, curves))
+        Figure(name, _remark(plan, uses, joint), joint_plot(plan, joint, curves))
         for joint, name in enumerate(plan.joints)
     ]
     legend = (
@@ -163,15 +163,14 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
         "Percentages are of the extremes, between ticks too"
         + ("; torque is that of the nominal model." if torque else ".")
     )
-    body = (
-        section("verdict", "Verdict", listing(_verdict(plan, uses, beyond, torque), "verdict"))
-        + section("limits", "Use of the limits", _use_table(plan, uses))
-        + section("motion", "Motion", paragraph(legend), grid(*figures, kind="two alike"))
-        + section("plan", "How it was planned", _facts(plan))
-    )
-    title = f"{plan.robot}: planned motion"
+    sections = [
+        Section("verdict", "Verdict", [Statements(_verdict(plan, uses, beyond, torque), "verdict")]),
+        Section("limits", "Use of the limits", [_use_table(plan, uses)]),
+        Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]),
+        Section("plan", "How it was planned", [_facts(plan)]),
+    ]
     note = f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms"
-    return page(title, title, note, body, style=STYLE)
+    return html(Document(f"{plan.robot}: planned motion", note, sections), style=STYLE)
 
 
 def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None) -> list[str]:
@@ -198,40 +197,39 @@ def _unseen(plan: Plan, torque: Torque | None) -> list[str]:
     return unseen
 
 
-def _use_table(plan: Plan, uses: Sequence[Use]) -> str:
+def _use_table(plan: Plan, uses: Sequence[Use]) -> Table:
     head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in uses[1:])]
     place = uses[0]
-    rows = [
+    rows: list[list[Cell]] = [
         [
             name,
             plan.units[j],
             _cell(span(place.reached.lower[j], place.reached.upper[j]), place, j),
             span(place.lower[j], place.upper[j]),
-            *(_cell(percent(use.share[j], NAMELESS), use, j) for use in uses[1:]),
+            *(_cell(percent(use.share[j], "-"), use, j) for use in uses[1:]),
         ]
         for j, name in enumerate(plan.joints)
     ]
-    return table(head, rows, words=(0, 1))
+    return Table(head, rows, words=(1,))
 
 
-def _cell(words: str, use: Use, joint: int) -> Markup:
+def _cell(words: str, use: Use, joint: int) -> Cell:
     share = use.share[joint]
-    style = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
-    opening = "<td>" if np.isnan(share) else f'<td class="{style}">'
-    return Markup(opening + "{}</td>").format(words)
+    kind = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
+    return words if np.isnan(share) else Marked(words, kind)
 
 
 def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
     """The largest velocity and torque in numbers."""
     chosen = [use for use in uses if use.name in ("velocity", "torque")]
     return "; ".join(
-        f"{use.name} up to {rounded(max(-use.reached.lower[joint], use.reached.upper[joint]), 3)} "
+        f"{use.name} up to {digits(max(-use.reached.lower[joint], use.reached.upper[joint]), 3)} "
         f"{unit_of(use.name, plan.units[joint])}"
         for use in chosen
     )
 
 
-def _facts(plan: Plan) -> str:
+def _facts(plan: Plan) -> Table:
     rows = [[name, words] for name, words in plan_facts(plan).items()]
     rows += [["assumed", sentence] for sentence in plan.assumed]
-    return table(["", ""], rows, words=(0, 1))
+    return Table(["", ""], rows, words=(1,))

@@ -26,7 +26,7 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
     from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
     from exidyn.identify.diagnosis import diagnose
     from exidyn.identify.diagnosis.improved.forward import forward
-    from exidyn.identify.diagnosis.words.answer import answer
+    from exidyn.identify.diagnosis.words.diagnosis_file import answer
     from exidyn.identify.errors import ExidynError
     from exidyn.identify.preparation.prepare import Filtering
     from exidyn.identify.recordings.importers import import_source

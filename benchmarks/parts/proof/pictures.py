@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.pages.svg import Panel, legend, text
-from exidyn.identify.pages.svg_scale import Span
+from exidyn.identify.pages.svg import Panel, Span, legend, text
 
 STYLE = """
 text { font: 11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: #1c1f23 }

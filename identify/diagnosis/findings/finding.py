@@ -147,7 +147,9 @@ class Share(NamedTuple):
 class Budget(NamedTuple):
     """Where the misfit of the nominal model goes."""
 
-    before: np.ndarray  # misfit of the model fitted without any finding, root mean square, shape (n,) [N m]
+    before: (
+        np.ndarray
+    )  # misfit of the model fitted within its tolerances, without findings, root mean square, (n,) [N m]
     after: np.ndarray  # with all findings, likewise
     shares: tuple[Share, ...]  # their sum is one on every joint
     held_out: bool  # whether it is of runs held out; else of left-out blocks
@@ -162,6 +164,7 @@ class Change(NamedTuple):
     change: float  # of that joint's squared prediction error, relative [-]; below zero it is less
     std: float  # its standard deviation over blocks
     gain: float  # logarithm of how much more probable all blocks are
+    which: str = ""  # what sets it apart from others of its effect on its joints, in words
 
 
 class Moment(NamedTuple):
@@ -184,8 +187,8 @@ class Improvement:
 
     Attributes:
         runs: Their names.
-        before: Of the nominal model, its parameters fitted within their tolerances.
-        after: With the findings.
+        before: By nominal values; friction, offsets and what is unstated are fitted.
+        after: With the findings, all parameters fitted within their tolerances.
         noise: Noise floor behind the same filter.
         band: Cut-off of that filter [Hz].
     """

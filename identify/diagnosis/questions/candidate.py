@@ -7,6 +7,7 @@ import numpy as np
 
 from ...effects import Effect, Shape
 from ...errors import NotRecorded
+from ...text_table import digits
 from ..runs.driven import Driven
 
 SIZE = 0.1
@@ -73,6 +74,12 @@ class Candidate:
     def key(self) -> tuple[str, tuple[int, ...], str]:
         """What it is and where; shapes of one key are one hypothesis."""
         return self.effect, self.joints, self.kind
+
+    @property
+    def which(self) -> str:
+        """What sets it apart from others of its effect on its joints, in words: its shape, or its kind."""
+        numbers = ((name, value) for name, value in self.shape.items() if name != "reversal")
+        return ", ".join(f"{name} {digits(value, 3)}" for name, value in numbers) or self.kind
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,6 +82,5 @@ def _change(answer: Answer, which: np.ndarray) -> Change:
     count = len(after)
     scatter = float(np.sum((after - ratio * before) ** 2)) * count / max(count - 1, 1)
     std = np.sqrt(scatter) / max(float(before.sum()), 1e-300)
-    return Change(
-        answer.candidate.effect, answer.candidate.joints, joint, ratio - 1.0, float(std), answer.gain
-    )
+    one = answer.candidate
+    return Change(one.effect, one.joints, joint, ratio - 1.0, float(std), answer.gain, one.which)

@@ -47,7 +47,15 @@ class AlternativeRow(Struct, frozen=True):
 
 
 class FindingRow(Struct, frozen=True):
-    """A finding, or what is undecided."""
+    """A finding, or what is undecided.
+
+    Attributes:
+        name: The effect and where it acts, in words; older files lack it.
+        headline: What is missing, and what was gained; of an undecided finding, what it may be.
+        certainty: How surely it is this, what it might be instead, and what would decide.
+        torque_rms: Of its torque on each joint.
+        held_out: By how much it lowers twice the negative log likelihood of runs held out.
+    """
 
     effect: EffectName
     joints: Joints
@@ -57,6 +65,14 @@ class FindingRow(Struct, frozen=True):
     alternatives: tuple[AlternativeRow, ...]
     torque_rms: SizeByJoint
     held_out: NumberOrNull
+    name: str = ""
+    headline: str = ""
+    certainty: str = ""
+
+    @property
+    def places(self) -> list[int]:
+        """Its joints, from 0."""
+        return [joint - 1 for joint in self.joints]
 
 
 class RemainderRow(Struct, frozen=True):
@@ -89,6 +105,7 @@ class ChangeRow(Struct, frozen=True):
     squared_error_percent: NumberOrNull
     std_percent: SizeOrNull
     gain: NumberOrNull
+    name: str = ""
 
 
 class ShareRow(Struct, frozen=True):
@@ -102,7 +119,15 @@ class ShareRow(Struct, frozen=True):
 
 
 class BudgetTable(Struct, frozen=True):
-    """Where the misfit goes."""
+    """Where the misfit goes.
+
+    Attributes:
+        before_rms: Of the model fitted within its tolerances, without any finding.
+        after_rms: With all findings.
+        shares: Of the square of `before_rms`; they add up to 100 % on every joint.
+        held_out: Runs that it is of; none where each block of the fitted runs is predicted by the others.
+        noise_measured_at_rest: Whether sensor noise was measured.
+    """
 
     units: tuple[Unit, ...]
     before_rms: SizeByJoint
@@ -122,10 +147,17 @@ class SimulatedTable(Struct, frozen=True):
 
 
 class DiagnosisFile(Struct, frozen=True, kw_only=True):
-    """A diagnosis; keys with a default are missing in older files, which call the warnings `doubts`."""
+    """A diagnosis; keys with a default are missing in older files, which call the warnings `doubts`.
+
+    Attributes:
+        noise: Noise floor of each joint's torque behind the filter; None without runs held out.
+        torque_rms_before: Of runs held out, by nominal values, friction and offsets fitted.
+        torque_rms_after: With all findings; equal to the budget's.
+    """
 
     name: str
     joints: tuple[str, ...]
+    unexplained: bool = False
     torque_units: tuple[Unit, ...] | None = None
     budget: BudgetTable | None = None
     verdict: tuple[str, ...]
@@ -145,6 +177,21 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     doubts: tuple[str, ...] | None = None
     seconds: Number
     simulated: SimulatedTable | None = None
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of each joint's torque; older files are of revolute joints."""
+        return self.torque_units or ("N m",) * len(self.joints)
+
+    @property
+    def every(self) -> tuple[FindingRow, ...]:
+        """Findings, undecided ones last."""
+        return (*self.findings, *self.undecided)
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What limits the result, in sentences."""
+        return self.warnings or self.doubts or ()
 
     def __post_init__(self) -> None:
         check(len(self.joints) > 0, "joints", (), "the names of the joints")

@@ -44,3 +44,11 @@ def named(effect: str, joints: Sequence[int], names: Sequence[str]) -> str:
 def joined(words: Sequence[str], last: str = "and") -> str:
     """One sentence part out of several: a, b and c."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def distinct(names: Sequence[str], which: Sequence[str]) -> list[str]:
+    """Names, with what sets them apart behind those that stand several times: torque ripple (harmonic 7)."""
+    return [
+        f"{name} ({more})" if more and names.count(name) > 1 else name
+        for name, more in zip(names, which, strict=True)
+    ]

@@ -1,4 +1,4 @@
-"""Sentences: a finding in words, with its numbers."""
+"""Sentences: a finding, what is undecided, and a moment, in words with their numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...text_table import digits, percent
 from ..candidates import kind_of
-from ..findings.finding import Finding
+from ..findings.finding import Alternative, Finding, Moment
 from ..findings.quantities import SLIDING, TURNING, formatted
-from .naming import joint_words as joint_words
-from .naming import lower as lower
+from .naming import effect_words, joined, joint_words, lower
 
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
@@ -57,3 +57,62 @@ def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
     known_wave = known.get("harmonic")
     pace = {"pace": f"in a wave {2 * np.pi / known_wave.value:.3g} m long"} if known_wave else {}
     return {"effort": SLIDING, "one": "1 m/s"} | pace
+
+
+def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "") -> str:
+    """Where it is, what it may be with which probability, and what would settle it.
+
+    Args:
+        finding: With its alternatives.
+        joints: Names of the robot's joints.
+        settled: The run that would settle it, in words or as a command; empty if none is known.
+    """
+    where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
+    every = [_possible(one, finding, joints) for one in possible(finding)]
+    text = f"{where}: something is missing that is {joined(every, 'or')}"
+    text += ", but only one joint shows that" if finding.alone else ""
+    text += ", or acts like it: as much is left there that has no name" if finding.unnamed else ""
+    return f"{text}; what would settle it: {settled}." if settled else f"{text}."
+
+
+def possible(finding: Finding) -> list[Finding | Alternative]:
+    """The finding and its alternatives, the most probable first: it need not be the one that was fitted."""
+    every: tuple[Finding | Alternative, ...] = (finding, *finding.alternatives)
+    return sorted(every, key=lambda one: -one.probability)
+
+
+def _possible(one: Finding | Alternative, finding: Finding, joints: Sequence[str]) -> str:
+    """An effect with its probability, and its joint where that is another."""
+    name, sure = effect_words(one.effect), percent(one.probability)
+    if one.joints == finding.joints:
+        return f"{name} ({sure})"
+    where = joined([lower(joint_words(joint, joints)) for joint in one.joints]) if one.joints else "the arm"
+    return f"{name} of {where} ({sure})"
+
+
+def moment_sentence(moment: Moment) -> str:
+    """One moment, with a full stop."""
+    count = [str(joint + 1) for joint in moment.joints]
+    where = f"joint {count[0]} differs" if len(count) == 1 else f"joints {joined(count)} differ"
+    return f"{moment.run}, {span(moment)}: {where} from the model as at no other time{_force(moment)}."
+
+
+def span(moment: Moment) -> str:
+    """From when to when, by the run's time."""
+    return f"{moment.start:.2f} to {moment.end:.2f} s"
+
+
+def direction(moment: Moment) -> str:
+    """Of the force on the flange, in the base's axes; "-" where there is none."""
+    if not np.isfinite(moment.force):
+        return "-"
+    return "({:.2f}, {:.2f}, {:.2f})".format(*(moment.direction + 0.0))
+
+
+def _force(moment: Moment) -> str:
+    if not (np.isfinite(moment.force) and moment.force > 0.0):
+        return ""
+    return (
+        f", as if a force of {digits(moment.force, 2)} N acted on the flange along {direction(moment)} "
+        "in the base's axes"
+    )

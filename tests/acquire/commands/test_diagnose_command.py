@@ -11,7 +11,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
 from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
-from exidyn.acquire.files.report_files import read_page_data
+from exidyn.acquire.files.report_files import read_diagnosed
 from exidyn.identify.diagnosis import Quantity, Remainder
 from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.diagnosis.findings.finding import Moment
@@ -19,7 +19,7 @@ from exidyn.identify.diagnosis.improved.improved import as_finding
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.errors import RobotWarning
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.pages.diagnosis import report_html
+from exidyn.identify.pages.diagnosis_document import report_html
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import Signal
@@ -153,7 +153,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     assert np.all(np.isfinite(table["simulated"]["torque_rms_before"]))
     assert "A simulation diverged" in capsys.readouterr().out
     assert "It diverged" in Page((out / "report.html").read_text(encoding="utf-8")).words
-    assert read_page_data(out / "diagnosis.json")[0].simulated is not None
+    assert read_diagnosed(out / "diagnosis.json")[0].forward is not None
 
 
 def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):

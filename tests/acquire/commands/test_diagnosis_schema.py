@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from exidyn.acquire.files.report_files import read_page_data
+from exidyn.acquire.files.report_files import read_diagnosed
 from exidyn.acquire.views.kinds import view_of
 from exidyn.identify.errors import NotAFile
 
@@ -39,7 +39,7 @@ def path(tmp_path):
         (["torque_rms_after"], [1.0], "torque_rms_after: expected 2 values, one a joint; found 1"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("read", [read_page_data, lambda path: view_of([path])])
+@pytest.mark.parametrize("read", [read_diagnosed, lambda path: view_of([path])])
 def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places, value, told, read):
     table = json.loads(path.read_text())
     *before, last = places
@@ -65,8 +65,8 @@ def test_what_older_files_lack_has_a_default(path):
     for one in kept["remainders"]:
         one.pop("left")
     path.write_text(json.dumps(kept))
-    page = read_page_data(path)[0]
-    assert page.misfit is None
-    assert page.units == ("N m", "N m")
-    assert len(page.findings) == len(table["findings"])
-    assert page.warnings == tuple(table["warnings"])
+    page = read_diagnosed(path)[0]
+    assert page.file.budget is None
+    assert page.file.units == ("N m", "N m")
+    assert len(page.file.findings) == len(table["findings"])
+    assert page.file.limits == tuple(table["warnings"])

@@ -9,17 +9,16 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.files.comparison_schema import comparison_table
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
-from exidyn.acquire.files.report_files import read_compared, read_page_data
+from exidyn.acquire.files.report_files import read_compared, read_diagnosed
 from exidyn.acquire.files.traces_file import NAME
-from exidyn.acquire.terminal.comparison_text import comparison_table
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.diagnosis.improved.forward import Forward
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.pages.diagnosis.page_data import page_data
-from exidyn.identify.pages.diagnosis.sections import findings_table
+from exidyn.identify.pages.diagnosis_document import Diagnosed, diagnosis_document
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload
@@ -119,7 +118,7 @@ def test_links_lead_to_parts_that_are_there_once(page):
 
 def test_the_verdict_reports_what_is_identified_missing_and_simulated(page):
     text = page.words.partition("What was identified")[2].partition("What was recorded")[0]
-    assert "Physics is missing on elbow" in text
+    assert "More than noise is left on elbow" in text
     assert "Joint 2 (elbow) has a spring that the model does not have" in text
     assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in text
     assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in text
@@ -169,32 +168,31 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
 
 def test_a_diagnosis_reads_back(files):
     ours, (theirs, traces) = (
-        page_data(small(), simulated(), "x"),
-        read_page_data(files / "diagnosis" / "diagnosis.json"),
+        Diagnosed.of(small(), simulated(), "x"),
+        read_diagnosed(files / "diagnosis" / "diagnosis.json"),
     )
-    assert findings_table(theirs) == findings_table(ours)
-    assert theirs.findings[0].headline == ours.findings[0].headline
-    assert theirs.findings[0].certainty.startswith("Joint spring of joint 2 (elbow): probability")
-    assert theirs.remainders == ours.remainders
-    assert theirs.clearest_joint(theirs.findings[0]) == 1
+    assert diagnosis_document(theirs).sections[0] == diagnosis_document(ours).sections[0]
+    assert theirs.file == ours.file
+    assert theirs.file.findings[0].certainty.startswith("Joint spring of joint 2 (elbow): probability")
+    assert theirs.clearest_joint(theirs.file.findings[0]) == 1
     assert [trace.name for trace in theirs.traces] == [trace.name for trace in ours.traces]
     assert traces.simulated.left_out == ("backlash",)
     np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)
     np.testing.assert_array_equal(traces.simulated.time, simulated().time)
-    np.testing.assert_allclose(theirs.simulated.before, simulated().before)
+    np.testing.assert_allclose(theirs.file.simulated.torque_rms_before, simulated().before)
 
 
 def test_the_older_name_of_warnings_is_read(files, tmp_path):
     table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
     old = {("doubts" if key == "warnings" else key): value for key, value in table.items()}
     (tmp_path / "diagnosis.json").write_text(json.dumps(old | {"doubts": ["no run was held out"]}))
-    assert read_page_data(tmp_path / "diagnosis.json")[0].warnings == ("no run was held out",)
+    assert read_diagnosed(tmp_path / "diagnosis.json")[0].file.limits == ("no run was held out",)
 
 
 def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):
     page = Page(page_of(files, tmp_path, "fit.json"))
     assert page.row("verdict", "elbow")[2][1] == [fit().validation[0].over_noise[1]]
-    assert "Physics is missing on elbow" in page.words
+    assert "More than noise is left on elbow" in page.words
     assert "give the recordings beside fit.json" in page.words
     assert "there is no diagnosis" in page.words
     assert not any(anchor.startswith("gained") for anchor in headings(page))
@@ -247,8 +245,8 @@ def test_a_diagnosis_with_an_undecided_finding_has_a_report(files, tmp_path):
     (tmp_path / "diagnosis.json").write_text(json.dumps(table))
     (tmp_path / NAME).write_bytes((files / "diagnosis" / NAME).read_bytes())
     assert main(["report", str(tmp_path), "--output", str(tmp_path / "report.html")]) == 0
-    read, traces = read_page_data(tmp_path / "diagnosis.json")
-    assert len(read.undecided) == len(traces.traces[0].explained) == 1
+    read, traces = read_diagnosed(tmp_path / "diagnosis.json")
+    assert len(read.file.undecided) == len(traces.traces[0].explained) == 1
 
 
 def test_scores_survive_the_file(tmp_path):

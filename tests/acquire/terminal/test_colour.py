@@ -11,7 +11,7 @@ PAGE = "\n".join(
     [
         "Verdict",
         "-" * 80,
-        "- Physics is missing on joint2 (8.7 x noise).",
+        "- More than noise is left on joint2 (8.7 x noise).",
         "- Nothing is missing on joint3.",
         "gravity  86.93 N m  right",
         "slope    12.10 N m  wrong",
@@ -33,7 +33,7 @@ def _environment(monkeypatch):
 def test_a_terminal_gets_headings_bold_and_what_is_wrong_red():
     shown = coloured(PAGE, Terminal())
     assert "\x1b[1mVerdict\x1b[0m\n" in shown
-    assert "\x1b[31mPhysics is missing on joint2\x1b[0m" in shown
+    assert "\x1b[31mMore than noise is left on joint2\x1b[0m" in shown
     assert "\x1b[32mNothing is missing\x1b[0m on joint3" in shown
     assert "\x1b[32mright\x1b[0m\n" in shown
     assert shown.endswith("\x1b[31mwrong\x1b[0m")

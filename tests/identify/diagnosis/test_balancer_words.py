@@ -12,11 +12,11 @@ from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFN
 from exidyn.identify.diagnosis.diagnose import _range
 from exidyn.identify.diagnosis.findings.arm import Arm
 from exidyn.identify.diagnosis.improved.improved import with_finding
-from exidyn.identify.diagnosis.words.answer import plain
+from exidyn.identify.diagnosis.words.diagnosis_file import as_json, diagnosis_file
 from exidyn.identify.diagnosis.words.measures import by_kind
-from exidyn.identify.diagnosis.words.summary import summary
-from exidyn.identify.diagnosis.words.words import verdict
+from exidyn.identify.diagnosis.words.verdict import verdict
 from exidyn.identify.effects import SpringBalancer
+from exidyn.identify.pages.diagnosis_document import summary
 from exidyn.identify.simulation.plant import Transmission
 
 from ...parts.small import two_joints
@@ -24,6 +24,11 @@ from .test_diagnosis_words import diagnosis, finding
 
 TRUE = SpringBalancer("shoulder", d21=0.7, d22=0.21, phi=0.4)
 KR, K0 = 50400.0, -20000.0
+
+
+def plain(one) -> dict:
+    """The table of its file."""
+    return as_json(diagnosis_file(one))
 
 
 def found():

@@ -1,6 +1,7 @@
 """A diagnosis in words, tables and answers."""
 
 import json
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,16 +15,20 @@ from exidyn.identify.diagnosis.findings.quantities import Formatted, with_interv
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identify.diagnosis.results.budget import OTHER
-from exidyn.identify.diagnosis.words.answer import answer, plain
-from exidyn.identify.diagnosis.words.misfit import percents
-from exidyn.identify.diagnosis.words.moments_words import direction, size
-from exidyn.identify.diagnosis.words.moments_words import sentence as moment_sentence
-from exidyn.identify.diagnosis.words.sentences import sentence
-from exidyn.identify.diagnosis.words.summary import summary
-from exidyn.identify.diagnosis.words.words import verdict
-from exidyn.identify.pages.diagnosis.profiles import AXES
+from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
+from exidyn.identify.diagnosis.words.sentences import direction, moment_sentence, sentence
+from exidyn.identify.diagnosis.words.verdict import verdict
+from exidyn.identify.pages.budget import percents
+from exidyn.identify.pages.diagnosis_document import summary
+from exidyn.identify.pages.profiles import AXES
 
 from ...parts.small import two_joints
+
+
+def plain(one: Diagnosis) -> dict:
+    """The table of its file."""
+    return as_json(diagnosis_file(one))
+
 
 JOINTS = ("joint1", "joint2", "joint3")
 NOISE = np.array([1.0, 0.5, 0.2])
@@ -81,7 +86,7 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
     assert first == (
         "Joint 3 has load-dependent friction: Coulomb friction grows by 0.120 ± 0.012 N m per N m that the "
         "gear transmits. It explains 31 % of what the model misses on joint 3. Held-out residual of joint 3: "
-        "0.54 -> 0.21 N m (2.7 -> 1.05 x noise)."
+        "2.00 -> 1.00 N m (10.0 -> 5.00 x noise)."
     )
     assert second.startswith(
         "Load-dependent friction of joint 3: probability above 99.9 %. Excluded, below 1 %:"
@@ -97,7 +102,7 @@ def test_what_several_joints_feel_is_reported_of_the_one_whose_misfit_it_explain
 
 def test_what_explains_nearly_all_is_reported_in_plain_per_cent():
     one = diagnosis(finding(), budget=budget((0.0, 0.0, 0.997)))
-    assert "It explains 100 % of what the model misses on joint 3." in verdict(one)[0]
+    assert "It explains 99.7 % of what the model misses on joint 3." in verdict(one)[0]
 
 
 @pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
@@ -203,7 +208,7 @@ def test_nothing_is_reported_plainly_and_only_where_it_is_true():
     assert "as far as the fitted runs show" in verdict(diagnosis(improvement=None))[0]
     unmeasured = verdict(diagnosis(improvement=None, budget=budget(noise=0.0)))[0]
     assert unmeasured.startswith("Nothing was found to be missing: what is left depends on nothing")
-    assert "It is 1 N m on joint 1; noise was not measured at rest" in unmeasured
+    assert "It is 1.00 N m on joint 1; noise was not measured at rest" in unmeasured
 
 
 @pytest.mark.parametrize(
@@ -226,20 +231,21 @@ def test_multiples_of_noise_are_reported_only_where_it_was_measured():
     page = summary(guessed)
     assert "x noise" not in page
     assert "noise" not in next(line for line in page.splitlines() if line.startswith("joint "))
-    assert 'Sensor noise was not measured at rest: it is part of "nothing that was recorded".' in page
+    contained = 'Sensor noise was not measured at rest: it is part of "nothing that was recorded".'
+    assert contained in " ".join(page.split())
     assert "x noise" in summary(diagnosis(finding()))
     assert "x noise" not in " ".join(verdict(replace(guessed, findings=(), budget=budget(noise=0.0))))
 
 
 def test_the_budget_comes_first_and_adds_up_to_a_hundred():
     lines = summary(diagnosis(finding())).splitlines()
-    assert lines[2] == "Where the misfit goes"
-    budget_lines = lines[: lines.index("Root mean square, held out: other; parts are shares of its square.")]
-    shares = [line.rpartition("  ")[2] for line in budget_lines if line.endswith(" %")]
-    assert sum(int(one.removesuffix(" %")) for one in shares) == 100
+    start, end = lines.index("Where the misfit goes"), lines.index("Verdict")
+    assert start < end
+    shares = re.findall(r"(\d+) % \([\d.]+\)$", "\n".join(lines[start:end]), flags=re.M)
+    assert sum(map(int, shares)) == 100
     assert (
-        "- Joint 3: load-dependent friction explains 31 % of the 2 N m that the model misses; of the rest, "
-        "the largest part (43 %) depends on velocity."
+        "- Joint 3: load-dependent friction explains 31 % of the 2.00 N m that the model misses; of the "
+        "rest, the largest part (43 %) depends on velocity."
     ) in " ".join(line.strip() for line in lines)
     table = plain(diagnosis(finding()))["budget"]
     np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
@@ -269,7 +275,7 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
         "Joint 3: something is missing that is joint spring (65 %), time delay of the arm (20 %) or backlash "
         "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
     )
-    assert "Undecided: there, without a certain name" in summary(one)
+    assert "Joint spring of joint 3, undecided: probability 65 %" in summary(one)
     leaning = diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),))
     assert (
         "The arm: something is missing that is base tilt (95 %), but only one joint shows that"
@@ -310,7 +316,7 @@ def test_candidates_are_listed_with_what_each_alone_would_change():
     every = tuple(Change("backlash", (place % 3,), 1, -0.3 + 0.01 * place, 0.04, 9.0) for place in range(12))
     page = summary(diagnosis(changes=every))
     assert page.count("Backlash of joint") == 10
-    assert "-30.0 +- 4.0" in page
+    assert "Backlash of joint 1  Joint 2                -30.0     4.0" in page
     assert "and 2 more" in page
     assert "exidyn identify" in page
     table = plain(diagnosis(changes=every))["changes"]
@@ -322,6 +328,7 @@ def test_candidates_are_listed_with_what_each_alone_would_change():
         "squared_error_percent": -30.0,
         "std_percent": 4.0,
         "gain": 9.0,
+        "name": "Backlash of joint 1",
     }
 
 
@@ -346,8 +353,8 @@ def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
     one = finding(effect, parameters=numbers)
     page = " ".join(summary(sliding(diagnosis(one))).split())
     assert message in page
-    assert "-> 0.21 N (2.7" in page
-    assert "2 N that the model misses" in page
+    assert "2.00 -> 1.00 N (10.0" in page
+    assert "2.00 N that the model misses" in page
     units = [
         quantity["unit"] for quantity in plain(sliding(diagnosis(one)))["findings"][0]["parameters"].values()
     ]
@@ -359,8 +366,8 @@ def test_what_has_no_name_is_reported_with_where_it_shows():
     left = (Remainder(1, 2.14, 0.999, "position and velocity"),)
     text = verdict(diagnosis(remainders=left))[0]
     assert text == (
-        "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1 N m (2.00 x "
-        "its noise), and what is left depends on position and velocity."
+        "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1.00 N m "
+        "(2.00 x its noise), and what is left depends on position and velocity."
     )
     assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
 
@@ -391,22 +398,14 @@ def test_warnings_come_last_as_sentences_and_what_is_left_before_them():
 
 def test_the_page_of_text_has_findings_intervals_and_ratios():
     page = summary(diagnosis(finding()))
-    [row] = [line for line in page.splitlines() if line.startswith("load_dependent_friction")]
-    assert row.split() == [
-        "load_dependent_friction",
-        "joint3",
-        "mu3",
-        "0.120",
-        "±",
-        "0.012",
-        "99.95",
-        "%",
-        "900.0",
-    ]
-    [joint] = [line for line in page.splitlines() if line.startswith("Joint 3 ")]
-    assert joint.split()[2:] == ["N", "m", "0.2000", "0.5400", "0.2100", "2.700", "1.050"]
-    assert max(map(len, page.splitlines())) <= 110
-    assert "No run was held out." in summary(diagnosis(finding(), improvement=None))
+    heading = "Load-dependent friction of joint 3: probability above 99.9 %, held out 900"
+    lines = page.splitlines()
+    assert lines[lines.index(heading) + 1].split() == ["mu3", "0.1200", "0.012"]
+    joint = [line for line in lines[lines.index(heading) :] if line.startswith("Joint 3 ")][0]
+    # noise, nominal values, before and after by the budget, and the two over noise
+    assert joint.split()[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]
+    assert max(map(len, lines)) <= 80
+    assert "Held out:         none" in summary(diagnosis(finding(), improvement=None))
 
 
 def test_answers_count_joints_from_one():
@@ -450,7 +449,7 @@ def test_what_one_joint_alone_shows_is_no_force_on_the_flange():
     one, two = moment((1,), np.nan), moment((1, 2), 12.0)
     assert "force" not in moment_sentence(one)
     assert "as if a force of 12 N acted on the flange along (0.00, 0.00, 1.00)" in moment_sentence(two)
-    assert (size(one), direction(one)) == ("-", "-")
+    assert direction(one) == "-"
 
 
 def test_a_warning_that_begins_with_a_run_keeps_the_run_s_name():

@@ -11,8 +11,7 @@ from exidyn.identify.fit.fit import NORMAL_95
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identified import exported, identified
 from exidyn.identify.fit.verdict import verdict
-from exidyn.identify.pages.fit.fit_summary import summary
-from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.fit_document import report_html, summary
 
 from ...parts.small.small_fit import fit, plain_fit
 

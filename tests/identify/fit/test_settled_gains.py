@@ -20,8 +20,7 @@ from exidyn.identify.fit.identified import identified
 from exidyn.identify.fit.settled_gains import open_gains, settled
 from exidyn.identify.fit.verdict import verdict
 from exidyn.identify.model import Model
-from exidyn.identify.pages.fit.fit_summary import summary
-from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.fit_document import report_html, summary
 from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.identify.robot_files.robot_file import parse_model

@@ -8,6 +8,7 @@ import pytest
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.verdict import joint_verdicts, surprises, verdict
 from exidyn.identify.preparation.prepare import SMOOTHED
+from exidyn.identify.text_table import digits
 
 from ...parts.pages.report_pages import known_fit
 
@@ -27,10 +28,10 @@ def test_verdict_names_the_joint_that_is_not_explained(fit):
     first = verdict(with_noise(fit, 1.0, 4.2))[0]
     assert "1 of 2 joints" in first
     assert "The residual of 1 of 2 joints is at the noise floor on the runs held out. " in first
-    assert "Physics is missing on elbow (4.2 x noise)." in first
+    assert "More than noise is left on elbow (4.2 x noise). exidyn diagnose finds what is" in first
     assert [v.words for v in joint_verdicts(with_noise(fit, 1.4, 1.29))] == [
-        "a little is missing",
-        "residual at the noise floor",
+        "a little above noise",
+        "at the noise floor",
     ]
 
 
@@ -67,8 +68,8 @@ def test_verdict_warns_without_a_run_held_out(fit):
 
 def test_verdict_counts_the_gains_and_repeats_warnings(fit):
     lines = verdict(replace(fit, warnings=("the clock jumps",)))
-    percent = 100 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
-    assert f"{percent.min():.2g} to {percent.max():.2g} %" in lines[1]
+    half = 196 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
+    assert f"known to ± {digits(half.min(), 2)} to {digits(half.max(), 2)} % (95 %)" in lines[1]
     assert lines[-1] == "the clock jumps"
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from exidyn.identify.effects import Hysteresis, LoadDependentFriction, StribeckFriction
 from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.pages.fit.friction_curve import friction_curve
-from exidyn.identify.pages.fit.report_plots import velocity_grid
+from exidyn.identify.pages.fit_plots import friction_curve, velocity_grid
 
 from ...parts.pages.report_pages import known_fit
 from ...parts.small.two_joints import model

@@ -15,8 +15,7 @@ from exidyn.identify.fit.fit_file import fit_text
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
-from exidyn.identify.pages.fit.fit_summary import summary
-from exidyn.identify.pages.fit.report import report_html
+from exidyn.identify.pages.fit_document import report_html, summary
 from exidyn.identify.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 

@@ -9,7 +9,6 @@ import pytest
 from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.fit.fit_file import fit_text, read_fit
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.verdict import NOT_FOUND, joint_verdicts, verdict
 from exidyn.identify.recordings.recording import JOG, SIMULATED, KnownPayload
 from exidyn.identify.simulation.comparison import compare
 from exidyn.identify.simulation.predicted import predicted
@@ -110,13 +109,3 @@ def test_a_comparison_takes_the_level_of_a_fit(read):
     assert found.cutoff == pytest.approx(read.filtering.torque_cutoff, rel=0.1)
     assert np.all(found.effort.noise >= read.noise)
     assert not np.array_equal(found.effort.noise, own.effort.noise)
-
-
-def test_on_a_page_with_a_diagnosis_that_decides_what_is_missing(read):
-    worse = replace(fit().validation[0], noise=fit().validation[0].noise / 10.0)
-    lacking = replace(fit(), validation=(worse,))
-    assert "Physics is missing on" in verdict(lacking)[0]
-    first = verdict(lacking, missing={"elbow"})[0]
-    assert "Physics is missing on elbow" in first
-    assert "Physics is missing on shoulder" not in first
-    assert joint_verdicts(lacking, missing=set())[0].words == NOT_FOUND

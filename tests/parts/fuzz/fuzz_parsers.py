@@ -9,7 +9,7 @@ import numpy as np
 
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.diagnosis_files import read_answers
-from exidyn.acquire.files.report_files import read_page_data
+from exidyn.acquire.files.report_files import read_diagnosed
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
@@ -173,7 +173,7 @@ def _recover(folder: Path, name: str) -> None:
 
 
 def _read_diagnosis(folder: Path, name: str) -> None:
-    read_page_data(folder / "diagnosis.json")
+    read_diagnosed(folder / "diagnosis.json")
 
 
 def _view_diagnosis(folder: Path, name: str) -> None:

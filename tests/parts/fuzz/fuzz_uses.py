@@ -12,8 +12,8 @@ from exidyn.drivers.ur_rtde.state import FIELDS, Samples, obstacle, slowed, stat
 from exidyn.drivers.values import checked
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.pages.combined import joined_html
-from exidyn.identify.pages.fit.fit_summary import summary
+from exidyn.identify.pages.fit_document import summary
+from exidyn.identify.pages.report_document import joined_html
 
 JOINTS, CYCLE = 6, 0.002
 

@@ -1,0 +1,62 @@
+"""A document, or a section of it, as Markdown: for Rerun's text panels and notebooks."""
+
+from functools import singledispatch
+
+from .document import Block, Document, Figure, Grid, Heading, Links, Paragraph, Section, Statements, Table
+from .text import short, shortened
+
+
+def markdown(document: Document) -> str:
+    """The whole page, without plots and details."""
+    facts = [f"- {label}: {value}" for label, value in document.facts]
+    opening = "\n".join([f"# {document.title}", "", *([document.note, ""] if document.note else []), *facts])
+    return "\n\n".join([opening, *map(section_markdown, short(document))])
+
+
+def section_markdown(section: Section) -> str:
+    """One section."""
+    return "\n\n".join([f"## {section.title}", *filter(None, map(_block, section.blocks))])
+
+
+@singledispatch
+def _block(block: Block) -> str:
+    """Markdown of a block; empty for a plot."""
+    raise TypeError(f"no block of a document: {block!r}")
+
+
+@_block.register
+def _(block: Table) -> str:
+    more, block = block.more, shortened(block)
+    rule = "---|" * len(block.head)
+    rows = [[f"**{row[0]}**", *[""] * (len(block.head) - 1)] if len(row) == 1 else row for row in block.rows]
+    below = ["", more] if more else []
+    return "\n".join([_row(block.head), f"|{rule}", *map(_row, rows), *below]) if rows else ""
+
+
+def _row(cells: object) -> str:
+    return f"| {' | '.join(str(cell).replace('|', '/') for cell in cells)} |"  # type: ignore[attr-defined]
+
+
+@_block.register
+def _(block: Statements) -> str:
+    return "\n".join(f"- {sentence}" for sentence in block.sentences)
+
+
+@_block.register
+def _(block: Paragraph) -> str:
+    return "" if block.style == "plot" else block.text
+
+
+@_block.register
+def _(block: Heading) -> str:
+    return f"### {block.text}"
+
+
+@_block.register
+def _(block: Figure | Links) -> str:
+    return ""
+
+
+@_block.register
+def _(block: Grid) -> str:
+    return "\n\n".join(filter(None, map(_block, block.blocks)))

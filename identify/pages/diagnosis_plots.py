@@ -1,0 +1,213 @@
+"""Pictures of a diagnosis: profiles, spectra, bars over noise, a map of where and when."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..diagnosis.findings.finding import Moment, Trace
+from ..diagnosis.findings.quantities import TURNING
+from ..diagnosis.improved.forward import Forward
+from .profiles import Axis, Profile, orders, profile, spectrum
+from .svg import Panel, Span, legend, picture, stretch, text
+
+DOTS = 500
+"""Dots in a profile; more hide one another."""
+STRETCH = 20.0
+"""Time that is drawn of a run [s]."""
+CELLS = 72
+"""Columns of a map: of half a minute, each is the time of a swing."""
+PALE, FULL = 1.3, 4.0
+"""Residual over noise from which a cell of the map has a colour, and at which it has its full colour: the
+mean of so few rows is up to a third above noise by chance."""
+KEYS = [("before", "before"), ("after", "after")]
+
+
+def profile_plot(
+    traces: Sequence[Trace], joint: int, axis: Axis, noise: float | None, unit: str = TURNING
+) -> str:
+    """Residual of a joint against something, before and after: dots, and means of bins.
+
+    Args:
+        traces: Of which runs.
+        joint: Which.
+        axis: Against what.
+        noise: Noise floor; None where it was not measured, and is not drawn.
+        unit: Of the joint's torque.
+    """
+    before, after = (profile(traces, joint, axis, which) for which in ("before", "after"))
+    if not len(before.dots):
+        return ""
+    across, label = Span.around(before.dots[:, 0], margin=0.02), axis.title(unit == TURNING)
+    heights = [np.percentile(one.dots[:, 1], [1, 99]) for one in (before, after)]
+    height = Span.around(*heights, before.mean, np.array([noise or 0.0]), zero=True)
+    panel = Panel(across, height, 64, 24, 400, 190)
+    what = f"residual against the motion [{unit}]" if axis.braking else f"residual [{unit}]"
+    content = (
+        legend(64, 14, _keys(noise))
+        + panel.axes(label, what)
+        + _band(panel, noise)
+        + _dots(panel, before, "cloud")
+        + _dots(panel, after, "cloudafter")
+        + panel.line(before.x, before.mean, "before")
+        + panel.line(after.x, after.mean, "after")
+    )
+    return picture(472, 246, f"residual over {label}", content)
+
+
+def _keys(noise: float | None) -> list[tuple[str, str]]:
+    return KEYS if noise is None else [*KEYS, ("bandkey", "noise")]
+
+
+def _band(panel: Panel, noise: float | None) -> str:
+    if noise is None:
+        return ""
+    ends, limit = np.array([panel.x.low, panel.x.high]), np.full(2, noise)
+    return panel.band(ends, -limit, limit, "band")
+
+
+def _dots(panel: Panel, one: Profile, style: str) -> str:
+    chosen = np.unique(np.linspace(0, len(one.dots) - 1, min(DOTS, len(one.dots))).astype(int))
+    return panel.dots(one.dots[chosen, 0], one.dots[chosen, 1], style)
+
+
+def time_plot(
+    trace: Trace, joint: int, noise: float | None, unit: str = TURNING, moments: Sequence[Moment] = ()
+) -> str:
+    """Residual of a run over time, before and after, where most of it lies; moments are marked.
+
+    Args:
+        trace: Of the run.
+        joint: Which.
+        noise: Noise floor; None where it was not measured, and is not drawn.
+        unit: Of the joint's torque.
+        moments: Of all runs.
+    """
+    shown = stretch(trace.time, trace.before[:, joint] ** 2 * trace.weight[:, joint], STRETCH)
+    time, slides = trace.time[shown], trace.weight[shown, joint] > 0
+    before, after = (np.where(slides, rows[shown, joint], np.nan) for rows in (trace.before, trace.after))
+    panel = Panel(Span.around(time, margin=0.0), Span.around(before, after, zero=True), 64, 24, 400, 190)
+    marks = [_mark(panel, one) for one in moments if one.run == trace.name and joint in one.joints]
+    content = (
+        legend(64, 14, _keys(noise) + ([("momentkey", "moment")] if any(marks) else []))
+        + panel.axes("time [s]", f"residual [{unit}]")
+        + "".join(marks)
+        + _band(panel, noise)
+        + panel.line(time, before, "before thin")
+        + panel.line(time, after, "after thin")
+    )
+    return picture(472, 246, f"{trace.name}: residual over time", content)
+
+
+def _mark(panel: Panel, moment: Moment) -> str:
+    """The moment as a stripe; nothing where it is outside."""
+    start, end = max(moment.start, panel.x.low), min(moment.end, panel.x.high)
+    if end <= start:
+        return ""
+    ends = np.array([start, end])
+    return panel.band(ends, np.full(2, panel.y.low), np.full(2, panel.y.high), "moment")
+
+
+def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
+    """Amplitude of a residual over frequency, before and after."""
+    lines = [spectrum(trace, joint, which) for which in ("before", "after")]
+    return _spectra(lines, "frequency [Hz]", unit)
+
+
+def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TURNING) -> str:
+    """Amplitude of a residual over waves per turn of the joint or its motor, before and after."""
+    lines = [orders(traces, joint, which, motor) for which in ("before", "after")]
+    joint_turn = "turn of the joint" if unit == TURNING else "2π m of the joint"
+    return _spectra(lines, f"waves per {'turn of the motor' if motor else joint_turn}", unit)
+
+
+def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: str) -> str:
+    across = Span.around(lines[0][0], margin=0.0)
+    top = max(float(np.max(amplitude)) for _, amplitude in lines)
+    panel = Panel(across, Span(0.0, 1.06 * top or 1.0), 64, 24, 400, 190)
+    content = legend(64, 14, KEYS) + panel.axes(label, f"residual, amplitude [{unit}]")
+    for (x, amplitude), (style, _) in zip(lines, KEYS, strict=True):
+        content += panel.line(x, amplitude, style)
+    return picture(472, 246, f"residual over {label}", content)
+
+
+def bars(
+    before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
+) -> str:
+    """A number (n,) of every joint before and after, on a linear scale from zero.
+
+    Args:
+        before: Over noise, or in units.
+        after: Likewise.
+        names: Of the joints.
+        label: What it is.
+        units: Of each joint, where noise was not measured and bars are not over noise.
+    """
+    known = np.concatenate([before, after])
+    known = known[np.isfinite(known)]
+    most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
+    left, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
+    height = step * len(names)
+    scale = width / most
+    parts = [legend(left, 44 + height, KEYS)]
+    rows = zip(names, before, after, units or [""] * len(names), strict=True)
+    for place, (name, first, second, unit) in enumerate(rows):
+        top = 26 + place * step
+        parts.append(text(left - 8, top + 17, name, "name end"))
+        for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
+            length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
+            parts.append(f'<rect class="{style}" x="{left:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
+            label = f"{value:.3g} {unit}".rstrip() if np.isfinite(value) else "diverged"
+            parts.append(text(left + length + 5, y + 9, label, "tick"))
+    if not units:
+        x = left + scale
+        parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
+        parts.append(text(x, 15, "noise", "tick middle"))
+    return picture(520, 50 + height, label, "".join(parts))
+
+
+def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residuals: str) -> str:
+    """A map of one run: joints downwards, time across, the darker the more is left over a level (n,)."""
+    left, width, step = 110.0, 350.0, 20.0
+    edges = np.linspace(0, len(trace.time), CELLS + 1).astype(int)
+    parts = []
+    for joint, name in enumerate(names):
+        top = 8 + joint * step
+        parts.append(text(left - 8, top + 13, name, "name end"))
+        squares = getattr(trace, residuals)[:, joint] ** 2 * trace.weight[:, joint]
+        for cell in range(CELLS):
+            rows = slice(edges[cell], edges[cell + 1])
+            sliding = float(np.sum(trace.weight[rows, joint]))
+            share = np.sqrt(np.sum(squares[rows]) / sliding) / level[joint] if sliding else 1.0
+            depth = np.clip((share - PALE) / (FULL - PALE), 0.0, 1.0)
+            if depth > 0.0:
+                x = left + width * cell / CELLS
+                parts.append(
+                    f'<rect class="heat" x="{x:.1f}" y="{top:g}" width="{width / CELLS + 0.2:.1f}" '
+                    f'height="{step - 2:g}" fill-opacity="{depth:.2f}"/>'
+                )
+    bottom = 8 + step * len(names)
+    frame = f'<rect class="frame" x="{left:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
+    first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
+    ends = text(left, bottom + 12, first, "tick") + text(left + width, bottom + 12, last, "tick end")
+    title = f"{trace.name}, {residuals}: where and when it is left"
+    return picture(472, bottom + 18, title, frame + "".join(parts) + ends)
+
+
+def forward_plot(found: Forward, joint: int, unit: str = TURNING) -> str:
+    """Torque of a joint in simulation before and after, beside what was recorded.
+
+    What diverges leaves the picture: its scale is that of the recorded torque at most.
+    """
+    length = int(np.searchsorted(found.time, found.time[0] + STRETCH, side="right"))
+    shown = slice(0, min(length, len(found.time)))
+    time, slides = found.time[shown], found.weight[shown, joint] > 0
+    limit = 2.0 * float(np.max(np.abs(found.measured[shown, joint]), initial=0.0)) or 1.0
+    left = [
+        np.where(slides, np.clip((found.measured - one)[shown, joint], -limit, limit), np.nan)
+        for one in (found.torque_before, found.torque_after)
+    ]
+    panel = Panel(Span.around(time, margin=0.0), Span.around(*left, zero=True), 64, 24, 400, 190)
+    content = legend(64, 14, KEYS) + panel.axes("time [s]", f"recorded less simulated [{unit}]")
+    for one, (style, _) in zip(left, KEYS, strict=True):
+        content += panel.line(time, one, f"{style} thin")
+    return picture(472, 246, f"{found.run}: recorded less simulated torque", content)

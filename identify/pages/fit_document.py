@@ -1,0 +1,300 @@
+"""What is said of a fit: verdict, gains, parameters, runs, friction, conditioning, structure, data."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..document.document import (
+    Block,
+    Document,
+    Figure,
+    Grid,
+    Heading,
+    Marked,
+    Number,
+    Numbers,
+    Paragraph,
+    Picture,
+    Row,
+    Section,
+    Statements,
+    Table,
+)
+from ..document.html import html
+from ..document.text import text
+from ..effects import Effect, name_of
+from ..fit.agreement import Agreement, Scores
+from ..fit.fit import NORMAL_95, Fit
+from ..fit.verdict import (
+    EXPLAINED,
+    FAR_ABOVE,
+    gains_estimated,
+    gains_sentence,
+    joint_verdicts,
+    judged,
+    open_gain_sentences,
+    verdict,
+)
+from ..model import Model
+from ..text_table import digits
+from .fit_parameters import parameters_section
+from .fit_plots import (
+    ROOM_TEMPERATURE,
+    friction_plot,
+    interval_bar,
+    measured_unit,
+    share_bar,
+    torque_plot,
+)
+from .svg import COLUMNS
+
+STRETCHES = 20_000
+"""Stretches of lines in all plots of runs together; each costs some 33 bytes, so all cost 0.7 MB."""
+NO_SAMPLES = (
+    "This fit was loaded without the samples of its runs, so that there is nothing to draw here. "
+    "Identify again from the recordings to see it."
+)
+WORST_PAIRS = 12
+"""Pairs of correlated parameters that are listed."""
+
+
+def fit_document(fit: Fit) -> Document:
+    """The whole document."""
+    robot = fit.model.robot
+    return Document(f"Identified dynamics of {robot.name}", "", fit_sections(fit), facts=_facts(fit))
+
+
+def summary(fit: Fit) -> str:
+    """The document as text of 80 columns."""
+    return text(fit_document(fit))
+
+
+def report_html(fit: Fit) -> str:
+    """The document as one HTML page that needs nothing else."""
+    return html(fit_document(fit))
+
+
+def write_report(fit: Fit, path: Path) -> None:
+    """Write the HTML page."""
+    Path(path).write_text(report_html(fit), encoding="utf-8")
+
+
+def fit_sections(fit: Fit) -> list[Section]:
+    """All sections, the verdict first."""
+    return [
+        Section("verdict", "Verdict", verdict_blocks(fit)),
+        Section("gains", "Drive gains", _gains(fit)),
+        parameters_section(fit),
+        Section("runs", "Runs", _runs(fit)),
+        Section("friction", "Friction", _friction(fit), detail=True),
+        Section("conditioning", "Conditioning", _conditioning(fit), detail=True),
+        Section("structure", "Composition of base parameters", _structure(fit)),
+        Section("data", "Filters and warnings", _data(fit)),
+    ]
+
+
+def verdict_blocks(fit: Fit) -> list[Block]:
+    """What to think of the fit, and how well each joint is explained where it is explained worst."""
+    return [Statements(verdict(fit), "verdict"), *_joint_table(fit)]
+
+
+def _facts(fit: Fit) -> list[tuple[str, str]]:
+    robot, held_out = fit.model.robot, ", ".join(run.run for run in fit.validation)
+    rank = len(fit.names) + len(fit.dropped)
+    facts = [
+        ("Robot", robot.name),
+        ("Joints", ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))),
+        ("Effects", ", ".join(dict.fromkeys(name_of(one).replace("_", " ") for one in fit.model.effects))),
+        ("Method", fit.estimate.method),
+        ("Identified from", ", ".join(fit.runs)),
+        *([("Validated on", held_out)] if held_out else []),
+        ("Base parameters", f"{rank} (rank), {len(fit.names) if fit.dropped else 'all'} kept"),
+        ("Condition number", digits(fit.condition, 3)),
+    ]
+    # What spoils other numbers is read before them.
+    return facts + [("Note", sentence) for sentence in open_gain_sentences(fit)]
+
+
+def _joint_table(fit: Fit) -> list[Table]:
+    runs = {run.run: run for run in judged(fit)}
+    rows: list[Row] = []
+    for joint, one in enumerate(joint_verdicts(fit)):
+        run = runs[one.run]
+        kind = {EXPLAINED: "good", FAR_ABOVE: "bad"}.get(one.words, "middling")
+        words = one.words.partition(":")[0]  # the verdict has the reason once, for all joints
+        values = (one.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
+        rows.append(
+            [
+                one.joint, Marked(words, kind), *(Number(value, 3) for value in values),
+                Number(run.r_squared[joint], 5), measured_unit(fit, joint), run.run,
+            ]
+        )  # fmt: skip
+    head = ["joint", "verdict", "residual / noise", "residual rms", "noise", "residual, % of torque"]
+    return [Table([*head, "R\u00b2", "unit", "worst run"], rows, words=(1, 7, 8))] if rows else []
+
+
+def _gains(fit: Fit) -> list[Block]:
+    found, blocks = gains_estimated(fit), list[Block]()
+    if not found:
+        blocks.append(Paragraph(gains_sentence(fit)))
+        if fit.unscaled or fit.measures == "torque":
+            return blocks
+    note = (
+        "Torque per motor current, signed. Grey: the nominal value with its 95 % interval; blue: the "
+        "estimate with its interval; an arrow points to what lies outside."
+    )
+    return [*blocks, Paragraph(note, "plot"), _gain_table(fit, found)]
+
+
+def _gain_table(fit: Fit, found: bool) -> Table:
+    robot, estimate = fit.model.robot, fit.estimate
+    rows: list[Row] = []
+    for joint, name in enumerate(robot.joints):
+        gain, std, prior = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
+        tolerance = robot.drive_gain_tolerance[joint] * abs(prior)
+        stated = not fit.gains_unstated  # a gain of 1 was never stated
+        known = prior if stated else np.nan
+        rows.append(
+            [
+                name, Number(gain, 5), Number(NORMAL_95 * std if found else np.nan, 2),
+                f"{robot.units('N m')[joint]}/A", Number(known),
+                Number(NORMAL_95 * tolerance if stated else np.nan, 2),
+                Number(100 * (gain / known - 1) if found else np.nan, 2),
+                Picture(interval_bar(gain, std, prior, tolerance) if found and stated else ""),
+            ]
+        )  # fmt: skip
+    head = ["joint", "gain", "± 95 %", "unit", "nominal", "± 95 %", "off nominal, %", "against nominal"]
+    return Table(head, rows, words=(3, 7))
+
+
+def _runs(fit: Fit) -> list[Block]:
+    roles: list[tuple[Agreement | Scores, str]] = [(run, "held out") for run in fit.validation]
+    roles += [(run, "used") for run in fit.agreement] + [(run, "not judged") for run in fit.apart]
+    drawn = list(roles)
+    roles = roles or [(run, "held out" if run.held_out else "used") for run in fit.scores]
+    rows: list[Row] = [[run.run, role, *map(_run_cell, run.over_noise, run.relative)] for run, role in roles]
+    note = "Residual over noise, and residual in per cent of the torque, of every run and joint."
+    blocks: list[Block] = [Paragraph(note), Table(["run", "role", *fit.model.robot.joints], rows, words=(1,))]
+    if not drawn:
+        return [Paragraph(NO_SAMPLES), *(blocks if rows else [])]
+    columns = int(np.clip(STRETCHES // (len(drawn) * fit.model.robot.dof), 40, COLUMNS))
+    plots = (
+        "Measured and predicted torque lie on one another; samples in which the joint stands still are not "
+        "judged, and residuals there may leave the frame. Of long runs the torque is shown where most of the "
+        "residual lies."
+    )
+    blocks.append(Paragraph(plots, "plot"))
+    for run, role in drawn:
+        if isinstance(run, Agreement):
+            blocks.append(Grid([Heading(f"{run.run} ({role})"), *_run_plots(fit, run, columns)], "two alike"))
+    return blocks
+
+
+def _run_cell(over_noise: float, relative: float) -> Numbers:
+    return Numbers("{}; {} %", (Number(over_noise, 3), Number(100 * relative, 2)))
+
+
+def _run_plots(fit: Fit, run: Agreement, columns: int) -> list[Figure]:
+    return [
+        Figure(
+            joint,
+            f"residual {digits(run.residual_rms[j], 3)} {measured_unit(fit, j)}, "
+            f"{run.over_noise[j]:.2f} x noise, {digits(100 * run.relative[j], 2)} % of the torque",
+            torque_plot(run, fit.model.robot, j, columns, measured_unit(fit, j)),
+        )
+        for j, joint in enumerate(fit.model.robot.joints)
+    ]
+
+
+def _friction(fit: Fit) -> list[Block]:
+    note = (
+        "Friction is what sliding adds to the torque that does not pass the gear. Dots: measured torque of "
+        "the runs used, everything else taken off; where they leave the curve together, the form of the "
+        "friction is wrong. What depends on more than velocity is drawn at mid-range and "
+        f"{ROOM_TEMPERATURE:g}\u00a0\u00b0C."
+    )
+    figures = [Figure(joint, "", friction_plot(fit, j)) for j, joint in enumerate(fit.model.robot.joints)]
+    without = [] if fit.agreement else [Paragraph(NO_SAMPLES)]
+    return [Paragraph(note), *without, Grid(figures, "three alike")]
+
+
+def _conditioning(fit: Fit) -> list[Block]:
+    note = (
+        f"Condition number of the weighted regressor with unit columns: {digits(fit.condition, 3)}. It is "
+        "the ratio of the most visible combination of parameters to the least visible one. Below are the "
+        "estimates that the data distinguish worst; near -1 or 1 only their sum or difference is known."
+    )
+    rows: list[Row] = [[f"{a} and {b}", Number(r), Picture(share_bar(r))] for a, b, r in correlations(fit)]
+    return [Paragraph(note), Table(["pair", "correlation", "from -1 to 1"], rows, words=(2,))]
+
+
+def correlations(fit: Fit) -> list[tuple[str, str, float]]:
+    """Pairs of estimates, gains included, that the data distinguish worst, worst first."""
+    std = np.sqrt(np.diag(fit.estimate.covariance))
+    kept = np.flatnonzero(std > 0.0)
+    scaled = fit.estimate.covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
+    names = [*fit.names, *(f"gain of {joint}" for joint in fit.model.robot.joints)]
+    first, second = np.triu_indices(len(kept), 1)
+    worst = np.argsort(-np.abs(scaled[first, second]), kind="stable")[:WORST_PAIRS]
+    pairs = zip(first[worst], second[worst], strict=True)
+    return [(names[kept[a]], names[kept[b]], float(scaled[a, b])) for a, b in pairs]
+
+
+def _structure(fit: Fit) -> list[Block]:
+    """What was regrouped, what cannot be seen at all, and the shapes of effects."""
+    structure = fit.structure or fit.base
+    alone = len(structure.kept) - len(structure.expressions)
+    single = [f"The other {alone} are single parameters."] if alone else []
+    blocks: list[Block] = [Statements([*structure.expressions, *single])]
+    if hidden := structure.without_effect:
+        blocks.append(
+            Paragraph(f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}.", "")
+        )
+    shapes = [line for effect in fit.model.effects if (line := _shape(effect, fit.model))]
+    return (
+        [*blocks, Heading("Shapes of effects, as stated or fitted"), Statements(shapes)] if shapes else blocks
+    )
+
+
+def _shape(effect: Effect, model: Model) -> str:
+    """Nonlinear unknowns of an effect; empty without any."""
+    values = [
+        f"{name} {getattr(effect, name):.4g} {_shape_unit(effect, model, shape.unit)}"
+        for name, shape in effect.shapes().items()
+    ]
+    joints: Sequence[str] = [model.robot.joints[joint] for joint in _joints(effect, model)]
+    where = ", ".join(dict.fromkeys(joints)) or "arm"
+    return f"{name_of(effect).replace('_', ' ')} ({where}): {', '.join(values)}" if values else ""
+
+
+def _joints(effect: Effect, model: Model) -> list[int]:
+    """Joints on which an effect acts, from 0."""
+    return [joint for joint in effect.parameter_joints(model.robot) if joint is not None]
+
+
+def _shape_unit(effect: Effect, model: Model, turning: str) -> str:
+    """Unit of a shape, by the joints on which its effect acts."""
+    units = dict.fromkeys(model.robot.unit(joint, turning) for joint in _joints(effect, model))
+    return ", ".join(units) or turning
+
+
+def _data(fit: Fit) -> list[Block]:
+    filtering, units = fit.filtering, ", ".join(dict.fromkeys(fit.model.robot.units("rad/s")))
+    sources = sorted({run.noise_source for run in (*fit.agreement, *fit.validation)} - {""})
+    rows: list[Row] = [
+        ["sample rate", _filter(filtering.rate), "Hz"],
+        ["low-pass of positions before differentiation", _filter(filtering.position_cutoff), "Hz"],
+        ["parallel decimation of torque and regressor", _filter(filtering.torque_cutoff), "Hz"],
+        ["standstill below", _filter(filtering.standstill), units]
+        if filtering.standstill is not None
+        else ["standstill below", "1 %", "of each joint's usual speed"],
+        ["decimated samples times joints used", Number(fit.rows, len(str(fit.rows))), ""],
+        *([["noise floor measured at", " and ".join(sources), ""]] if sources else []),
+    ]
+    warnings = fit.warnings or ("The recordings gave no warnings.",)
+    return [Table(["filter", "value", "unit"], rows, words=(2,)), Statements(warnings)]
+
+
+def _filter(value: float | None) -> str | Number:
+    return "from the data" if value is None else Number(value)

@@ -1,0 +1,104 @@
+"""The base parameters of a fit: nominal value, value, interval and note in one row."""
+
+import numpy as np
+
+from ..document.document import Block, Heading, Number, Paragraph, Picture, Row, Section, Statements, Table
+from ..effects import name_of
+from ..fit.fit import NORMAL_95, Fit
+from ..fit.fit_warnings import OPEN
+from ..fit.verdict import SURPRISE, payload_centres, surprises
+from ..model import Model
+from ..text_table import digits
+from .fit_plots import interval_bar
+
+
+def parameters_section(fit: Fit) -> Section:
+    """Parameters by effect, the payload's centre, what is open, what was dropped or is exported otherwise."""
+    note = (
+        "R marks a parameter into which others are regrouped; the number is that of its joint. ±: half of "
+        "the 95 % interval, with the residual's autocorrelation in it. open: standard deviation above "
+        f"{OPEN:g} % of the value. off nominal: more than {SURPRISE:g} standard deviations of value and "
+        "nominal value together."
+    )
+    plot = "Grey: the nominal value with its 95 % interval; blue: the estimate with its interval."
+    centres = [Paragraph(words, "") for words in payload_centres(fit)]
+    blocks: list[Block] = [Paragraph(note), Paragraph(plot, "plot"), _table(fit), *centres]
+    return Section("parameters", "Parameters", [*blocks, *_open(fit), *_dropped(fit), *_moved(fit)])
+
+
+def _table(fit: Fit) -> Table:
+    """A row a parameter, under the name of its effect."""
+    names = [fit.base.parameters[column].name for column in fit.base.kept]
+    effects = _effects(fit.model)
+    far = surprises(fit)
+    # Values in amperes compare with no prior.
+    deviation = np.full(len(names), np.inf) if fit.unscaled else fit.prior[1]
+    rows: list[Row] = []
+    for effect in dict.fromkeys(effects[name] for name in names):
+        rows.append([effect])
+        rows += [
+            _row(fit, place, float(deviation[place]), far)
+            for place, name in enumerate(names)
+            if effects[name] == effect
+        ]
+    per = ", ".join(dict.fromkeys(fit.model.robot.units("N m/A")))
+    unit = f"unit/({per})" if fit.unscaled else "unit"
+    head = ["name", "value", "± 95 %", unit, "nominal", "± 95 %", "note", "against nominal"]
+    return Table(head, rows, words=(3, 6, 7))
+
+
+def _row(fit: Fit, place: int, deviation: float, far: list[str]) -> Row:
+    name, value, std = fit.names[place], fit.estimate.values[place], fit.estimate.std[place]
+    nominal, stated = float(fit.prior[0][place]), np.isfinite(deviation)
+    notes = [note for note, on in (("open", _is_open(value, std)), ("off nominal", name in far)) if on]
+    return [
+        name, Number(value), Number(NORMAL_95 * std, 2), fit.base.units[place],
+        Number(nominal if stated else np.nan), Number(NORMAL_95 * deviation, 2), ", ".join(notes),
+        Picture(interval_bar(value, std, nominal, deviation)),
+    ]  # fmt: skip
+
+
+def _is_open(value: float, std: float) -> bool:
+    return bool(100.0 * std > OPEN * abs(value))
+
+
+def _effects(model: Model) -> dict[str, str]:
+    """The effect, in words, that each parameter belongs to."""
+    return {
+        parameter.name: f"{name_of(effect)} {effect.payload}".replace("_", " ").strip()
+        for effect in model.effects
+        for parameter in effect.parameters(model.robot)
+    }
+
+
+def _open(fit: Fit) -> list[Block]:
+    if not fit.unclear:
+        return [Paragraph(f"Every parameter that was kept is known to {OPEN:g} % or better.")]
+    rows: list[Row] = [[one.name, Number(one.std_percent, 3), one.hint] for one in fit.unclear]
+    return [Heading("Open"), Table(["name", "std, %", "motion that would settle it"], rows, words=(2,))]
+
+
+def _dropped(fit: Fit) -> list[Block]:
+    if not fit.dropped:
+        return []
+    note = f"{len(fit.dropped)} may be zero as far as these runs show, and are; the value that each had:"
+    units = {parameter.name: parameter.unit for parameter in fit.base.parameters}
+    items = [
+        f"{name} {digits(value, 3)} {units.get(name) or units.get(name.removesuffix('R'), '')}".strip()
+        for name, value in fit.dropped.items()
+    ]
+    return [Heading("Dropped"), Paragraph(note), Statements(["; ".join(items)])]
+
+
+def _moved(fit: Fit) -> list[Block]:
+    """Values that no arm can have, and those that export and simulation take."""
+    if not fit.moved:
+        return []
+    note = (
+        "No arm can have these values within their 95 %: export and simulation take the nearest, by the "
+        "fit's covariance, that an arm can have. far: standard deviations between the two."
+    )
+    rows: list[Row] = [
+        [m.name, Number(m.value), Number(m.exported), Number(m.deviations, 3)] for m in fit.moved
+    ]
+    return [Heading("Exported otherwise"), Paragraph(note), Table(["name", "value", "exported", "far"], rows)]

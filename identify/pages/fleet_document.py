@@ -1,0 +1,170 @@
+"""The page of a fleet: what changed, arms by joints, and each arm's values over time with the temperature."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ..diagnosis.words.naming import named
+from ..document.document import (
+    Block,
+    Cell,
+    Document,
+    Figure,
+    Grid,
+    Link,
+    Links,
+    Marked,
+    Paragraph,
+    Section,
+    Statements,
+    Table,
+)
+from ..document.html import html
+from ..fit.fit import NORMAL_95
+from ..fleet.drift import LEAST, ArmDrift, Found
+from ..fleet.report import (
+    KindReport,
+    amount_words,
+    change_words,
+    date_words,
+    subject,
+    temperature_of,
+)
+from ..notebook import counted
+from .svg import Panel, Span, picture
+
+WIDTH, HEIGHT, WARMTH = 560.0, 190.0, 60.0
+"""Of a plot, and of the temperature's part of it [pixels]."""
+WEEK = 7.0
+
+
+def fleet_page(
+    reports: Sequence[KindReport],
+    left_out: Sequence[tuple[str, str]],
+    links: Mapping[str, Mapping[str, str]],
+    rate: float,
+) -> str:
+    """The page.
+
+    Args:
+        reports: Of each type of arm.
+        left_out: Files that could not be identified, and why.
+        links: Arm -> what there is of it, in words, -> its address.
+        rate: False alarms an arm and year that were allowed.
+    """
+    arms = sum(len(one.drifts) for one in reports)
+    runs = sum(len(own.runs) for one in reports for own in one.learned.arms.values())
+    changed = [arm for one in reports for arm, found in one.drifts.items() if found.found]
+    note = (
+        f"{counted(arms, 'arm')}, {counted(runs, 'run')}; changed: {len(changed)}; false alarms allowed: "
+        f"{rate:g} an arm and year"
+    )
+    sections = [Section("changes", "What changed", [_changes(reports)])]
+    sections += [
+        Section(f"map-{one.key}", f"Arms of {one.learned.frame.kind.model.robot.name}", [_map(one)])
+        for one in reports
+    ]
+    for one in reports:
+        sections += [_arm(one, arm, links.get(arm, {})) for arm in one.drifts]
+    if left_out:
+        table = Table(["recording", "why"], left_out, words=(1,))
+        sections.append(Section("left-out", "Left out", [table]))
+    return html(Document("Fleet", note, sections))
+
+
+def anchor_of(arm: str) -> str:
+    """What a link to an arm's section names."""
+    return "arm-" + "".join(one if one.isalnum() or one == "-" else f"_{ord(one):x}" for one in arm)
+
+
+def _changes(reports: Sequence[KindReport]) -> Block:
+    rows: list[list[Cell]] = [
+        [_link(arm), change_words(one.learned, found), date_words(found.alarmed)]
+        for one in reports
+        for arm, own in one.drifts.items()
+        for found in own.found
+    ]
+    if not rows:
+        return Paragraph("Nothing changed beyond what differs from run to run.")
+    return Table(["arm", "what changed", "first seen"], rows, words=(1, 2))
+
+
+def _link(arm: str) -> Link:
+    return Link(arm, f"#{anchor_of(arm)}")
+
+
+def _map(report: KindReport) -> Table:
+    """A row an arm, a column a joint; in a cell its surest change."""
+    joints = report.learned.frame.kind.model.robot.joints
+    rows: list[list[Cell]] = [[_link(arm), *_cells(report, own)] for arm, own in report.drifts.items()]
+    return Table(["arm", *joints], rows, words=range(1, len(joints) + 1))
+
+
+def _cells(report: KindReport, own: ArmDrift) -> Iterator[Cell]:
+    frame = report.learned.frame
+    joints = frame.kind.model.robot.joints
+    for joint in range(frame.kind.model.robot.dof):
+        here = [one for one in own.found if frame.causes[one.cause].joint == joint]
+        if not here:
+            yield "-"
+            continue
+        surest = max(here, key=lambda one: one.deviations)
+        cause = frame.causes[surest.cause]
+        amount = amount_words(surest.amount, surest.std, surest.usual, cause.unit)
+        yield Marked(f"{named(cause.effect, [], joints)}: {amount}", "bad")
+
+
+def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
+    own, runs = report.drifts[arm], report.learned.arms[arm]
+    said = [change_words(report.learned, one) for one in own.found]
+    withdrawn = len(own.alarms) - len(own.found)
+    enough = len(runs.runs) >= LEAST
+    note = f"{counted(len(runs.runs), 'run')}, {date_words(runs.days[0])} to {date_words(runs.days[-1])}"
+    note += f"; a change is believed from {own.threshold:.1f} standard deviations. " if enough else "."
+    if withdrawn > 0:
+        note += f"Alarms that later runs did not confirm: {withdrawn}. "
+    none = "Nothing changed." if enough else f"Too few runs for a change: {LEAST} at least."
+    blocks: list[Block] = [Statements(said, "verdict") if said else Paragraph(none), Paragraph(note)]
+    if links:
+        blocks.append(Links([Link(words, address) for words, address in links.items()]))
+    return Section(anchor_of(arm), arm, [*blocks, _trends(report, arm)])
+
+
+def _trends(report: KindReport, arm: str) -> Grid:
+    """A plot for each value that changed; where none did, for dry friction of every joint."""
+    own, scattering = report.drifts[arm], report.scattering
+    changed = {report.learned.frame.causes[one.cause].parameter: one for one in own.found}
+    labels = [(one.effect, one.joint) for one in scattering]
+    found = {
+        labels.index((cause.effect, cause.joint)): one
+        for one in own.found
+        if (cause := report.learned.frame.causes[one.cause]) and (cause.effect, cause.joint) in labels
+    }
+    usual = [k for k, one in enumerate(scattering) if one.effect == "coulomb_friction"]
+    shown = sorted(found) if changed and found else usual
+    return Grid([_trend(report, arm, k, found.get(k)) for k in shown])
+
+
+def _trend(report: KindReport, arm: str, place: int, found: Found | None) -> Figure:
+    runs, cause = report.learned.arms[arm], report.scattering[place]
+    values, stds = (one[:, place] for one in report.values(arm))
+    weeks, warm = (runs.days - runs.days[0]) / WEEK, temperature_of(runs)
+    known = bool(np.all(np.isfinite(warm)))
+    low, high = values - NORMAL_95 * stds, values + NORMAL_95 * stds
+    across, height = Span.around(weeks), HEIGHT - (WARMTH if known else 0.0)
+    upper = Panel(across, Span.around(low, high), 62.0, 8.0, WIDTH - 70.0, height - 16.0)
+    unit = cause.unit or "ln(gain / nominal)"
+    first = f"weeks since {date_words(runs.days[0])}"
+    parts = [upper.axes("" if known else first, f"[{unit}]", x_ticks=not known)]
+    if found is not None:
+        begin, end = ((day - runs.days[0]) / WEEK for day in found.interval)
+        edge = np.array([begin, end])
+        ends = np.full(2, upper.y.low), np.full(2, upper.y.high)
+        parts.append(upper.band(edge, *ends, "moment"))
+    parts += [upper.band(weeks, low, high, "band"), upper.dots(weeks, values, "runs")]
+    if known:
+        lower = Panel(across, Span.around(warm), 62.0, height, WIDTH - 70.0, WARMTH - 8.0)
+        parts += [lower.axes(first, "[degC]"), lower.line(weeks, warm, "residual")]
+    words = subject(cause, report.learned.frame.kind.model.robot.joints)
+    remark = "at the reference temperature" if cause.thermal and known else ""
+    return Figure(words, remark, picture(WIDTH, HEIGHT + 34.0, f"{arm}: {words}", "".join(parts)))

@@ -1,0 +1,122 @@
+"""Profiles: a residual against what it may depend on, in bins and in spectra."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..diagnosis.findings.finding import Trace
+from ..diagnosis.words.measures import in_unit
+
+BINS = 28
+"""Across a profile: each then has some hundred rows of a run of half a minute."""
+FEWEST = 8
+"""Rows from which on the mean of a bin is drawn."""
+MOTOR = "angle of the motor"
+
+
+class Axis(NamedTuple):
+    """What a residual is drawn against.
+
+    Attributes:
+        label: With its unit for revolute joints.
+        values: Of a trace and a joint, shape (r,).
+        braking: Whether the residual is taken against the motion, as friction is.
+    """
+
+    label: str
+    values: Callable[[Trace, int], np.ndarray]
+    braking: bool = False
+
+    def title(self, revolute: bool) -> str:
+        """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
+        words, _, rest = self.label.partition(" [")
+        if revolute or words == MOTOR:
+            return self.label
+        return f"{words} [{in_unit(rest.removesuffix(']'), False)}]"
+
+
+AXES: dict[str, Axis] = {
+    "velocity": Axis("velocity [rad/s]", lambda trace, j: trace.velocity[:, j]),
+    "speed": Axis("speed [rad/s]", lambda trace, j: np.abs(trace.velocity[:, j]), True),
+    "position": Axis("position [rad]", lambda trace, j: trace.position[:, j]),
+    "where it brakes": Axis("position [rad]", lambda trace, j: trace.position[:, j], True),
+    "load": Axis("nominal load [N m]", lambda trace, j: trace.load[:, j]),
+    "size of the load": Axis("size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True),
+    "torque": Axis("torque [N m]", lambda trace, j: trace.measured[:, j]),
+    "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
+    "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),
+    "time": Axis("time [s]", lambda trace, j: trace.time),
+    "motor angle": Axis(f"{MOTOR} [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
+}
+"""Name -> what it is."""
+
+USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
+"""What a residual without a name is drawn against."""
+
+
+class Profile(NamedTuple):
+    """Means of a residual in bins.
+
+    Attributes:
+        x: Middle of each bin, shape (b,).
+        mean: Shape (b,) [N m].
+        dots: Every row, x and residual, shape (r, 2).
+    """
+
+    x: np.ndarray
+    mean: np.ndarray
+    dots: np.ndarray
+
+
+def profile(traces: Sequence[Trace], joint: int, axis: Axis, residuals: str) -> Profile:
+    """A joint's residual against an axis.
+
+    Args:
+        traces: Of which runs.
+        joint: Which.
+        axis: Against what.
+        residuals: "before" or "after".
+    """
+    x, y = [], []
+    for trace in traces:
+        sliding = trace.weight[:, joint] > 0
+        sign = np.sign(trace.velocity[:, joint]) if axis.braking else 1.0
+        x.append(axis.values(trace, joint)[sliding])
+        y.append((getattr(trace, residuals)[:, joint] * sign)[sliding])
+    dots = np.column_stack([np.concatenate(x), np.concatenate(y)])
+    dots = dots[np.all(np.isfinite(dots), axis=1)]
+    return Profile(*_means(dots), dots)
+
+
+def _means(dots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles and means of bins of equal width that have enough rows."""
+    if len(dots) < FEWEST or np.ptp(dots[:, 0]) == 0.0:
+        return np.zeros(0), np.zeros(0)
+    edges = np.linspace(dots[:, 0].min(), dots[:, 0].max(), BINS + 1)
+    places = np.clip(np.digitize(dots[:, 0], edges) - 1, 0, BINS - 1)
+    counts = np.bincount(places, minlength=BINS)
+    sums = [np.bincount(places, dots[:, column], minlength=BINS) for column in (0, 1)]
+    kept = counts >= FEWEST
+    return sums[0][kept] / counts[kept], sums[1][kept] / counts[kept]
+
+
+def spectrum(trace: Trace, joint: int, residuals: str) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz] and amplitudes [N m] of a joint's residual, averaged to a smooth line."""
+    values = getattr(trace, residuals)[:, joint] * trace.weight[:, joint]
+    rate = 1.0 / float(np.median(np.diff(trace.time)))
+    length = min(256, len(values))
+    window = np.hanning(length)
+    starts = range(0, len(values) - length + 1, length // 2)
+    pieces = np.array([values[start : start + length] for start in starts]) * window
+    power = np.mean(np.abs(np.fft.rfft(pieces, axis=1)) ** 2, axis=0)
+    return np.fft.rfftfreq(length, 1.0 / rate), 2.0 * np.sqrt(power) / window.sum()
+
+
+def orders(traces: Sequence[Trace], joint: int, residuals: str, motor: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Waves per turn of the joint or of its motor, and the residual's amplitude at each [N m]."""
+    angle = np.concatenate([(t.motor_angle if motor else t.position)[:, joint] for t in traces])
+    values = np.concatenate([getattr(t, residuals)[:, joint] * t.weight[:, joint] for t in traces])
+    count = np.arange(0.25, 8.01, 0.05)
+    waves = np.exp(-1j * count[:, None] * angle)
+    return count, 2.0 * np.abs(waves @ values) / max(len(values), 1)

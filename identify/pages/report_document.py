@@ -1,0 +1,138 @@
+"""Robot, runs, fits, diagnosis and comparisons on one page: their statements, tables and plots together."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..document.document import (
+    Block,
+    Chapter,
+    Document,
+    Figure,
+    Grid,
+    Heading,
+    Paragraph,
+    Section,
+    Statements,
+)
+from ..document.html import html
+from ..fit.agreement import Agreement
+from ..fit.fit import Fit
+from ..fit.verdict import MISSING, counted
+from ..text_table import digits
+from .compared_document import compared_sections
+from .diagnosis_document import detail_sections, gained_blocks, simulation_section, verdict_blocks
+from .diagnosis_plots import bars
+from .fit_document import fit_sections
+from .fit_document import verdict_blocks as fit_verdict_blocks
+from .report_material import Compared, Fitted, Material
+from .robot_document import robot_sections
+from .runs_document import runs_sections
+
+
+def joined_html(material: Material) -> str:
+    """The page, which needs nothing else."""
+    return html(joined_document(material))
+
+
+def joined_document(material: Material) -> Document:
+    """The whole document."""
+    # The verdict of a fit opens the page.
+    fits = [
+        (fitted.improved, Chapter(f"fit{place or ''}", fitted.title, fit_sections(fitted.fit)[1:]))
+        for place, fitted in enumerate(material.fits)
+    ]
+    chapters = [
+        Chapter("robot", "Nominal robot", robot_sections(material.model) if material.model else ()),
+        Chapter("runs", "Runs", runs_sections(material)),
+        *(chapter for improved, chapter in fits if not improved),
+        Chapter("diagnosis", "Diagnosis", detail_sections(material.diagnosis) if material.diagnosis else ()),
+        *(chapter for improved, chapter in fits if improved),
+        Chapter("gained", "Before and after", _before_and_after(material)),
+    ]
+    title = f"{material.model.robot.name}: report" if material.model else "Report"
+    note = "; ".join((counted(len(material.joints), "joint"), *material.files.values()))
+    return Document(title, note, [Section("verdict", "Verdict", list(_verdict(material)))], chapters)
+
+
+def _verdict(material: Material) -> Iterator[Block]:
+    """What was identified, what is missing, what agrees."""
+    for fitted in (one for one in material.fits if not one.improved):
+        yield from (Heading("What was identified"), *fit_verdict_blocks(fitted.fit))
+    if material.diagnosis is not None:
+        yield from (Heading("What is missing"), *verdict_blocks(material.diagnosis))
+    for fitted in (one for one in material.fits if one.improved):
+        yield from (Heading("What was identified with what was found"), *fit_verdict_blocks(fitted.fit))
+    if material.comparisons:
+        lines = [_compared(one) for one in material.comparisons]
+        yield from (Heading("What simulations come to"), Statements(lines, "verdict"))
+    if lacking := list(_lacking(material)):
+        yield from (Heading("What this page does not contain"), Statements(lacking))
+
+
+def _compared(one: Compared) -> str:
+    """How many joints differ by more than noise, and by how much at most."""
+    found, effort = one.comparison, one.comparison.effort
+    title = f"{found.simulated} beside {found.recorded}"
+    over = effort.rms / effort.noise
+    if not np.any(np.isfinite(over)):
+        return f"{title}: the noise is not known, so that {effort.quantity} is not judged."
+    many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
+    most = f"{found.joints[worst]} most, by {digits(over[worst], 3)} x noise"
+    if not many:
+        return f"{title}: no joint's {effort.quantity} differs by more than noise; {most}."
+    return f"{title}: {effort.quantity} differs by more than noise on {counted(many, 'joint')}; {most}."
+
+
+def _lacking(material: Material) -> Iterator[str]:
+    """What was not given, and the command that makes it."""
+    if not material.fits:
+        yield "How large the parameters are: there is no fit. exidyn identify RUN... makes one."
+    elif not any(fitted.fit.agreement or fitted.fit.validation for fitted in material.fits):
+        yield "How the fit follows the runs: give the recordings beside fit.json."
+    if material.diagnosis is None:
+        yield "Which physics is missing: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
+    elif not material.diagnosis.traces:
+        yield "When and where it is missing: traces.npz does not lie beside diagnosis.json."
+    if not material.comparisons and not (material.diagnosis and material.diagnosis.file.simulated):
+        yield (
+            "Whether a simulation agrees: there is none. exidyn simulate fit.json trajectory.toml makes one, "
+            "and exidyn compare sim.mcap run.mcap --json compared.json lays it beside a run."
+        )
+
+
+def _before_and_after(material: Material) -> list[Section]:
+    """What identification gained, what the diagnosis gained, and what simulations come to."""
+    sections = [one for place, fitted in enumerate(material.fits) if (one := _identified(fitted, place))]
+    if material.diagnosis is not None:
+        gained = Section("residual", "Without and with what was found", gained_blocks(material.diagnosis))
+        sections += [gained, simulation_section(material.diagnosis)]
+    compared = [(one.comparison, one.verdict) for one in material.comparisons]
+    return [*sections, *compared_sections(compared)]
+
+
+def _identified(fitted: Fitted, place: int) -> Section | None:
+    """Nominal values beside identified ones; nothing without samples."""
+    runs = _runs(fitted.fit)
+    if fitted.nominal is None or not runs:
+        return None
+    before, after = (_rms(_runs(fit)) for fit in (fitted.nominal, fitted.fit))
+    noise = np.sqrt(np.mean([run.noise**2 for run in runs], axis=0))
+    note = (
+        "Before: the robot as it was described, with its drive gains; what that does not state counts as "
+        "zero. After: the same model with the values identified. Each is judged by the torque that its own "
+        "drive gains make of the currents, over the noise floor."
+    )
+    role = "held out" if fitted.fit.validation else "used for the fit"
+    remark = ", ".join([*(run.run for run in runs), role])
+    picture = bars(before / noise, after / noise, fitted.fit.model.robot.joints, "residual over noise")
+    figure = Grid([Figure("Residual over noise", remark, picture)])
+    return Section(f"values{place or ''}", "Nominal and identified values", [Paragraph(note), figure])
+
+
+def _runs(fit: Fit) -> tuple[Agreement, ...]:
+    return fit.validation or fit.agreement
+
+
+def _rms(runs: Sequence[Agreement]) -> np.ndarray:
+    return np.sqrt(np.mean([run.residual_rms**2 for run in runs], axis=0))

@@ -1,0 +1,147 @@
+"""One document, three renderers: the same numbers and words, escaped wherever they stand."""
+
+import re
+
+import numpy as np
+import pytest
+
+from exidyn.identify.document.document import (
+    Chapter,
+    Document,
+    Figure,
+    Grid,
+    Heading,
+    Link,
+    Links,
+    Marked,
+    Number,
+    Numbers,
+    Paragraph,
+    Picture,
+    Section,
+    Statements,
+    Table,
+)
+from exidyn.identify.document.html import block, html, unit
+from exidyn.identify.document.markdown import markdown
+from exidyn.identify.document.text import text
+from exidyn.identify.pages.report_material import Material, Run
+from exidyn.identify.pages.runs_document import runs_sections
+from exidyn.identify.text_table import percent
+
+TABLE = Table(
+    ["joint", "value", "± 95 %", "verdict", "plot"],
+    [
+        ["arm"],
+        ["a & b", Number(-0.5), Number(1234.5, 3, "N m"), Marked("far", "bad", "too far"), Picture("<svg/>")],
+        ["<i>", Number(np.nan), Numbers("{}; {} %", (Number(1.0, 2), Number(2.5, 2))), "", Picture("")],
+    ],
+    words=(3, 4),
+)
+DOCUMENT = Document(
+    "title <",
+    "note &",
+    [
+        Section("verdict", "A & B", [Statements(["5 % of <b>", "-> 3 x noise"], "verdict"), TABLE]),
+        Section("plots", "Plots", [Heading("of a run"), Grid([Figure("one", "remark", "<svg></svg>")])]),
+        Section("detail", "Detail", [Paragraph("only in the report")], detail=True),
+        Section("empty", "Empty", []),
+    ],
+    [
+        Chapter("runs", "Runs", [Section("motion", "Motion", [Paragraph("it moved")])]),
+        Chapter("no", "No", []),
+    ],
+    [("Robot", "x & y")],
+)
+
+
+def test_a_page_escapes_text_and_keeps_numbers_in_full():
+    page = html(DOCUMENT)
+    assert "<title>title &lt;</title>" in page
+    assert '<p class="note">note &amp;</p>' in page
+    assert '<data value="-0.5">\N{MINUS SIGN}0.5000</data>' in page
+    assert '<data value="1234.5">1234</data> N m' in page
+    assert '<td class="bad words" title="too far">far</td>' in page
+    assert "a &amp; b" in page
+    assert "&lt;i&gt;" in page
+    assert '<ul class="verdict"><li>5\N{NO-BREAK SPACE}% of &lt;b&gt;</li>' in page
+    assert "<dt>Robot</dt><dd>x &amp; y</dd>" in page
+
+
+def test_a_page_links_to_its_sections_and_those_of_its_chapters():
+    page = html(DOCUMENT)
+    assert '<a href="#verdict">A &amp; B</a>' in page
+    assert '<li><a class="part" href="#runs">Runs</a><a href="#runs-motion">Motion</a></li>' in page
+    assert '<div class="chapter" id="runs"><h1>Runs</h1><section id="runs-motion">' in page
+    assert 'id="no"' not in page
+    assert 'id="empty"' not in page
+    assert '<nav><a href="#verdict">A &amp; B</a>' in html(DOCUMENT._replace(chapters=()))
+
+
+def test_text_has_every_number_and_leaves_out_plots_and_details():
+    lines = text(DOCUMENT).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert not {"of a run", "Plots", "Detail", "Empty"} & set(lines)
+    [row] = [line for line in lines if line.startswith("a & b")]
+    assert row.split() == ["a", "&", "b", "-0.5000", "1234", "N", "m", "far"]
+    assert "plot" not in next(line for line in lines if line.startswith("joint"))
+    assert "it moved" in lines
+
+
+def test_markdown_has_the_rows_and_sentences_of_the_text():
+    written = markdown(DOCUMENT)
+    assert "| a & b | -0.5000 | 1234 N m | far |" in written
+    assert "- -> 3 x noise" in written
+    assert "only in the report" not in written
+    assert "svg" not in written
+
+
+def test_short_pages_have_the_first_rows_of_a_long_table():
+    long = Table(["name"], [[f"row {place}"] for place in range(9)], first=4)
+    document = Document("t", "", [Section("s", "S", [long])])
+    for short in (text(document), markdown(document)):
+        assert "row 3" in short
+        assert "row 4" not in short
+        assert "and 5 more in the report" in short
+    assert "row 8" in html(document)
+
+
+def test_links_are_links_on_a_page_and_words_elsewhere():
+    table = Table(["arm"], [[Link("KR <1>", "#arm-1")]])
+    assert '<a href="#arm-1">KR &lt;1&gt;</a>' in block(table)
+    assert block(Links([Link("fit", "fit.html")])) == '<p class="note"><a href="fit.html">fit</a></p>'
+    assert "KR <1>" in text(Document("t", "", [Section("s", "S", [table])]))
+
+
+def test_units_have_raised_exponents():
+    assert [unit("N m/rad^3"), unit("kg m^2")] == ["N m/rad³", "kg m²"]
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [
+        (0.0, "0 %"),
+        (0.0004, "below 0.1 %"),
+        (0.031, "3.1 %"),
+        (0.06, "6 %"),
+        (0.82, "82 %"),
+        (0.996, "99.6 %"),
+        (0.9995, "above 99.9 %"),
+        (1.0, "100 %"),
+        (-0.05, "-5 %"),
+        (2.0, "200 %"),
+    ],
+)
+def test_shares_never_round_to_nothing_or_all(share, shown):
+    assert percent(share) == shown
+
+
+def test_names_of_joints_stand_clear_of_the_scales_beside_them():
+    time, values = np.linspace(0.0, 1.0, 20), np.linspace(-12.5, 13.5, 20)[:, None]
+    run = Run("run", "fitted", "", 20.0, time, values, time, values, "torque", ())
+    drawn = {
+        name: html(Document("", "", runs_sections(Material((name,), None, (run,), (), None, (), {}))))
+        for name in ("j1", "shoulder_lift_joint")
+    }
+    frames = {name: float(re.search(r'class="frame" x="([\d.]+)"', page)[1]) for name, page in drawn.items()}
+    assert frames["shoulder_lift_joint"] - frames["j1"] > 30
