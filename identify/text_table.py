@@ -98,7 +98,8 @@ def _narrow(
     words += [max(left, key=lambda column: widths[column])] if left and rows else []
     for column in words:
         others = [one for one in columns if one != column]
-        room = WIDTH - INDENT - gap - max(map(len, _laid(heads, rows, others, left, gap)))
+        beside = max(map(len, _laid(heads, rows, others, left, gap))) + gap if others else 0
+        room = WIDTH - INDENT - beside
         if room >= LEAST_SENTENCE:
             return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]

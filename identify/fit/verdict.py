@@ -75,6 +75,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
     runs = judged(fit)
     if not runs:
         return []
+    verdicts = []
     ratios = np.array([run.over_noise for run in runs])
     worst = np.argmax(ratios, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):  # a joint that never slides has no R^2
@@ -82,8 +83,8 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
     for j, joint in enumerate(fit.model.robot.joints):
         run, over = runs[worst[j]], float(ratios[worst[j], j])
         words = _words(over, bool(tested[j]), run.noise_source)
-        found.append(JointVerdict(joint, run.run, over, words))
-    return found
+        verdicts.append(JointVerdict(joint, run.run, over, words))
+    return verdicts
 
 
 def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:

@@ -217,7 +217,7 @@ def _bar(
             continue
         width = WIDTH * share
         size = f"{digits(np.sqrt(share) * before, 3)} {unit}"
-        title = f"<title>{escape(part.name)}: {percent(share, 3)}, {size}</title>"
+        title = f"<title>{escape(part.name)}: {digits(100 * share, 3)} %, {size}</title>"
         drawn.append(
             f'<rect fill="{colour}" x="{x:.1f}" y="{top:g}" width="{width:.1f}" height="20">{title}</rect>'
         )

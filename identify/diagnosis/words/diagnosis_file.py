@@ -31,7 +31,10 @@ UNDECIDED = " (name undecided)"
 
 def as_json(file: DiagnosisFile) -> dict[str, Any]:
     """What is written."""
-    return {"exidyn_diagnosis": 1} | json.decode(json.encode(file))
+    table = {"exidyn_diagnosis": 1} | json.decode(json.encode(file))
+    return {
+        key: value for key, value in table.items() if value is not None or key not in ("doubts", "simulated")
+    }
 
 
 def number(value: float) -> float | None:
