@@ -15,7 +15,7 @@ from parts.concealed.robots.arms import ARMS
 from parts.concealed.robots.robot import honest
 
 from exidyn.identify import diagnosis
-from exidyn.identify.diagnosis.words import answer
+from exidyn.identify.diagnosis.words import diagnosis_file as answer
 from exidyn.identify.recordings.importers import import_source
 
 
