@@ -14,7 +14,7 @@ from scipy import fft, special
 FREEDOM = 4.0
 """Degrees of freedom of a block's variance about the common one: it is within a factor of three, mostly."""
 TURNS = 30
-"""Of the search for the common variance, by which it is right to a thousandth."""
+"""Iterations of the common variance, after which it is right to a thousandth."""
 FORGOTTEN = 0.05
 """Autocorrelation at which a residual has forgotten [-]; what follows is noise of the estimate."""
 MEMORY = 2.0
@@ -71,7 +71,7 @@ def independent_share(
     Args:
         residual: Shape (r, n), zero where a row does not count.
         runs: Rows of each run.
-        rate: Of rows [Hz].
+        rate: Rows a second [Hz].
         effect: Shape (r, n); as slow as the residual where it is zero everywhere, or not given.
     """
     own = autocorrelation(residual, runs, rate)
@@ -151,7 +151,7 @@ class _Shares(NamedTuple):
         return cls(own, weight, total, mean, left)
 
     def log_probability(self, mean: float) -> float:
-        """Of all blocks where the common amplitude is given, but for a constant."""
+        """Logarithm of the probability of all blocks at a common amplitude, but for a constant."""
         left = self.left + self.total * (self.mean - mean) ** 2
         each = 0.5 * (np.log(self.weight).sum(axis=1) - len(self.own) * np.log(left))
         return float(special.logsumexp(each))

@@ -65,7 +65,7 @@ class BlockSums:
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
-        """Of all rows and unknowns."""
+        """Products of all rows and unknowns."""
         joints, pieces = range(rows.difference.shape[1]), blocks.rows
         nothing = cls(
             pieces,
@@ -79,7 +79,7 @@ class BlockSums:
         return nothing.plus(rows, 0)
 
     def plus(self, rows: Rows, count: int) -> "BlockSums":
-        """Of rows with more unknowns behind the first `count`, whose products are known."""
+        """Products of rows with more unknowns behind the first `count`, which these are of."""
         acting, columns, gram, right = [], [], [], []
         for joint, own in enumerate(self.columns):
             places = count + np.flatnonzero(np.any(rows.columns[:, joint, count:], axis=0))

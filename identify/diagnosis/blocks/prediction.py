@@ -35,7 +35,7 @@ class Weighting:
 
     @property
     def weight(self) -> np.ndarray:
-        """Of each block and joint in the fit, shape (k, n): rows that repeat the same count once."""
+        """Weight of each block and joint in the fit, shape (k, n): rows that repeat the same count once."""
         return self.independent * self.trust / self.variance
 
 
@@ -104,7 +104,7 @@ class Prediction:
 
     @cached_property
     def factor(self) -> Factor:
-        """Of the normal matrix."""
+        """Factor of the normal matrix."""
         return factored(self.normal[0])
 
     @cached_property
@@ -114,7 +114,7 @@ class Prediction:
 
     @cached_property
     def factor_of_blocks(self) -> Factor:
-        """Of the normal matrix without those priors."""
+        """Factor of the normal matrix without those priors."""
         precision = np.where(self.stated, UNKNOWN**-2, 1.0) * self.precision
         return factored(self._whole[0].sum(axis=0) + np.diag(precision))
 
@@ -125,7 +125,7 @@ class Prediction:
 
     @cached_property
     def factors(self) -> list[Factor]:
-        """Of the normal matrix without each block."""
+        """Factors of the normal matrix without each block."""
         return [factored(self.normal[0] - gram) for gram in self._whole[0]]
 
     @cached_property
@@ -174,7 +174,7 @@ class Prediction:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Of the unknowns, shape (b, b): the jackknife's, and that of nominal values as wrong as stated."""
+        """Of the unknowns (b, b): the jackknife's, and that of nominal values as wrong as stated."""
         own = self.left_out[self.blocks.fitted]
         apart = own - own.mean(axis=0)
         nominal = solve(self.factor, np.diag(np.sqrt(self.precision)))
@@ -186,7 +186,7 @@ class Prediction:
         return errors[..., chosen, :].sum(axis=-2) / np.maximum(self.sums.counts[chosen].sum(axis=0), 1.0)
 
     def log_probability(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
-        """Of predicted errors (..., k, n), where so many of the rows are independent (n,).
+        """Log probability of predicted errors (..., k, n), of whose rows so many are independent (n,).
 
         What is explained is right to the linearity of the sensors only: less than that decides nothing.
         """
@@ -195,7 +195,7 @@ class Prediction:
         return log_probability(independent * (errors + wrong), independent * self.sums.counts)
 
     def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
-        """Of predicted errors (..., k, n), where so many of the rows are independent (n,)."""
+        """Variance that predicted errors (..., k, n) share, of whose rows so many are independent (n,)."""
         return common_variance(independent * errors, independent * self.sums.counts)
 
     def independent_of(self, torque: np.ndarray) -> np.ndarray:

@@ -42,7 +42,7 @@ def kind_of(effect: str) -> Kind:
 
 
 def kinds() -> dict[str, Kind]:
-    """Of everything that is asked for, effects of installed packages included.
+    """Kinds of everything that is asked for, effects of installed packages included.
 
     Raises:
         EffectError: An installed package has an effect that cannot be loaded.
@@ -53,7 +53,7 @@ def kinds() -> dict[str, Kind]:
 
 
 def hypotheses(effect: str, model: Model) -> Iterator[Candidate]:
-    """Of one effect, every joint and shape."""
+    """Candidates of one effect, on every joint and in every shape."""
     kind = kind_of(effect)
     return on_each_joint(model, effect, kind) if kind.ask is None else kind.ask(model)
 

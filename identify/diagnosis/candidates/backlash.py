@@ -27,7 +27,7 @@ are an elastic gear's."""
 RATIO = 0.5
 """Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
 SCATTER = 0.15
-"""Of the coefficient around 1, since the play gives the size of the effect [-]."""
+"""Deviation of the coefficient from 1, since the play gives the size of the effect [-]."""
 STIFF = 60.0
 """Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
 it, is in proportion to their compliance."""

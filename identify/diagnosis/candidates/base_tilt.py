@@ -134,7 +134,7 @@ class _Fields:
         return Prediction.of(rows, self.upright.blocks, self.upright.rate)
 
     def log_probability(self, direction: np.ndarray) -> float:
-        """Of all blocks, each predicted by the others, with the independent rows of the upright ones."""
+        """Log probability of all blocks, with as many independent rows as in the model's own gravity."""
         now = self.predicted(direction)
         return float(now.log_probability(now.errors, self.upright.weighting.independent).sum())
 

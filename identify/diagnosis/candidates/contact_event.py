@@ -19,7 +19,7 @@ from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 
 DURATIONS = (0.3, 0.6, 1.0)
-"""Of a contact [s]."""
+"""Durations of a contact [s]."""
 PARTS = 4
 """Starts that are tried in a duration."""
 TOGETHER = 1000
@@ -48,7 +48,7 @@ class Contact(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Of the window [s]."""
+        """Middle of the window [s]."""
         return self.start + 0.5 * self.duration
 
     @property
@@ -58,12 +58,12 @@ class Contact(NamedTuple):
 
     @property
     def without_one(self) -> float:
-        """The same without the joint that gains most: what one joint alone feels is its own affair."""
+        """The same without the joint that gains most: what one joint alone feels is no contact."""
         return self.gain - float(self.gains.max())
 
 
 def share(time: np.ndarray, start: float | np.ndarray, duration: float) -> np.ndarray:
-    """Of the largest force, at times (t,) [s]: soon there, soon gone."""
+    """Share of the largest force at times (t,) [s], which rises and falls fast."""
     since = np.clip((time - start) / duration, 0.0, 1.0)
     return np.sqrt(np.sin(np.pi * since))
 
@@ -76,7 +76,7 @@ class Reach(NamedTuple):
 
     @classmethod
     def of(cls, model: Model, run: Driven) -> "Reach":
-        """Of the rows of a run."""
+        """What it asks at the rows of a run."""
         motion = run.motion[run.centres[0] : run.centres[-1] + 1 : run.prepared.decimation.stride]
         return cls(motion.time, -np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion)))
 
@@ -126,7 +126,7 @@ def _pushed(
     """Start [s], force (3,) [N] and gains (n,) of windows of one duration [s], solved side by side.
 
     Args:
-        reach: Of the run.
+        reach: What a force asks of the motors in the run.
         left: What the fit leaves of it, shape (r, n) [N m].
         weight: Information of each row, shape (r, n) [1/(N m)^2].
         stiffness: Inverse square of the expected force [1/N^2].

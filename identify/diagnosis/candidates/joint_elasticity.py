@@ -35,14 +35,14 @@ from .gears import bending, link_size
 STEP = 1.3
 """From one resonance to the next that is tried [-]."""
 RESONANCES = tuple(3.0 * STEP**step for step in range(12))
-"""Of the mean link on its gear [Hz], up to 54: below, no drive holds its arm; above, the fastest motion
-twists its gears by less than a fifteenth of a link's acceleration."""
+"""Resonances of the mean link on its gear that are tried [Hz], up to 54: below, no drive holds its arm;
+above, the fastest motion twists its gears by less than a fifteenth of a link's acceleration."""
 RATIO = (STEP - 1.0) / 2.0
 """Damping ratio of the first look [-], 0.02 for steel and 0.2 for much grease: the width of a resonance,
 twice its damping ratio, is the step to the next that is tried, so that no gear lies between two."""
 SCATTER = 0.1
-"""Of the coefficient around 1, since the stiffness gives the size of the effect [-]: as much as link's
-inertia and damping are wrong."""
+"""Deviation of the coefficient from 1, since the stiffness gives the size of the effect [-]: as much as
+link's inertia and damping are wrong."""
 LEAST = 0.5
 """Coefficient below which what fits is something else that swings [-]."""
 SIGN = 0.003

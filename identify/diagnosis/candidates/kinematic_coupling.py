@@ -24,9 +24,9 @@ NAME = "kinematic_coupling"
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
-"""The same where links stand elsewhere: belts and bevel gears."""
+"""Turns that are tried where links stand elsewhere: belts and bevel gears."""
 SCATTER = 0.1
-"""Of the coefficient around 1, since the ratio gives the size of the effect [-]: bodies are as wrong."""
+"""Deviation of the coefficient from 1, as the ratio gives the size of the effect [-]: bodies are as wrong."""
 
 
 def couplings(model: Model) -> Iterator[Candidate]:

@@ -29,7 +29,7 @@ SPRINGS = (SpringBalancer, JointSpring)
 MISSET = 0.03
 """How far a joint may be from its encoder's reading [rad]: a tooth of a belt, a mark set by eye."""
 ZERO_STEP = 1e-4
-"""Of the difference by an encoder's zero [rad]."""
+"""Step of the difference by an encoder's zero [rad]."""
 MISALIGNED = 0.005
 """How far an axis may be from where the model has it [rad]: tenths of a degree, as of an arm that was never
 calibrated."""

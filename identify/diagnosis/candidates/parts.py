@@ -110,7 +110,7 @@ def of_effect(
 
     Args:
         model: The arm.
-        name: Of the candidate.
+        name: Name of the candidate in the vocabulary.
         effect: In one shape.
         kind: What is known of the candidate.
         joints: Where it acts.

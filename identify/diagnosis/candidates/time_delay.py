@@ -29,7 +29,7 @@ OWN_CLOCK = ((0.0, 5e-3),)
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Of all drives, which one controller reads, and of each: seldom has one a filter or a bus of its own."""
+    """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
     drives = range(model.robot.dof)
     for joints in [(), *((joint,) for joint in drives)] if len(drives) > 1 else [()]:
         yield _little(joints)

@@ -26,7 +26,7 @@ PEAKS = 3
 FINE = 4
 """Frequencies on the grid for each that the range of a joint can distinguish."""
 MULTIPLES = 6
-"""Of a wave along a turn that are asked for together; what is sharper has little torque in those beyond."""
+"""Multiples of a wave along a turn that are asked for together; those beyond have little torque."""
 WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
 """Beginnings of the names of their coefficients."""
 LONGEST = 2_000_000

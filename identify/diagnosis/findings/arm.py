@@ -50,7 +50,7 @@ class Arm:
         return replace(self, values=values)
 
     def on(self, robot: Robot) -> "Arm":
-        """The same with another robot."""
+        """This arm with another robot."""
         return replace(self, model=replace(self.model, robot=robot))
 
     def with_gear(self, joint: int, stiffness: float, damping: float, play: float) -> "Arm":

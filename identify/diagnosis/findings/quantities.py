@@ -10,7 +10,7 @@ from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Quantity
 
 TURNING, SLIDING = "N m", "N"
-"""Of what a joint's drive gives."""
+"""Units of what a joint's drive gives."""
 SCALES: dict[str, tuple[float, str]] = {
     "%": (100.0, "%"),
     "deg": (180.0 / np.pi, "°"),
@@ -22,7 +22,7 @@ SCALES: dict[str, tuple[float, str]] = {
 
 
 ROUNDING = 1e-6
-"""Of a solution, over its standard deviation [-]."""
+"""Rounding of a solution, over its standard deviation [-]."""
 FINEST = 6
 """Places behind the point from which on numbers are written with powers of ten."""
 

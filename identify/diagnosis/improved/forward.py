@@ -20,8 +20,8 @@ from ..runs.driven import Driven
 from .improved import as_found, as_nominal
 
 BANDWIDTH = 150.0
-"""Of the simulated velocity loops [Hz]: six times that of the comparison, so that torques up to there are
-those of the motion and not of these loops."""
+"""Bandwidth of the simulated velocity loops [Hz]: six times that of the comparison, so that torques up to
+there are those of the motion and not of these loops."""
 SETTLED = 0.5
 """Time that a simulation, which begins at rest, takes to follow a run that does not [s]."""
 
@@ -46,7 +46,7 @@ class Forward:
 
     @property
     def after(self) -> np.ndarray:
-        """The same with what was found, shape (n,) [N m]."""
+        """Root mean square of the difference with what was found, shape (n,) [N m]."""
         return _difference(self.measured - self.torque_after, self.weight)
 
 

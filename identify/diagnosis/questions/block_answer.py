@@ -12,7 +12,7 @@ from .candidate import SIZE, Candidate, Thinned
 USUAL = 10.0
 """How far a coefficient may be, over what is expected of it: alone it gives the joint's usual torque."""
 WIDE = 1000.0
-"""The same where coefficients cancel, as those of a spring and its pretension do."""
+"""That limit where coefficients cancel, as those of a spring and its pretension do."""
 
 CREDIBLE = 0.95
 """Probability from which on something is taken to be there, and below which it is taken out again."""
@@ -72,12 +72,12 @@ class Answer:
 
     @cached_property
     def by_joint(self) -> np.ndarray:
-        """The same of each joint, shape (n,)."""
+        """What each joint contributes to that by its blocks, shape (n,)."""
         return np.asarray(self.gains[self.fitted].sum(axis=0))
 
     @cached_property
     def held_out(self) -> float:
-        """The same of blocks that are only predicted; zero without any."""
+        """Log of how much more probable blocks are that are only predicted; zero without any."""
         return float(self.gains[~self.fitted].sum())
 
     @property
@@ -105,7 +105,7 @@ class Answer:
 
     @property
     def scatter_odds(self) -> float:
-        """The same, by priors too, and at the cost of the choice of a shape."""
+        """Those odds with what priors say, less the cost of choosing a shape."""
         return self.log_odds + self.relief - self.choice
 
     @cached_property
@@ -118,7 +118,7 @@ class Answer:
         return against_all(self.gain, self.scatter_odds) + float(np.log(2.0))
 
     def chosen_as(self, other: "Answer") -> "Answer":
-        """The same at the cost of another choice of shape."""
+        """This answer at the cost of another choice of shape."""
         return replace(self, cost=other.cost, choice=other.choice)
 
     @property

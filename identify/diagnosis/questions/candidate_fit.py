@@ -105,7 +105,7 @@ def beside_limits(
         prediction: Without the candidate.
         apart: By how much less the other unknowns are per unit of each coefficient, shape (b, p).
         matrix: Normal matrix of the coefficients beside the others, shape (p, p).
-        columns: Of the coefficients.
+        columns: Columns of the candidate.
         one: The coefficients.
     """
     places = prediction.rows.limited

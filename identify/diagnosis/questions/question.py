@@ -35,7 +35,7 @@ def ask(
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Of candidates of the same joints and as many columns each."""
+    """Answers of candidates on the same joints and with as many columns each."""
     products = Products.of(prediction, [columns for _, columns in alike])
     mixed = products.mixed.sum(axis=0)
     apart = _solved(prediction.factor, mixed)
@@ -155,7 +155,7 @@ def _predicted(
 def _without(
     prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
+    """By the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
     mixed = products.mixed.sum(axis=0) - products.mixed
     apart = np.stack([_solved(one, own) for one, own in zip(prediction.factors, mixed, strict=True)])
     matrix = products.weighted.sum(axis=0) - products.weighted

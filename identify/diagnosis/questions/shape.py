@@ -150,7 +150,7 @@ class Shaped(NamedTuple):
 
     @classmethod
     def of(cls, candidate: Candidate) -> "Shaped":
-        """Of a candidate, in its shape."""
+        """The shape of a candidate."""
         return cls(*candidate.key, {name: float(candidate.shape[name]) for name in candidate.bounds})
 
 

@@ -22,7 +22,7 @@ def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], no
         problem: The runs.
         found: Findings in order.
         left: Answers of smooth functions beside all findings.
-        noise: Of each joint's torque, shape (n,) [N m]; zero where it is not known.
+        noise: Noise of each joint's torque, shape (n,) [N m]; zero where it is not known.
     """
     which, answers = _judging(problem), [one.answer for one in found]
     predictions = (problem.prediction(answers[:count]) for count in range(len(found) + 1))

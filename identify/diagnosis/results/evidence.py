@@ -85,7 +85,7 @@ def _trace(
 
 
 STEP = 0.02
-"""Of the difference that gives a column, share of a number or of its bounds [-]."""
+"""Step of the difference that gives a column, share of a number or of its bounds [-]."""
 
 
 def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]:
@@ -117,7 +117,7 @@ def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]
 
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
-    """Of what follows from the shape, to first order."""
+    """Deviations of what follows from the shape, to first order."""
     changes = dict.fromkeys(candidate.reported, 0.0)
     for name, deviation in std.items():
         low, high = (_shaped(candidate, name, sign * deviation * STEP) for sign in (-1, 1))

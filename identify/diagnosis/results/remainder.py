@@ -35,13 +35,13 @@ MATERIAL = 0.3
 """Share of the noise floor below which what is left changes the residual by less than five per cent, and is
 not worth a run."""
 MAIN = 0.7
-"""The same share where there is no floor and the level is what is left: half of its square."""
+"""That share where there is no floor and the level is what is left: half of its square."""
 AROUND = 161
 """Frequencies whose median is the level about a line; it is known to a tenth."""
 PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter as it is [-]."""
 SLOWEST = 1.0
-"""Of what vibrates [Hz]; slower waves are motions'."""
+"""Lowest frequency of what vibrates [Hz]; slower waves are those of motions."""
 BEYOND = 2.0
 """Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""

@@ -101,14 +101,14 @@ class Driven:
         return cls(role, prepared, prepared.motion, still, bodies).after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
-        """The same with the torque of other parameters (p,), and with the load that gears transmit then."""
+        """This run with the torque of other parameters (p,), and with the load that gears transmit then."""
         load = model_torque(model, self.motion, values, transmitted=True)
         motion = replace(self.motion, load=load)
         torque = load + model_torque(model, motion, values, transmitted=False)
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
     def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
-        """The same with gears that transmit more torque (t, n) [N m], as joints and as motors feel it."""
+        """This run with gears that transmit more torque (t, n) [N m], as joints and as motors feel it."""
         motion = replace(self.motion, load=self.motion.load + torque)
         return replace(self, motion=motion, torque=self.torque + on_motors)
 
@@ -149,7 +149,7 @@ class Driven:
 
     @cached_property
     def coarse(self) -> "Driven":
-        """The same at a lower rate, for what is no more abrupt than the motion."""
+        """This run at a lower rate, for what is no more abrupt than the motion."""
         decimation = self.prepared.decimation.thinned(SMOOTH * self.prepared.decimation.cutoff)
         step = decimation.step
         prepared = replace(self.prepared, decimation=decimation)

@@ -43,7 +43,7 @@ class Rows:
         lower: Sequence[float] | None = None,
         bounded: bool = False,
     ) -> "Rows":
-        """The same with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
+        """These rows with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
@@ -60,7 +60,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
 
     Args:
         model: With its priors.
-        runs: Of which rows are made.
+        runs: Runs that are stacked.
         values: Parameters (p,) that give the load for the friction of gears; nominal ones by default.
     """
     carrying = model

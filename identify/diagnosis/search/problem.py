@@ -51,7 +51,7 @@ class Known:
         return cls(model, model.nominal_values + unknowns[: len(model.names)], not found, carried)
 
     def of(self, runs: Sequence[Driven]) -> "Known":
-        """The same with the largest torques of these runs."""
+        """This with the largest torques of some runs."""
         torques = [np.max(np.abs(run.torque), axis=0) for run in map(self.on, runs)]
         return replace(self, peak=np.max(torques, axis=0))
 
@@ -83,7 +83,7 @@ def anew(candidate: Candidate, columns: Thinned, runs: Sequence[Driven]) -> Thin
 class Problem:
     """What a search looks at."""
 
-    model: Model  # as without_findings
+    model: Model  # nominal
     runs: tuple[Driven, ...]  # those that are fitted, then those that are only predicted
     blocks: Blocks  # pieces of them
     base: Rows  # rows with the model's own unknowns alone
@@ -110,7 +110,7 @@ class Problem:
         return cls(model, loaded, blocks, base, rows, asked, known, reaches)
 
     def asking(self, more: Iterable[Candidate]) -> "Problem":
-        """The same with further candidates."""
+        """This problem with further candidates."""
         asked = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
         return replace(self, asked=[*self.asked, *asked]) if asked else self
 
@@ -168,7 +168,7 @@ class Problem:
         return ~free & np.isfinite(self.rows.std)
 
     def at_nominal(self) -> "Problem":
-        """The same with all that the model states held at its nominal value."""
+        """This problem with all that the model states held at its nominal value."""
         return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
 
     def nominal_unknowns(self, without_findings: Prediction) -> np.ndarray:
@@ -179,12 +179,12 @@ class Problem:
         return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 
     def without(self, aside: np.ndarray) -> "Problem":
-        """The same where some rows (r,) are fitted no more, and not predicted either."""
+        """This problem without some rows (r,), which are neither fitted nor predicted."""
         weight = self.rows.weight * ~aside[:, None]
         return replace(self, rows=replace(self.rows, weight=weight))
 
     def bearing(self, found: Sequence[Answer]) -> "tuple[Problem, list[Answer]]":
-        """The same, and the findings, with the load that gears transmit beside what was found."""
+        """This problem, and the findings, with the load that gears transmit beside what was found."""
         unsettled = any(one.candidate.carried or one.candidate.reloads for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
