@@ -13,13 +13,20 @@ import numpy as np
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
 from exidyn.identify.notebook import counted
+from exidyn.identify.proposal.agreement import DECIDED
 from exidyn.identify.proposal.column_names import joints_named
 from exidyn.identify.proposal.drives import GAIN_OF
 from exidyn.identify.proposal.mounting import GRAVITY
-from exidyn.identify.proposal.odds import DECIDED
 from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
-from exidyn.identify.proposal.proposal_text import as_json, preset_toml, proposal_text, robot_toml
-from exidyn.identify.proposal.still_joints import NOTHING, still_joints, without_still
+from exidyn.identify.proposal.proposal_text import (
+    NOTHING,
+    as_json,
+    preset_toml,
+    proposal_text,
+    robot_toml,
+    still_joints,
+    without_still,
+)
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identify.recordings.importers.tables.preset import BESIDE

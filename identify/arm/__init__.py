@@ -1,5 +1,1 @@
-"""The rigid arm.
-
-In: a Pinocchio model, limits, gear ratios, drive gains; motions.
-Out: `Robot`, `Motion`, torques, regressors and their gradients.
-"""
+"""The rigid arm: `Robot`, `Motion`, and from them torques, regressors and their gradients."""

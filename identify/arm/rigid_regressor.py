@@ -1,4 +1,4 @@
-r"""Regressor of a tree of rigid bodies, for many samples at once.
+r"""Regressor of a tree of rigid bodies, and its gradient by the motion, for many samples at once.
 
 Newton-Euler: with angular velocity :math:`\omega`, angular acceleration :math:`\dot\omega` and
 acceleration minus gravity :math:`a` of a link's frame origin, all in that frame, its wrench is
@@ -10,16 +10,36 @@ acceleration minus gravity :math:`a` of a link's frame origin, all in that frame
 The torque of joint j that it needs is :math:`l \cdot f + z \cdot \mu`, where :math:`(l, z)` is the
 velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as (3, t), those of the m
 joints that move a link as (3, m, t), so that each operation runs over contiguous samples.
+
+For weights :math:`g` the sum :math:`\sum g_{tjc} Y_{tjc}(q, \dot q, \ddot q)` of a regressor's entries is
+differentiated backward through this recursion: each link hands to its parent what the sum gains per unit of
+the parent's motion. One such pass costs about three regressors, whatever the number of parameters or of
+singular values the weights were made of.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pinocchio as pin
 
 from .motion import Motion
-from .newton_euler import Link, Pairs, cached_groups, cross, dot, fixed_joint, links, step
+from .newton_euler import (
+    Joint,
+    Link,
+    Pairs,
+    base_link,
+    before,
+    cached_groups,
+    cross,
+    dot,
+    fixed_joint,
+    joints_of,
+    links,
+    skew,
+    step,
+    times,
+)
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
@@ -69,3 +89,161 @@ def _columns(pairs: Pairs) -> np.ndarray:
     columns[6:9] = cross(linear, alpha) + omega * along - linear * dot(omega, omega) + cross(lift, z)
     columns[9] = dot(linear, lift)
     return columns
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """Gain of the sum per unit of a link's motion, fields as in `Link`.
+
+    Attributes:
+        omega: Shape (3, t).
+        alpha: Shape (3, t).
+        lift: Shape (3, t).
+        linear: Shape (3, m, t).
+        angular: Shape (3, m, t).
+    """
+
+    omega: np.ndarray
+    alpha: np.ndarray
+    lift: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+    def __add__(self, other: "_Pull") -> "_Pull":
+        pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return _Pull(*(one + two for one, two in pairs))
+
+
+def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -> np.ndarray:
+    """Derivatives of sum(weights * rigid regressor) by position, velocity and acceleration, shape (3, t, n).
+
+    Args:
+        kinematics: Pinocchio model with n joints.
+        motion: Of the joints.
+        weights: Shape (t, n, 10 n).
+    """
+    chain = links(kinematics, motion)
+    weights = weights.reshape(*motion.position.shape, -1, 10)
+    pulls = [
+        pull
+        for first, some in cached_groups(chain)
+        for pull in _read(some, weights[:, :, first : first + len(some)])
+    ]
+    return _to_base(kinematics, chain, pulls, motion)
+
+
+def body_gradient(kinematics: pin.Model, motion: Motion, flange: pin.SE3, weights: np.ndarray) -> np.ndarray:
+    """The same for the regressor of a body fixed to the last link; weights (t, n, 10)."""
+    chain = links(kinematics, motion)
+    fixed, still = fixed_joint(flange), np.zeros(len(motion))
+    body = step(len(chain), fixed, chain[-1], still, still, still)
+    [pull] = _read([replace(body, moving=chain[-1].moving)], weights[:, :, None])
+    pulls = [_nothing(link) for link in chain]
+    pulls[-1] = _step_back(fixed, chain[-1], body, pull, still, still)[0]
+    return _to_base(kinematics, chain, pulls, motion)
+
+
+def _to_base(kinematics: pin.Model, chain: list[Link], pulls: list[_Pull], motion: Motion) -> np.ndarray:
+    """From the tip to the base, each link's pull added to its parent's."""
+    by = np.zeros((3, *motion.position.shape))
+    base = base_link(kinematics, len(motion))
+    joints = joints_of(kinematics)
+    for index in range(len(chain) - 1, -1, -1):
+        joint = joints[index]
+        parent = base if joint.parent < 0 else chain[joint.parent]
+        turn, rate = motion.position[:, index], motion.velocity[:, index]
+        pull, by[:, :, index] = _step_back(joint, parent, chain[index], pulls[index], turn, rate)
+        if joint.parent >= 0:
+            pulls[joint.parent] = pulls[joint.parent] + pull
+    return by
+
+
+def _nothing(link: Link) -> _Pull:
+    return _Pull(*(np.zeros_like(v) for v in (link.omega, link.alpha, link.lift, link.linear, link.angular)))
+
+
+def _read(chain: Sequence[Link], weights: np.ndarray) -> list[_Pull]:
+    """Pull of each link's own columns; weights (t, n, links, 10). The adjoint of writing them."""
+    pairs = Pairs.of(chain)
+    pull = np.ascontiguousarray(weights[:, pairs.joints, pairs.links].T)
+    omega, alpha, lift, linear, z = pairs[2:]
+    y = cross(z, omega)
+    by_z, by_y = _turn(pull, alpha), _turn(pull, omega)
+    first, mass = pull[6:9], pull[9]
+    across, along, swing = dot(first, linear), dot(omega, linear), dot(first, omega)
+    by_omega = _turn(pull, y) + cross(by_y, z) + first * along + linear * swing - 2.0 * omega * across
+    by_alpha = _turn(pull, z) + cross(first, linear)
+    by_lift = cross(z, first) + mass * linear
+    by_linear = cross(alpha, first) + omega * swing - first * dot(omega, omega) + mass * lift
+    by_angular = by_z + cross(omega, by_y) + cross(first, lift)
+    starts = np.flatnonzero(np.diff(pairs.links, prepend=-1))
+    own = (np.add.reduceat(one, starts, axis=1) for one in (by_omega, by_alpha, by_lift))
+    apart = (np.split(one, starts[1:], axis=1) for one in (by_linear, by_angular))
+    return list(map(_Pull, *(one.swapaxes(0, 1) for one in own), *apart))
+
+
+def _turn(pull: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Symmetric matrix of the six inertia weights times a vector, all (3, m, t)."""
+    xx, xy, xz, yy, yz, zz = pull[:6]
+    x, y, z = vector
+    return np.stack([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z])
+
+
+def _step_back(
+    joint: Joint, parent: Link, link: Link, pull: _Pull, turn: np.ndarray, rate: np.ndarray
+) -> tuple[_Pull, np.ndarray]:
+    """Pull on the parent, and gain by the joint's own position, velocity, acceleration, shape (3, t)."""
+    axis, own, count = joint.axis, skew(joint.axis), len(parent.moving)
+    across = times(own, link.omega)
+    if joint.revolute:  # what the joint's own motion adds to the link's, from the vectors before it
+        by_omega, alpha = pull.omega + rate * times(own, pull.alpha), link.alpha + rate * across
+        by_rate, by_change = axis @ pull.omega - dot(pull.alpha, across), axis @ pull.alpha
+    else:
+        by_omega, alpha = pull.omega + 2.0 * rate * times(own, pull.lift), link.alpha
+        by_rate, by_change = -2.0 * dot(pull.lift, across), axis @ pull.lift
+    pulls = _side_by_side(by_omega, pull.alpha, pull.lift, pull.linear[:, :count], pull.angular[:, :count])
+    outer = _outward(joint, turn, pulls)
+    up, by_arm = _parent_pull(joint, parent, turn, outer)
+    if joint.revolute:
+        frame = (link.omega, alpha, link.lift, link.linear[:, :count], link.angular[:, :count])
+        by_position = -np.einsum("cmt,cmt->t", times(own, _side_by_side(*frame)), pulls)
+    else:
+        by_position = (joint.placement.rotation @ axis) @ by_arm
+    return up, np.stack([by_position, by_rate, by_change])
+
+
+def _side_by_side(
+    omega: np.ndarray, alpha: np.ndarray, lift: np.ndarray, linear: np.ndarray, angular: np.ndarray
+) -> np.ndarray:
+    """Three vectors (3, t) and two times m (3, m, t), shape (3, 3 + 2 m, t)."""
+    return np.concatenate([np.stack([omega, alpha, lift], axis=1), linear, angular], axis=1)
+
+
+def _outward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (3, m, t) of the link's frame in the parent's."""
+    back = joint.placement.rotation
+    if not joint.revolute:
+        return times(back, vectors)
+    along = back @ np.outer(joint.axis, joint.axis)
+    parts = times(np.concatenate([along, back - along, back @ skew(joint.axis)]), vectors)
+    return parts[:3] + parts[3:6] * np.cos(turn) + parts[6:] * np.sin(turn)
+
+
+def _parent_pull(
+    joint: Joint, parent: Link, slide: np.ndarray, pulls: np.ndarray
+) -> tuple[_Pull, np.ndarray]:
+    """Pull on a parent from that on the vectors carried to a joint, and gain by the arm to it, (3, t).
+
+    Carried are omega, alpha, lift + alpha x arm + omega x (omega x arm), linear + angular x arm, angular.
+    """
+    by_omega, by_alpha, by_lift = pulls[:, 0], pulls[:, 1], pulls[:, 2]
+    linear, angular = np.split(pulls[:, 3:], 2, axis=1)
+    spin = cross(by_lift, parent.omega)
+    vectors = np.concatenate([np.stack([by_lift, spin, parent.omega], axis=1), linear], axis=1)
+    levered = before(joint, slide, vectors)
+    by_omega = by_omega + cross(by_lift, levered[:, 2]) + levered[:, 1]
+    pull = _Pull(by_omega, by_alpha + levered[:, 0], by_lift, linear, angular + levered[:, 3:])
+    if joint.revolute:  # its arm does not change
+        return pull, np.zeros_like(spin)
+    by_arm = cross(by_lift, parent.alpha) + cross(spin, parent.omega) + cross(linear, parent.angular).sum(1)
+    return pull, by_arm

@@ -8,8 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.motion import Motion
-from ..arm.rigid_gradient import body_gradient
-from ..arm.rigid_regressor import INERTIAL, body_regressor
+from ..arm.rigid_regressor import INERTIAL, body_gradient, body_regressor
 from ..arm.robot import Robot
 from ..errors import RobotError, UnknownKey
 from .effect import Effect, MotionGradient, Parameter

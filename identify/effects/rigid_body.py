@@ -8,8 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.motion import Motion
-from ..arm.rigid_gradient import rigid_gradient
-from ..arm.rigid_regressor import INERTIAL, rigid_regressor
+from ..arm.rigid_regressor import INERTIAL, rigid_gradient, rigid_regressor
 from ..arm.robot import Robot
 from .effect import Effect, MotionGradient, Parameter, Prior
 

@@ -1,12 +1,13 @@
-"""How well positions and efforts agree with a tree of rigid bodies, whatever the bodies weigh.
+"""Hypotheses' probabilities, and how well positions and efforts agree with a tree of rigid bodies.
 
 The torque of each joint is fitted with all parameters of all bodies free, and friction, on four fifths of a
 log, and predicted on the other. So only geometry and units are asked, and no inertia has to be right.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,10 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..preparation.filters import differentiate, low_pass, uniform
 
+Key = TypeVar("Key", bound=Hashable)
+
+DECIDED = 0.95
+"""Probability from which on a guess is written down: at most one in twenty of those at the limit is wrong."""
 CUTOFF = 5.0
 """Low-pass of positions and efforts [Hz]: arms move below it."""
 RATE = 100.0
@@ -31,6 +36,43 @@ LONG = 1000.0
 """Gap, in median steps of time, between two runs."""
 FEWEST = 40
 """Samples of a sliding joint that can be fitted and left out in turn."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """One thing that was guessed.
+
+    Attributes:
+        what: Is asked.
+        value: The likeliest answer.
+        probability: Of that answer, among those that were weighed, given the log and the robot.
+        why: What speaks for it.
+        option: What a person does where it is wrong or not decided.
+    """
+
+    what: str
+    value: str
+    probability: float
+    why: str
+    option: str = ""
+
+    @property
+    def decided(self) -> bool:
+        """Whether it is sure enough to be written down."""
+        return self.probability >= DECIDED
+
+
+def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
+    """Probability of each hypothesis, from log of prior times likelihood; the likeliest first."""
+    values = np.array(list(log_odds.values()))
+    weights = np.exp(values - values.max())
+    found = dict(zip(log_odds, weights / weights.sum(), strict=True))
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def log_normal(value: float, middle: float, spread: float) -> float:
+    """Log of the density of log(value), normal about log(middle) with standard deviation `spread`."""
+    return float(-0.5 * (np.log(value / middle) / spread) ** 2 - np.log(spread * np.sqrt(2 * np.pi)))
 
 
 class Sampled(NamedTuple):

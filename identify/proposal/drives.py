@@ -10,8 +10,7 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..effects.rigid_body import inertial_parameters, inertial_priors
 from ..text_table import digits
-from .agreement import FEWEST, Sampled, friction_columns, independent
-from .odds import DECIDED, Guess
+from .agreement import DECIDED, FEWEST, Guess, Sampled, friction_columns, independent
 
 DRAWN = 0.3
 """Relative error of the torque that a description's masses give: a tool, cables, a drawing."""

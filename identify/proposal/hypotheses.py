@@ -10,10 +10,9 @@ import numpy as np
 from ..arm.robot import Robot
 from ..recordings.recording import EFFORT
 from ..text_table import digits
-from .agreement import Sampled, agreement, agreement_odds, sampled
+from .agreement import Guess, Sampled, agreement, agreement_odds, posterior, sampled
 from .column_names import Family
 from .mounting import DIRECTIONS, OTHERWISE, Direction, described_direction, found_direction, under
-from .odds import Guess, posterior
 from .units import SLIDING, TIME, TURNING, Units, moves, unit_odds
 
 AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}

@@ -16,9 +16,8 @@ from scipy import optimize
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
-from .agreement import Sampled, agreement_odds, left_out
+from .agreement import Guess, Sampled, agreement_odds, left_out
 from .drives import agreed, described_values
-from .odds import Guess
 
 GRAVITY = "direction of gravity"
 """What a guess of the mounting asks."""

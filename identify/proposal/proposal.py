@@ -10,14 +10,12 @@ from ..errors import RecordingError, listed
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import UNMEASURED, unread
 from ..text_table import digits
-from .agreement import LONG, Sampled, runs_of
+from .agreement import LONG, Guess, Sampled, posterior, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
-from .odds import Guess, posterior
-from .quirks import quirks
-from .units import STATED, TIME, Units, moves
+from .units import STATED, TIME, Units, moves, quirks
 
 NAMED = 3
 """Joints that an error names, at most: it is one line long."""

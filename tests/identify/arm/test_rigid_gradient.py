@@ -3,8 +3,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_gradient import body_gradient, rigid_gradient
-from exidyn.identify.arm.rigid_regressor import body_regressor, rigid_regressor
+from exidyn.identify.arm.rigid_regressor import body_gradient, body_regressor, rigid_gradient, rigid_regressor
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.effects.rigid_body import inertial_parameters
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import RecordingError
-from exidyn.identify.proposal.odds import Guess, posterior
+from exidyn.identify.proposal.agreement import Guess, posterior
 from exidyn.identify.proposal.proposal import propose
 from exidyn.identify.robot_files.robot_file import read_model
 
