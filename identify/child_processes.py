@@ -27,9 +27,8 @@ LIVES_ON = 0
 def end_with_parent(parent: int, wait_for_its_end: Callable[[], object]) -> None:
     """End this process once its parent has ended; to be called by the child as early as possible.
 
-    Args:
-        parent: Number of the parent; if it has ended already, so does this process.
-        wait_for_its_end: Returns when the parent has ended; called in a thread where the kernel cannot watch.
+    If the parent of that number has ended already, so does this process. `wait_for_its_end` returns when it
+    has, and is called in a thread where the kernel cannot watch.
     """
     if sys.platform == "linux":
         import ctypes
@@ -44,13 +43,7 @@ def end_with_parent(parent: int, wait_for_its_end: Callable[[], object]) -> None
 def process_pool(
     workers: int, initializer: Callable[..., object] | None = None, initargs: Sequence[Any] = ()
 ) -> "ProcessPoolExecutor":
-    """A pool of spawned processes, which end with this one; to be used by the thread that makes it.
-
-    Args:
-        workers: How many.
-        initializer: Called first in each.
-        initargs: Its arguments.
-    """
+    """A pool of spawned processes, which end with this one; to be used by the thread that makes it."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
@@ -74,10 +67,7 @@ def start_program(
 ) -> "subprocess.Popen[bytes]":
     """Start a program of others; signals that this process ignores have their usual effect on it.
 
-    Args:
-        command: Path of the program, and its arguments.
-        output: Where it prints.
-        lives_on: Whether it outlives this process, in a session of its own.
+    One that `lives_on` outlives this process, in a session of its own.
     """
     parent = LIVES_ON if lives_on else os.getpid()
     return subprocess.Popen(
@@ -90,11 +80,7 @@ def start_program(
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Become the program, or watch over it where the kernel does not.
-
-    Args:
-        arguments: The parent's number, and a command.
-    """
+    """Become the program, or watch over it where the kernel does not: the parent's number, and a command."""
     parent, command = int(arguments[0]), list(arguments[1:])
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):

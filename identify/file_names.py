@@ -19,10 +19,7 @@ def file_stem(name: str, default: str = "unnamed") -> str:
 
     Whatever is no letter, digit, underscore, dot or hyphen becomes an underscore. Different names may have
     the same stem: see `distinct_stems` for those in one folder, `unique_stem` for one at a time.
-
-    Args:
-        name: Any text.
-        default: The stem where nothing is left, and what is put before a reserved name.
+    The default stands where nothing is left, and before a reserved name.
     """
     composed = unicodedata.normalize("NFC", name)
     # Dots in front would hide a file, or name the folder above; Windows drops those at the end.

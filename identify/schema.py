@@ -59,13 +59,7 @@ class Disagreement(ValueError):
 
 
 def checked(table: object, schema: type[T], where: str, error: type[ExidynError] = NotAFile) -> T:
-    """What was read of a file, as its schema.
-
-    Args:
-        table: Parsed JSON or TOML.
-        schema: A `msgspec.Struct`.
-        where: What a message calls it, such as the path of the file.
-        error: Which error is raised.
+    """What was read of a file, parsed JSON or TOML, as its schema; `where` is what a message calls the file.
 
     Raises:
         ExidynError: Of that type; the message names the field, what is expected, and the value.

@@ -10,8 +10,8 @@ from exidyn.identify.file_names import file_stem
 from exidyn.identify.fit.fit import Moved
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
+from exidyn.identify.recordings.importers.tables.columns import TABLES, left_out
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording_table import TABLES, left_out
 from exidyn.identify.text_table import digits, paragraph
 
 from ..arguments.common import command_parser, table_help

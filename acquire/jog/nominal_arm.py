@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.link_frames import flange_position
 from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.newton_euler import flange_position
 from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
 

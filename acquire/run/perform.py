@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
-from exidyn.identify.arm.link_frames import flange_position
+from exidyn.identify.arm.newton_euler import flange_position
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases

@@ -4,7 +4,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.link_frames import link_frames
+from exidyn.identify.arm.newton_euler import link_frames
 from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile

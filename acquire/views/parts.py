@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 import rerun.urdf
 
-from exidyn.identify.arm.link_frames import link_frames, link_poses
+from exidyn.identify.arm.newton_euler import link_frames, link_poses
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_text import urdf_text
 

@@ -4,7 +4,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.link_frames import flange_position
+from exidyn.identify.arm.newton_euler import flange_position
 from exidyn.identify.model import Model
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations

@@ -55,10 +55,7 @@ def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
 def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) -> np.ndarray:
     """Joint torque per `INERTIAL` parameter of a body fixed to the last link, shape (t, n, 10).
 
-    Args:
-        kinematics: Pinocchio model with n joints.
-        motion: Of the joints.
-        placement: The body's frame in the last link's; the parameters are about its origin and axes.
+    The parameters are about the origin and axes of `placement`, a frame in the last link's.
     """
     last, still = links(kinematics, motion)[-1], np.zeros(len(motion))
     body = step(kinematics.nv, fixed_joint(placement), last, still, still, still)
@@ -117,10 +114,7 @@ class _Pull:
 def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -> np.ndarray:
     """Derivatives of sum(weights * rigid regressor) by position, velocity and acceleration, shape (3, t, n).
 
-    Args:
-        kinematics: Pinocchio model with n joints.
-        motion: Of the joints.
-        weights: Shape (t, n, 10 n).
+    Weights are (t, n, 10 n).
     """
     chain = links(kinematics, motion)
     weights = weights.reshape(*motion.position.shape, -1, 10)

@@ -16,8 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 import pinocchio as pin
 
-from ..arm.link_frames import link_frames
-from ..arm.newton_euler import Joint, joints_of
+from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..arm.robot import Robot
 from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse

@@ -9,8 +9,7 @@ from xml.etree.ElementTree import SubElement
 import numpy as np
 import pinocchio as pin
 
-from ..arm.link_frames import link_frames
-from ..arm.newton_euler import joints_of
+from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
 from ..effects import Effect, name_of
 from ..model import Model

@@ -122,10 +122,7 @@ class Even:
 def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.ndarray:
     """Whether a drive gave nothing though its joint moved, as of a pendulum let go, bool of shape (t, n).
 
-    Args:
-        current: Or torque, shape (t, n), unfiltered.
-        position: Shape (t, n) [rad].
-        rate: Samples a second [Hz].
+    Current, or torque, is unfiltered; it and the position [rad] are (t, n).
     """
     off = np.zeros(current.shape, bool)
     reach = np.ptp(position, axis=0)

@@ -148,12 +148,7 @@ def _chosen(even: Even, filtering: Filtering) -> Filtering:
 
 
 def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
-    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it.
-
-    Args:
-        recording: One run.
-        filtering: As chosen for it.
-    """
+    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it."""
     return _recorded_up_to(Even.of(recording, filtering.rate), float(filtering.position_cutoff or 0.0))
 
 

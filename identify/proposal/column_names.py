@@ -106,10 +106,7 @@ def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence
 def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[Family]:
     """Columns that come in one a joint, by the joints' names or else by consecutive numbers.
 
-    Args:
-        names: Of all columns.
-        joints: Names of the robot's joints.
-        numbered: Names of the joints that numbers from 1 on stand for, where the log gives them.
+    Arguments are those of `joints_named`, `joints` all of the robot's.
     """
     found: dict[str, dict[int, int]] = {}
     for place, name in enumerate(names):

@@ -52,11 +52,7 @@ def joint_odds(
 ) -> dict[tuple[Units, Order], float]:
     """Log odds of units and orders: by speeds, limits and velocities, and by the rigid bodies.
 
-    Args:
-        log: In its own units and order.
-        robot: Whose joints are in order.
-        stated: What the names state.
-        orders: Column of each joint, and the prior of that order.
+    The log is in its own units and order; `orders` has the column of each joint, and the prior of that order.
     """
     odds: dict[tuple[Units, Order], float] = {}
     samples: dict[str, Sampled] = {}
@@ -129,14 +125,7 @@ class Likeliest(NamedTuple):
 
 
 def units_and_order(log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str) -> Likeliest:
-    """The likeliest units and order, each with its own probability, whatever the others are.
-
-    Args:
-        log: With its own units.
-        robot: As described.
-        chosen: Columns of each signal.
-        clock: Unit of time, if the log's header states it.
-    """
+    """The likeliest units and order, each with its own probability, whatever the others are."""
     stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
     orders = orders_of(robot, chosen["position"].by_name)
     likely: dict[tuple[Units, Order], float] = {}

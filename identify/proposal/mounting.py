@@ -92,10 +92,7 @@ def mounted_robot(
 ) -> tuple[Robot, list[Guess]]:
     """The robot as it stands, and what is guessed of that, if it is not as described.
 
-    Args:
-        robot: As described.
-        directions: Probability of each direction of gravity, up to its sign.
-        sample: Of the log.
+    Each direction of gravity, up to its sign, has its probability.
     """
     if not directions:
         return robot, []

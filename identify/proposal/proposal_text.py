@@ -154,14 +154,7 @@ def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, 
 
 
 def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values: np.ndarray) -> Still:
-    """Joints that move by less than `STILL` in all of a log, if any other moves.
-
-    Args:
-        proposal: For the log.
-        robot: As described.
-        names: Of the columns of the log.
-        values: Shape (t, c).
-    """
+    """Joints that move by less than `STILL` in all of a log, if any other moves."""
     columns = proposal.columns["position"]
     position = values[:, [list(names).index(column) for column in columns]]
     factor = factor_of(robot, proposal.units.position)

@@ -110,11 +110,7 @@ def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 def unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, stated: Units) -> dict[Units, float]:
     """Log of prior times likelihood of each combination of units.
 
-    Args:
-        seen: In the log's own units.
-        limits: Of the robot.
-        revolute: Which joints turn, shape (n,).
-        stated: Units that the names state, "" where they state none.
+    What was seen is in the log's own units; names state `stated`, "" for none.
     """
     angles = TURNING if revolute.any() else SLIDING
     per_second = {**angles, "rpm": np.pi / 30} if revolute.any() else angles

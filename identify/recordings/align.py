@@ -65,11 +65,7 @@ class Alignment:
 
 
 def align(recording: Recording, run: Recording) -> Alignment:
-    """The offset between two recordings of one run, by `nearest`.
-
-    Args:
-        recording: To be moved in time, such as a trace.
-        run: Whose time counts.
+    """The offset between a recording, such as a trace, and the run whose time counts, by `nearest`.
 
     Raises:
         DifferentRobot: Not the same joints.
@@ -92,14 +88,10 @@ def align(recording: Recording, run: Recording) -> Alignment:
 
 
 def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
-    """The offset at which the positions of two recordings agree best, however well that is.
+    """The offset at which positions of a recording agree best with those of the run whose time counts.
 
     First on a grid, by correlation; then between its points, by least squares on a spline. The standard
     deviation is that between pieces of the overlap, so that disagreement that is no white noise counts.
-
-    Args:
-        recording: To be moved in time, such as a simulation.
-        run: Whose time counts.
 
     Returns:
         The offset, and how much further they agree as well; zero if they do not [s].

@@ -59,12 +59,9 @@ _BY_NAME = {_bare(name): entry for name, entry in UNITS.items()}
 
 
 def factors(si: Sequence[str], units: str | Sequence[str], where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Factor and offset, shape (n,) each, from given units.
+    """Factor and offset, shape (n,) each, from given units to those of `si`, n of them.
 
-    Args:
-        si: Units to which they lead, n of them.
-        units: One for all or one each; an empty one is that of `si`.
-        where: What errors call the quantity.
+    Units are one for all or one each; an empty one is that of `si`.
 
     Raises:
         WrongShape: Not one unit each.
@@ -87,10 +84,7 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
     """Refer the motor's positions, velocities and torques to the joint, through gear ratio and coupling.
 
     Motors turn by ratio * (coupling @ joints); by virtual work joints feel coupling^T @ (ratio * torque).
-
-    Args:
-        recording: In which the signals named are the motor's.
-        motor_side: Names of signals; True for all that can be.
+    `motor_side` names the signals that are the motor's; True: all that can be.
 
     Raises:
         UnknownKey: A name that is no signal of a motor.

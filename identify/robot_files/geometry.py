@@ -33,10 +33,6 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     Each body belongs to a joint and a frame of that robot's kinematics and is called by its link and a
     number, as in Pinocchio.
 
-    Args:
-        source: A robot.toml, a .urdf or .xacro, or the name of a built-in robot.
-        package_dirs: Folders that hold the ROS packages whose meshes the URDF names.
-
     Returns:
         None where the robot has no URDF, or its URDF no collision geometry.
 

@@ -12,8 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 import pinocchio as pin
 
-from ..arm.link_frames import LinkFrame, link_frames
-from ..arm.newton_euler import Joint, joints_of
+from ..arm.newton_euler import Joint, LinkFrame, joints_of, link_frames
 from ..arm.robot import Robot
 from ..effects import Effect, name_of
 from ..model import Model

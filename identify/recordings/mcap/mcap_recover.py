@@ -41,10 +41,6 @@ def recover(source: Path, target: Path) -> Recovered:
 
     The new recording names what it was recovered from and what it lacks.
 
-    Args:
-        source: File that ends abruptly, or is damaged.
-        target: File to write; there must be none.
-
     Raises:
         NotAFile: There is nothing to rescue.
         RecordingError: The target exists.

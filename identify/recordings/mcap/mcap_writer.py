@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from mcap.writer import CompressionType, Writer
 
-from ...arm.link_frames import link_frames, link_poses
+from ...arm.newton_euler import link_frames, link_poses
 from ...model import Model
 from ...robot_files.robot_file import model_text, urdf_text
 from ..recording import KnownPayload
@@ -70,10 +70,7 @@ class Head:
 class RecordingWriter:
     """Writes one file, message by message; a context manager that finishes the file.
 
-    Args:
-        stream: A file opened for writing.
-        head: What the file begins with.
-        start: Time of the first message [ns since 1970]; the head's epoch by default.
+    `start` is the time of the first message [ns since 1970], the head's epoch by default.
     """
 
     def __init__(self, stream: IO[bytes], head: Head, start: int | None = None) -> None:

@@ -21,7 +21,7 @@ from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLOURS
 from exidyn.acquire.views.suspects import MOST, lasting, moments
-from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.arm.newton_euler import link_poses
 from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.fit.fit_file import read_fit, write_fit
 from exidyn.identify.preparation.prepare import prepare

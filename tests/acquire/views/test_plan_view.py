@@ -10,7 +10,7 @@ from exidyn.acquire.views import viewers
 from exidyn.acquire.views.live_view import Targets
 from exidyn.acquire.views.parts import FRAMES
 from exidyn.acquire.views.plan_view import plan_view
-from exidyn.identify.arm.link_frames import link_poses
+from exidyn.identify.arm.newton_euler import link_poses
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
 from exidyn.trajectories.plans.plan_check import nominal_torque

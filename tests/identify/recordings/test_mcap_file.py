@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from mcap.reader import make_reader
 
-from exidyn.identify.arm.link_frames import link_frames, link_poses
+from exidyn.identify.arm.newton_euler import link_frames, link_poses
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds
 from exidyn.identify.recordings.recording import Signal

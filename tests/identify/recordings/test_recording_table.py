@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.importers.tables.columns import TABLES, columns_of, left_out
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recordings.recording_table import TABLES, columns, left_out
 
 from ...parts.runs.full_run import recording as full_run
 from ...parts.runs.runs import TIME, model, motion, noise
@@ -44,7 +44,7 @@ def test_parquet_is_read_by_pandas(tmp_path):
     pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
     (tmp_path / "run.parquet").write_bytes(TABLES["parquet"](two_rates()))
     frame = pandas.read_parquet(tmp_path / "run.parquet")
-    assert list(frame) == list(columns(two_rates()))
+    assert list(frame) == list(columns_of(two_rates()))
     assert "ql2" not in frame
     assert np.array_equal(frame["i2"].dropna(), noise()[:, 1])
     assert frame["temp1"].isna().sum() == len(frame) - 20

@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.link_frames import link_frames
 from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.newton_euler import link_frames
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import (
     EFFECTS,

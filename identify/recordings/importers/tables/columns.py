@@ -1,11 +1,18 @@
-"""Which columns of a table are which signal: by usual names, by a preset, or as named on the command line."""
+"""Which columns of a table are which signal: by usual names, by a preset, or as named on the command line.
 
-from collections.abc import Mapping, Sequence
+A recording is also written as one table, with the names by which `exidyn import` reads it again.
+"""
+
+import io
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from ....arm.robot import Robot
 from ....errors import RecordingError, WrongShape, listed
-from ...recording import SIGNALS
+from ....notebook import optional
+from ...recording import SIGNALS, Recording
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
@@ -29,11 +36,7 @@ Names = str | Sequence[str]
 class Columns:
     """The columns of a table, looked up for one robot.
 
-    Args:
-        source: What errors call the file.
-        table: With all columns.
-        robot: Whose signals are looked for.
-        joints: What its joints are called in the table, as `_names_in_log` takes it.
+    `joints` are what the robot's are called in the table, as `_names_in_log` takes it.
     """
 
     def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
@@ -51,10 +54,6 @@ class Columns:
 
     def time(self, given: Mapping[str, Names], where: str) -> int:
         """Number of the column of time.
-
-        Args:
-            given: Names by signal or "time"; usual ones for what is not in it.
-            where: What errors call the file.
 
         Raises:
             WrongShape: There is none, or text is in it.
@@ -173,11 +172,7 @@ def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
 def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where: str) -> list[str]:
     """A log's name of each joint, out of all names in it; of one arm of several all may begin the same.
 
-    Args:
-        robot: Whose joints are looked for.
-        there: Names in the log.
-        joints: One name a joint, in the robot's order; or a pattern with {joint} or {number} in it.
-        where: What errors call the place where the names are.
+    `joints` are one name a joint, in the robot's order, or a pattern with {joint} or {number} in it.
 
     Raises:
         WrongShape: Not one name a joint.
@@ -201,3 +196,58 @@ def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where:
         f"{where} has no joint '{missing[0]}'. Valid joints: {listed(there, missing[0])}; name the robot's "
         "joints there by --joints NAME,NAME,... or a pattern with {joint}"
     )
+
+
+def columns_of(recording: Recording) -> dict[str, np.ndarray]:
+    """Time `t` [s] and each signal of each joint, `q1`, `q2`, …, in the units of `SIGNALS`, shape (t,) each.
+
+    A row for every time at which anything was measured; NaN for what was not measured then. Joints on which
+    a signal was never measured have no column.
+    """
+    time = np.unique(np.concatenate([signal.time for signal in recording.signals.values()]))
+    found = {"t": time}
+    for name, signal in recording.signals.items():
+        rows = np.searchsorted(time, signal.time)
+        for joint, values in enumerate(signal.values.T):
+            if not np.isnan(values).all():
+                column = found[f"{PREFIXES[name][0]}{joint + 1}"] = np.full(len(time), np.nan)
+                column[rows] = values
+    return found
+
+
+def _csv_bytes(recording: Recording) -> bytes:
+    """Text with commas, a line of names, and every digit; empty where nothing was measured."""
+    table = columns_of(recording)
+    cells = np.column_stack([*table.values()]).tolist()
+    rows = [",".join("" if np.isnan(cell) else repr(cell) for cell in row) for row in cells]
+    return "\n".join([",".join(table), *rows, ""]).encode()
+
+
+def _parquet_bytes(recording: Recording) -> bytes:
+    """Columns of double precision; null where nothing was measured.
+
+    Raises:
+        MissingPackage: pyarrow is not installed.
+    """
+    arrow = optional("pyarrow", "a Parquet file", "parquet")
+    parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
+    file = io.BytesIO()
+    table = {name: arrow.array(values, from_pandas=True) for name, values in columns_of(recording).items()}
+    parquet.write_table(arrow.table(table), file)
+    return file.getvalue()
+
+
+TABLES: dict[str, Callable[[Recording], bytes]] = {"csv": _csv_bytes, "parquet": _parquet_bytes}
+"""Format, and ending of such files -> how a recording is written."""
+
+
+def left_out(recording: Recording) -> list[str]:
+    """What a recording has and a table has not, a sentence each."""
+    held = {
+        "the robot and its nominal values: import needs --robot": True,
+        f"the payload {recording.payload and recording.payload.name}": recording.payload,
+        "the trajectory": recording.trajectory,
+        "events, timing and outcome of the run": recording.events or recording.timing or recording.outcome,
+        "the host's clock": recording.host_time is not None,
+    }
+    return [sentence for sentence, there in held.items() if there]

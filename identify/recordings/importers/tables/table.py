@@ -126,12 +126,7 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
 
     Samples are counted along the axis whose length most of the numbers have; what has no such axis, such as
     parameters beside the run, is left out.
-
-    Args:
-        source: What errors call the file.
-        named: Name -> array, or mapping or structure of arrays.
-        between: Stands between the names of a group and of what is in it.
-        known: Further attributes of the table.
+    `named` has arrays, or mappings or structures of them; `known` are further attributes of the table.
 
     Raises:
         NotAFile: There is no array of numbers.
