@@ -1,13 +1,16 @@
 """An effect of somebody else's: asked for without a second entry, and found where it is installed."""
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from exidyn.identify import diagnosis
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Robot
-from exidyn.identify.diagnosis.candidates import candidates
+from exidyn.identify.diagnosis.candidates import candidates, kinds
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.effects import (
     EFFECTS,
@@ -86,6 +89,16 @@ def test_where_the_shape_is_another_the_effect_with_a_shape_is_named(monkeypatch
     found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
     assert found.selected[0].answer.candidate.shape["exponent"] == pytest.approx(1.7, abs=0.05)
+
+
+def test_nothing_but_candidates_and_words_knows_an_effect_by_its_name():
+    folder, names = (
+        Path(diagnosis.__file__).parent,
+        set(kinds()) - {"payload"},
+    )  # which is a run's role as well
+    for file in folder.rglob("*.py"):
+        if file.relative_to(folder).parts[0] not in ("candidates", "words"):
+            assert not names & set(re.findall(r'"(\w+)"', file.read_text())), file
 
 
 # Installed packages.
