@@ -110,14 +110,17 @@ class Walker:
         return walk_of(file)
 
     def _exidyn(self, command: list[str], hook: Mapping[str, str] = {}) -> None:  # noqa: B006
-        subprocess.run(
+        ran = subprocess.run(
             [sys.executable, "-m", "exidyn.acquire.command_line", *command],
             cwd=self.folder,
             env=self._environment(hook),
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            check=True,
+            text=True,
+            check=False,
         )
+        if ran.returncode:
+            raise SystemExit(f"exidyn {' '.join(command)} of {self._root} ended with:\n{ran.stderr}")
 
     def _environment(self, hook: Mapping[str, str]) -> dict[str, str]:
         imports = [self.folder / "hook"] if hook else []
