@@ -1,6 +1,6 @@
 """Model: a robot and the effects that make its torque."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
@@ -10,6 +10,9 @@ from .arm.motion import Motion
 from .arm.robot import Robot
 from .effects import Effect, MotionGradient, Parameter, Prior
 from .errors import RobotError
+
+CHUNK = 2000
+"""Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
 
 
 @dataclass(frozen=True)
@@ -83,28 +86,32 @@ class Model:
         """Each effect with its own of the parameters (p,)."""
         return [(effect, values[own]) for effect, own in zip(self.effects, self.columns, strict=True)]
 
-    def regressor(self, motion: Motion, remembered: Mapping[int, np.ndarray] | None = None) -> np.ndarray:
-        """Torque per unit of each parameter, shape (t, n, p) [N m / unit].
+    def regressor(self, motion: Motion) -> np.ndarray:
+        """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
+        return self._stacked(motion, [effect.regressor(self.robot, motion) for effect in self.effects])
 
-        Args:
-            motion: A whole run, or a piece of one.
-            remembered: For a piece, its rows of what `remember` returns for the whole run.
+    def pieces(
+        self, motion: Motion, loading: "Model | None" = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Regressor (t, n, p) and known torque (t, n) of a whole run, piece by piece to spare memory.
+
+        Effects with a memory see the run at once; the load on gears is that of `loading`, or of this model.
         """
-        known = remembered or {}
-        none = np.zeros((*motion.position.shape, 0))  # of a model without effects
-        columns = (
-            known[place] if place in known else effect.regressor(self.robot, motion)
-            for place, effect in enumerate(self.effects)
-        )
-        return np.concatenate([none, *columns], axis=2)
-
-    def remember(self, motion: Motion) -> dict[int, np.ndarray]:
-        """Columns of effects with a memory over a whole run, place of the effect -> (t, n, p)."""
-        return {
-            place: effect.regressor(self.robot, motion)
-            for place, effect in enumerate(self.effects)
-            if not effect.pointwise
+        known = {
+            place: e.regressor(self.robot, motion) for place, e in enumerate(self.effects) if not e.pointwise
         }
+        needs_load = any(effect.needs_load for effect in self.effects)
+        for start in range(0, len(motion), CHUNK):
+            rows = slice(start, start + CHUNK)
+            piece = (loading or self).loaded(motion[rows]) if needs_load else motion[rows]
+            columns = [
+                known[place][rows] if place in known else effect.regressor(self.robot, piece)
+                for place, effect in enumerate(self.effects)
+            ]
+            yield self._stacked(piece, columns), self.known_torque(piece)
+
+    def _stacked(self, motion: Motion, columns: list[np.ndarray]) -> np.ndarray:
+        return np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
 
     def known_torque(self, motion: Motion) -> np.ndarray:
         """Torque that no parameter scales (a known payload), shape (t, n) [N m]."""
@@ -119,10 +126,8 @@ class Model:
     ) -> MotionGradient:
         """Derivatives of sum(weights * regressor) + sum(known * known torque) by a loaded motion.
 
-        Args:
-            motion: With the load that `loaded` gives it, so that what the load gains is passed on.
-            weights: Shape (t, n, p).
-            known: Shape (t, n); nothing by default.
+        It has the load that `loaded` gives it, so that what the load gains is passed on. Weights are (t, n,
+        p); known is (t, n), or nothing.
         """
         known = np.zeros_like(motion.position) if known is None else known
         total = MotionGradient.none(motion.position.shape)

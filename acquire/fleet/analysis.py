@@ -8,8 +8,7 @@ import numpy as np
 
 from exidyn.identify.errors import RecordingError
 from exidyn.identify.fleet.compared import Difference, compared
-from exidyn.identify.fleet.expected import Expected
-from exidyn.identify.fleet.learned import Learned, learned
+from exidyn.identify.fleet.learned import Expected, Learned, learned
 from exidyn.identify.fleet.report import KindReport, change_words, temperature_of
 from exidyn.identify.fleet.runs import ArmRuns, Frame, Run
 

@@ -1,11 +1,13 @@
 """The list of physics that exidyn knows: one file an effect, one line in this table."""
 
+from importlib import metadata
+
+from ..errors import EffectError
 from .coulomb_friction import CoulombFriction
 from .current_offset import CurrentOffset
 from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior, Shape, shape
 from .friction_asymmetry import FrictionAsymmetry
 from .hysteresis import Hysteresis
-from .installed import installed
 from .joint_spring import JointSpring
 from .kinematic_coupling import KinematicCoupling
 from .load_dependent_friction import LoadDependentFriction
@@ -19,6 +21,9 @@ from .stribeck_friction import StribeckFriction
 from .temperature_dependent_friction import TemperatureDependentFriction
 from .torque_ripple import TorqueRipple
 from .viscous_friction import ViscousFriction
+
+GROUP = "exidyn.effects"
+"""Entry points of this group are effects; their names are those of robot files and of the diagnosis."""
 
 EFFECTS: dict[str, type[Effect]] = {
     "link_inertia": RigidBody,
@@ -47,14 +52,39 @@ def name_of(effect: Effect) -> str:
 
 
 def load_installed() -> None:
-    """Add the effects of installed packages to `EFFECTS`; the table stays as it is where there are none.
+    """Add the effects of installed packages to `EFFECTS`, by entry points: name -> subclass of `Effect`.
 
     Not when this package is imported: theirs import it.
 
     Raises:
-        EffectError: One of them cannot be loaded.
+        EffectError: A package has an effect that cannot be loaded, is none, or has a name that is taken.
     """
-    EFFECTS.update(installed(EFFECTS))
+    found: dict[str, type[Effect]] = {}
+    for entry in metadata.entry_points(group=GROUP):
+        taken = EFFECTS.get(entry.name) or found.get(entry.name)
+        if taken is None:
+            found[entry.name] = _loaded(entry)
+        elif f"{taken.__module__}:{taken.__qualname__}" != entry.value:
+            raise EffectError(f"{_where(entry)}: the name is taken. Give the entry point another name")
+    EFFECTS.update(found)
+
+
+def _loaded(entry: metadata.EntryPoint) -> type[Effect]:
+    try:
+        kind = entry.load()
+    except Exception as error:  # whatever somebody else's module raises
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise EffectError(
+            f"{_where(entry)} cannot be loaded from {entry.value}: {reason}. Repair or uninstall the package"
+        ) from error
+    if not (isinstance(kind, type) and issubclass(kind, Effect)):
+        raise EffectError(f"{_where(entry)}: {entry.value} is no subclass of exidyn.identify.effects.Effect")
+    return kind
+
+
+def _where(entry: metadata.EntryPoint) -> str:
+    package = entry.dist.name if entry.dist else "an unknown package"
+    return f"effect '{entry.name}' of the package {package}"
 
 
 __all__ = [

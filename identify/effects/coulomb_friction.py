@@ -31,10 +31,7 @@ class CoulombFriction(JointEffect):
     greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        name = "Fg" if self.gradual else "Fc"
-        return [
-            Parameter(f"{name}{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)
-        ]
+        return self.on_each(robot, ("Fg" if self.gradual else "Fc", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal))

@@ -20,7 +20,7 @@ class CurrentOffset(JointEffect):
     guessed: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Off{joint + 1}", robot.unit(joint, "N m")) for joint in self.columns(robot)]
+        return self.on_each(robot, ("Off", "N m"))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, np.ones_like(motion.velocity))

@@ -139,12 +139,9 @@ class Effect(ABC):
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
 
     def continued(self, robot: Robot, motion: Motion, memory: Any) -> tuple[np.ndarray, Any]:
-        """Regressor of the next piece of a run (t, n, p), and what has to be remembered for the one after.
+        """Regressor (t, n, p) of the next piece of a run, and what has to be remembered for the one after.
 
-        Args:
-            robot: The arm.
-            motion: The piece; the pieces, one after the other, are the whole run.
-            memory: What the piece before left; None for the first.
+        `memory` is what the piece before left; None for the first.
         """
         return self.regressor(robot, motion), None
 
@@ -153,15 +150,9 @@ class Effect(ABC):
         return np.zeros_like(motion.position)
 
     def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
-        """The rigid bodies that make all of its torque, link -> inertia in the link's frame.
+        """The rigid bodies that make all of its torque, link -> inertia in the link's frame; else empty.
 
-        For those who need not a column a parameter but the torque, quickly; empty where it is made of
-        something else.
-
-        Args:
-            robot: The arm.
-            values: Its parameters, shape (p,).
-            payload: Name of the body that is carried; empty for none.
+        For those who need the torque of parameters (p,) quickly, while the named payload is carried.
         """
         return {}
 
@@ -216,14 +207,9 @@ def differences(
 ) -> MotionGradient:
     """Derivatives of sum(weights * columns) by central differences.
 
-    Args:
-        columns: What gives (t, n, p) for a robot and a motion, a sample from that sample alone.
-        robot: The arm.
-        motion: Where.
-        weights: Shape (t, n, p).
-        load: Whether the columns depend on `Motion.load`.
-        groups: Joints that may be moved at once, since each joint's rows depend on it alone; by default
-            every joint is moved on its own, and its gain is that of all rows.
+    Columns (t, n, p) are of a robot and a motion, each sample from that sample alone, and depend on
+    `Motion.load` if `load`. Weights are (t, n, p). Joints of a group are moved at once, since each joint's
+    rows depend on it alone; without groups each is moved on its own, and its gain is that of all rows.
     """
     found = MotionGradient.none(motion.position.shape)
     for f in fields(found):
@@ -254,14 +240,18 @@ class JointEffect(Effect):
     dry: ClassVar[bool] = False
 
     def columns(self, robot: Robot) -> list[int]:
-        """Indices of the joints it acts on.
-
-        Raises:
-            UnknownJoint: A name that the robot does not have.
-        """
+        """Indices of the joints it acts on; raises `UnknownJoint` for a name that the robot does not have."""
         if self.joints is None:
             return list(range(robot.dof))
         return [robot.index(joint) for joint in self.joints]
+
+    def on_each(self, robot: Robot, *kinds: tuple[Any, ...]) -> list[Parameter]:
+        """Parameters joint by joint, of letters before its number, unit where it turns, and minimum."""
+        return [
+            Parameter(f"{letters}{joint + 1}", robot.unit(joint, unit), *minimum)
+            for joint in self.columns(robot)
+            for letters, unit, *minimum in kinds
+        ]
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray

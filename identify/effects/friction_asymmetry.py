@@ -31,9 +31,7 @@ class FrictionAsymmetry(JointEffect):
     greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        own = [("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous]
-        pairs = [(joint, *one) for joint in self.columns(robot) for one in own]
-        return [Parameter(f"{name}{joint + 1}", robot.unit(joint, unit)) for joint, name, unit in pairs]
+        return self.on_each(robot, *[("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous])
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         sign, velocity = smooth_sign(motion.velocity, self.reversal), motion.velocity

@@ -27,7 +27,7 @@ class Hysteresis(JointEffect):
     pointwise: ClassVar[bool] = False
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fh{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
+        return self.on_each(robot, ("Fh", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, self._state(robot, motion)[0])

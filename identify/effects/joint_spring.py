@@ -29,20 +29,11 @@ class JointSpring(JointEffect):
     smooth: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        parameters = []
-        for joint in self.columns(robot):
-            # A cable that hangs loose about the middle of its range may bend the other way there.
-            own = [
-                Parameter(f"Ks{joint + 1}", robot.unit(joint, "N m/rad"), -np.inf if self.stiffening else 0.0)
-            ]
-            own += [Parameter(f"Ts{joint + 1}", robot.unit(joint, "N m"))]
-            if self.stiffening:
-                own += [
-                    Parameter(f"Kq{joint + 1}", robot.unit(joint, "N m/rad^2")),
-                    Parameter(f"Kc{joint + 1}", robot.unit(joint, "N m/rad^3"), 0.0),
-                ]
-            parameters += own
-        return parameters
+        if not self.stiffening:
+            return self.on_each(robot, ("Ks", "N m/rad", 0.0), ("Ts", "N m"))
+        # A cable that hangs loose about the middle of its range may bend the other way there.
+        more = ("Kq", "N m/rad^2"), ("Kc", "N m/rad^3", 0.0)
+        return self.on_each(robot, ("Ks", "N m/rad"), ("Ts", "N m"), *more)
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         position = motion.position

@@ -36,7 +36,7 @@ class LoadDependentFriction(JointEffect):
     nothing else says so."""
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"mu{joint + 1}", "1", 0.0) for joint in self.columns(robot)]
+        return self.on_each(robot, ("mu", "1", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._pressed(motion))

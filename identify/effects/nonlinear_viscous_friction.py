@@ -29,7 +29,7 @@ class NonlinearViscousFriction(JointEffect):
     greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fn{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
+        return self.on_each(robot, ("Fn", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, self._power(motion.velocity))

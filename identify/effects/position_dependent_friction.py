@@ -26,12 +26,8 @@ class PositionDependentFriction(JointEffect):
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            Parameter(f"F{wave}{k * self.harmonic:g}_{joint + 1}", robot.unit(joint, "N m"))
-            for joint in self.columns(robot)
-            for k in range(1, self.count + 1)
-            for wave in ("cos", "sin")
-        ]
+        numbers = [k * self.harmonic for k in range(1, self.count + 1)]
+        return self.on_each(robot, *((f"F{wave}{k:g}_", "N m") for k in numbers for wave in ("cos", "sin")))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self._waves(robot, motion, smooth_sign(motion.velocity, self.reversal))

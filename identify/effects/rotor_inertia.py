@@ -21,9 +21,7 @@ class RotorInertia(JointEffect):
     inertial: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            Parameter(f"Ia{joint + 1}", robot.unit(joint, "kg m^2"), 0.0) for joint in self.columns(robot)
-        ]
+        return self.on_each(robot, ("Ia", "kg m^2", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.acceleration)

@@ -26,7 +26,7 @@ class StribeckFriction(JointEffect):
     greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [Parameter(f"Fs{joint + 1}", robot.unit(joint, "N m"), 0.0) for joint in self.columns(robot)]
+        return self.on_each(robot, ("Fs", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._left(motion))

@@ -32,14 +32,7 @@ class TemperatureDependentFriction(JointEffect):
     needs_temperature: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            parameter
-            for joint in self.columns(robot)
-            for parameter in (
-                Parameter(f"Fvt{joint + 1}", robot.unit(joint, "N m s/rad/K")),
-                Parameter(f"Fct{joint + 1}", robot.unit(joint, "N m/K")),
-            )
-        ]
+        return self.on_each(robot, ("Fvt", "N m s/rad/K"), ("Fct", "N m/K"))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         warmth = self._warmth(robot, motion)

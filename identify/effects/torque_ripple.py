@@ -26,12 +26,8 @@ class TorqueRipple(JointEffect):
     count: int = 1
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            Parameter(f"R{wave}{k * self.harmonic:g}_{joint + 1}", robot.unit(joint, "N m"))
-            for joint in self.columns(robot)
-            for k in range(1, self.count + 1)
-            for wave in ("cos", "sin")
-        ]
+        numbers = [k * self.harmonic for k in range(1, self.count + 1)]
+        return self.on_each(robot, *((f"R{wave}{k:g}_", "N m") for k in numbers for wave in ("cos", "sin")))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         own = np.isin(np.arange(robot.dof), self.columns(robot))

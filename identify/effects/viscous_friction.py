@@ -21,9 +21,7 @@ class ViscousFriction(JointEffect):
     greased: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
-        return [
-            Parameter(f"Fv{joint + 1}", robot.unit(joint, "N m s/rad"), 0.0) for joint in self.columns(robot)
-        ]
+        return self.on_each(robot, ("Fv", "N m s/rad", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.velocity)

@@ -3,21 +3,14 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
-from .portable import Portable
+from .portable import FEATURES, Portable, left_out
 from .texts import json, toml, urdf
 
 
 class Format(NamedTuple):
-    """How a model is written.
-
-    Attributes:
-        text: The file's content.
-        features: What the format can represent, of the keys of `left_out.FEATURES`.
-        ending: Of the file's name.
-    """
+    """How a model is written: the text, which of `FEATURES` it can represent, and the ending of a file."""
 
     text: Callable[[Portable], str]
     features: tuple[str, ...]

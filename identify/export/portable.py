@@ -1,19 +1,22 @@
-r"""Portable: a model in the terms that simulators share, and what they cannot represent.
+r"""Portable: a model in the terms that simulators share, and what each format leaves out.
 
 They accept bodies only that can exist: ten parameters are moved, where they must be, to those of one. About
 the centre of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment of the mass, and so
 positive definite; that is the triangle inequality of the principal moments of inertia.
 """
 
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arm.motion import Motion
 from ..arm.robot import Robot
-from ..effects import Effect
+from ..effects import Effect, name_of
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
+from ..fit.base_parameters import rich_motion
 from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ..model import Model
 
@@ -43,11 +46,7 @@ class Portable:
 
     @classmethod
     def of(cls, model: Model, payload: str = "") -> "Portable":
-        """Sort a model at its nominal values.
-
-        Args:
-            model: Robot, effects and priors.
-            payload: Name of the body on the flange that becomes part of the last link; empty for none.
+        """Sort a model at its nominal values, the named payload made part of the last link.
 
         Raises:
             RobotError: No such payload in the model, or one that is no body.
@@ -78,14 +77,9 @@ def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:
     remarks = (f"no body can have the mass and moments of the link behind {', '.join(moved)}: moved to the "
                "nearest that one can have",) if moved else ()  # fmt: skip
     effects = tuple(e for e in model.effects if not payload or e.payload != payload)
-    bare = replace(model, effects=effects)
-    stated = {n: b for n, b in model.stated.items() if n in set(bare.names) - set(_rigid_names(bare))}
+    left = [one.name for effect in effects if not effect.of_links for one in effect.parameters(robot)]
+    stated = {name: prior for name, prior in model.stated.items() if name in left}
     return Model(with_bodies(robot, bodies), effects, stated), remarks
-
-
-def _rigid_names(model: Model) -> list[str]:
-    rigid = [effect for effect in model.effects if effect.of_links]
-    return [parameter.name for effect in rigid for parameter in effect.parameters(model.robot)]
 
 
 def _carried(model: Model, payload: str) -> np.ndarray:
@@ -95,10 +89,9 @@ def _carried(model: Model, payload: str) -> np.ndarray:
     if payload not in model.payloads:
         names = ", ".join(model.payloads) or "none"
         raise RobotError(f"{model.robot.name}: no payload '{payload}'. Payloads of the model: {names}")
-    for effect, own in model.shares(model.nominal_values):
-        if effect.payload == payload:
-            for body in effect.bodies(model.robot, own, payload).values():
-                return inertial_parameters(body)
+    [own] = [own for effect, own in model.shares(model.nominal_values) if effect.payload == payload]
+    for body in model.payloads[payload].bodies(model.robot, own, payload).values():
+        return inertial_parameters(body)
     raise RobotError(
         f"{model.robot.name}: payload '{payload}' has a mass of 0 or less; identify it, or give it"
     )
@@ -120,11 +113,7 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
     """Ten parameters of a body with mass and extent in all directions; unchanged if they are that already.
 
     Mass and its centre are kept, unless there is no mass; second moments that are too small are raised, the
-    least change in their sum of squares.
-
-    Args:
-        values: In `INERTIAL` order, shape (10,).
-        largest: Of all parameters of the arm's bodies.
+    least change in their sum of squares. `largest` is that of all parameters of the arm's bodies.
     """
     pseudo, nothing = pseudo_inertia(values), NOTHING * largest
     if pseudo[3, 3] < ENOUGH * nothing:
@@ -136,3 +125,115 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
         return values
     pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
     return of_pseudo_inertia(pseudo)
+
+
+EARTH = np.array([0.0, 0.0, -9.81])
+"""Gravity that is taken where a format does not give it [m/s^2]."""
+
+ROUNDING = 1e-12
+"""Share of the largest value that is zero but for rounding."""
+
+
+def left_out(portable: Portable, features: Collection[str]) -> list[str]:
+    """A sentence for each thing that a format with these features leaves out."""
+    found = (one for name, describe in FEATURES.items() if name not in features for one in describe(portable))
+    return [*portable.remarks, *found]
+
+
+def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
+    """Values (n,) that are not zero, joint by joint; one number where all joints have the same.
+
+    `unit` is that of revolute joints; where there are both kinds, each number has its own.
+    """
+    units = portable.robot.units(unit)
+    alike = len(set(units)) == 1
+    if len(values) > 1 and alike and np.all(values == values[0]):
+        return f"{values[0]:.4g} {units[0]}"
+    rounding = ROUNDING * np.max(np.abs(values))
+    rows = zip(portable.robot.joints, values, units, strict=True)
+    words = [f"{j} {v:.4g}" + ("" if alike else f" {u}") for j, v, u in rows if abs(v) > rounding]
+    return ", ".join(words) + (f" {units[0]}" if alike else "")
+
+
+def _of_joints(name: str, what: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+    def describe(portable: Portable) -> list[str]:
+        values = getattr(portable.joints, name)
+        return [f"{what}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+
+    return describe
+
+
+def _gravity(portable: Portable) -> list[str]:
+    gravity = portable.robot.gravity
+    if np.allclose(gravity, EARTH):
+        return []
+    return [f"gravity: {', '.join(f'{g:g}' for g in gravity)} m/s^2 in the base frame"]
+
+
+def _balancers(portable: Portable) -> list[str]:
+    return [
+        f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
+        f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
+        for spring in portable.balancers
+    ]
+
+
+def _others(portable: Portable) -> list[str]:
+    """Effects of our own, with the most torque that each makes anywhere within the limits."""
+    motion, robot = _anywhere(portable), portable.robot
+    found = []
+    for effect, own in portable.left:
+        torque = effect.regressor(robot, motion) @ own + effect.known_torque(robot, motion)
+        most = np.max(np.abs(torque), axis=0)
+        found.append(f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}")
+    return found
+
+
+def _anywhere(portable: Portable) -> Motion:
+    """Random motion within the limits of velocity, as warm and as loaded as it may be."""
+    motion = rich_motion(portable.model)
+    limit = portable.robot.limits.velocity
+    fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
+    velocity = np.clip(motion.velocity, -fastest, fastest)
+    return portable.model.loaded(replace(motion, velocity=velocity))
+
+
+def _reversal(portable: Portable) -> list[str]:
+    joints = portable.joints
+    if not np.any(joints.dry):
+        return []
+    turning = _amounts(portable, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
+    return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
+
+
+def _gains(portable: Portable) -> list[str]:
+    gain = portable.robot.drive_gain
+    return [] if np.all(gain == 1.0) else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
+
+
+def _coupling(portable: Portable) -> list[str]:
+    coupling = portable.robot.coupling
+    if np.allclose(coupling, np.eye(len(coupling))):
+        return []
+    return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
+
+
+def _uncertainty(portable: Portable) -> list[str]:
+    return ["standard deviations of the parameters, and the jerk limits"]
+
+
+FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
+    "gravity": _gravity,
+    "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
+    "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
+    "dry": _of_joints("dry", "coulomb_friction", "N m"),
+    "reversal": _reversal,
+    "stiffness": _of_joints("stiffness", "stiffness of joint_spring", "N m/rad"),
+    "constant": _of_joints("constant", "constant torque of current_offset and joint_spring", "N m"),
+    "balancers": _balancers,
+    "effects": _others,
+    "gains": _gains,
+    "coupling": _coupling,
+    "uncertainty": _uncertainty,
+}
+"""What a format may be able to represent -> what to report where it is not."""

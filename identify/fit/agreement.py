@@ -77,17 +77,9 @@ def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """How well a fit predicted one run, where the samples were not kept; see `Agreement`.
+    """How well a fit predicted one run, or only predicted it held out, without its samples; see `Agreement`.
 
-    Attributes:
-        run: Name of the run.
-        held_out: Whether it was only predicted.
-        relative: Shape (n,) [-].
-        r_squared: Shape (n,) [-].
-        residual_rms: Shape (n,) [N m].
-        noise: Shape (n,) [N m].
-        over_noise: Shape (n,) [-].
-        noise_source: Where the noise floor is from, as of `Prepared`; empty where unknown.
+    Relative residual and R^2 are (n,) [-], residual and noise (n,) [N m], residual over noise (n,) [-].
     """
 
     run: str

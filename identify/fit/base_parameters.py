@@ -75,6 +75,12 @@ class BaseParameters:
             text += f" {sign} {size}{self.parameters[column].name}"
         return re.sub(r"^ \+ ", "", text)
 
+    def before(self, model: Model) -> tuple[np.ndarray, np.ndarray]:
+        """Nominal base values (b,) and their deviations (b,), infinite where a part has no prior."""
+        std = np.array([prior.std for prior in model.priors])
+        parts = np.where(self.regrouping != 0.0, std, 0.0) * self.regrouping
+        return self.regrouping @ model.nominal_values, np.linalg.norm(parts, axis=1)
+
     @property
     def without_effect(self) -> list[str]:
         """Parameters that no motion of this arm reveals, alone or regrouped."""
@@ -97,11 +103,7 @@ def rich_motion(model: Model, samples: int = 400, payload: str = "", seed: int =
 
 
 def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParameters:
-    """Base parameters of a model, by its structure.
-
-    Args:
-        model: Robot and effects.
-        payloads: Bodies carried in the runs, one name a kind of run; empty for none.
+    """Base parameters of a model, by its structure; payloads are the bodies that runs carry, empty for none.
 
     Raises:
         RobotError: A model without parameters, or with none that makes torque.

@@ -16,9 +16,6 @@ from ..preparation.filters import Decimation, differentiate, low_pass
 from ..preparation.prepare import Prepared
 from .base_parameters import BaseParameters
 
-CHUNK = 2000
-"""Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
-
 
 @dataclass(frozen=True)
 class Equations:
@@ -161,7 +158,11 @@ def decimated_regressor(
     for part, own, decimation in _parts(model, run):
         places = np.flatnonzero(np.isin(base.kept, own))
         kept = np.searchsorted(own, base.kept[places])
-        ready = decimation.stream(_pieces(model, part, kept, motion[:: decimation.step]))[:rows]
+        pieces = (
+            np.concatenate([np.take(columns, kept, axis=2), known[:, :, None]], axis=2)
+            for columns, known in part.pieces(motion[:: decimation.step], model)
+        )
+        ready = decimation.stream(pieces)[:rows]
         columns[:, :, places] = ready[:, :, :-1]
         columns[:, :, -1] += ready[:, :, -1]
     to_motors = model.robot.to_motors
@@ -182,15 +183,3 @@ def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Dec
         if effects:
             own = np.concatenate([np.r_[c] for c, wanted in zip(model.columns, kind, strict=True) if wanted])
             yield replace(model, effects=effects), own, run.decimation.thinned(rate)
-
-
-def _pieces(model: Model, part: Model, kept: np.ndarray, motion: Motion) -> Iterator[np.ndarray]:
-    """Kept columns of a part of the model, and its known torque, piece by piece, shape (t, n, b + 1)."""
-    remembered = part.remember(motion)
-    needs_load = any(effect.needs_load for effect in part.effects)
-    for start in range(0, len(motion), CHUNK):
-        rows = slice(start, start + CHUNK)
-        piece = model.loaded(motion[rows]) if needs_load else motion[rows]
-        columns = part.regressor(piece, {place: every[rows] for place, every in remembered.items()})
-        known = part.known_torque(piece)[:, :, None]
-        yield np.concatenate([np.take(columns, kept, axis=2), known], axis=2)

@@ -22,11 +22,7 @@ NORMAL_95 = 1.96
 class Moved(NamedTuple):
     """A base parameter that export and simulation take otherwise than the data say, beyond its 95 %.
 
-    Attributes:
-        name: Which.
-        value: What the data say.
-        exported: What is taken instead.
-        deviations: How far that is from the value, in its standard deviations, without sign [-].
+    `deviations` is how far the exported value is from that of the data, in its standard deviations.
     """
 
     name: str
@@ -37,13 +33,7 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True)
 class Unclear:
-    """A base parameter that the runs leave open.
-
-    Attributes:
-        name: Which.
-        std_percent: Standard deviation over the value [%].
-        hint: Which motion would settle it.
-    """
+    """A base parameter that runs leave open: its deviation over its value [%], and what would settle it."""
 
     name: str
     std_percent: float
@@ -191,6 +181,12 @@ class Fit(InNotebook):
                 f"plot: no samples of run '{run}'. Runs with samples: {', '.join(every) or 'none'}"
             )
         return figure(every[run] if run else next(iter(every.values())), self.model.robot)
+
+    def noise_of(self, measures: str) -> np.ndarray | None:
+        """Its noise level in currents or torques, shape (n,); None where it has none of these."""
+        if measures == self.measures or self.noise is None:
+            return self.noise
+        return np.abs(self.estimate.gain) * self.noise if self.measures == "current" else None
 
     def agree(self, run: Prepared) -> Agreement:
         """Compare the fit with a prepared run."""

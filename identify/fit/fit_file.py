@@ -78,11 +78,6 @@ def _numbers(array: np.ndarray) -> list:
     return [float(v) if np.isfinite(v) else str(float(v)) for v in array]
 
 
-def _array(values: Sequence) -> np.ndarray:
-    """Inverse of `_numbers`."""
-    return np.array(values, dtype=float)
-
-
 def _table(fit: Fit) -> dict[str, Any]:
     estimate = fit.estimate
     return {
@@ -122,7 +117,7 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
     std, taken, (nominal, tolerance) = fit.estimate.std, fit.exported, fit.prior
     tables = []
     for row, (name, unit) in enumerate(zip(structure.names, structure.units, strict=True)):
-        place = places.get(name)
+        place, weights = places.get(name), structure.regrouping[row]
         kept = place is not None
         tables.append(
             {
@@ -134,17 +129,10 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
                 **({"exported": float(taken[place])} if kept and taken is not None else {}),
                 **({"prior": _numbers(np.array([nominal[place], tolerance[place]]))} if kept else {}),
                 "column": int(structure.kept[row]),
-                "sum_of": _weights(structure, row),
+                "sum_of": {p.name: float(w) for p, w in zip(structure.parameters, weights, strict=True) if w},
             }
         )
     return tables
-
-
-def _weights(base: BaseParameters, row: int) -> dict[str, float]:
-    """Standard parameters in a base parameter, with their weights."""
-    return {
-        base.parameters[c].name: float(base.regrouping[row, c]) for c in np.flatnonzero(base.regrouping[row])
-    }
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:
@@ -154,33 +142,35 @@ def _scores(agreement: Agreement) -> dict[str, Any]:
 
 def _read_scores(file: FitFile) -> tuple[Scores, ...]:
     """Those of runs used, then those of runs held out."""
-    return tuple(
-        Scores(
-            run=one.run,
-            held_out=held_out,
-            noise_source=one.noise_source,
-            **{name: _array(getattr(one, name)) for name in SCORES},
-        )
-        for held_out, runs in ((False, file.agreement), (True, file.validation))
-        for one in runs
-    )
+    scores = []
+    for held_out, runs in ((False, file.agreement), (True, file.validation)):
+        for one in runs:
+            arrays = {name: np.array(getattr(one, name), float) for name in SCORES}
+            scores.append(Scores(one.run, held_out, noise_source=one.noise_source, **arrays))
+    return tuple(scores)
 
 
 def _fit(file: FitFile, model: Model) -> Fit:
     rows, kept, parameters = file.base_parameters, file.kept, tuple(model.parameters)
     values = {row.name: row.value for row in rows}
     standard, scores = file.standard_parameters, _read_scores(file)
-    prior = _array([row.before for row in kept])
+    # Files of before the keys have the noise level as torque, and where it is from, beside each run.
+    floor, source = file.noise_floor, file.noise_floor_from
+    if floor is None and scores:
+        floor = scores[0].noise / np.abs(np.array(file.drive_gain))
+    if source is None:
+        source = scores[0].noise_source if scores else ""
+    prior = np.array([row.before for row in kept], float)
     return Fit(
         model=model,
         base=_base(parameters, kept, file.gap),
         estimate=Estimate(
             method=file.method,
-            values=_array([row.value for row in kept]),
-            gain=_array(file.drive_gain),
-            covariance=_array(file.covariance),
-            noise=_array(file.noise),
-            standard=None if standard is None else _array(standard),
+            values=np.array([row.value for row in kept], float),
+            gain=np.array(file.drive_gain, float),
+            covariance=np.array(file.covariance, float),
+            noise=np.array(file.noise, float),
+            standard=None if standard is None else np.array(standard, float),
         ),
         runs=file.runs,
         filtering=file.filtering,
@@ -194,27 +184,13 @@ def _fit(file: FitFile, model: Model) -> Fit:
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
         measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
         scores=scores,
-        noise=_noise_floor(file, scores),
-        noise_source=_noise_source(file, scores),
+        noise=None if floor is None else np.array(floor, float),
+        noise_source=source,
         carried=file.carried,
         simulations=file.simulations,
         # None where there are none, or in files of before the key.
-        exported=None if kept[0].exported is None else _array([row.exported for row in kept]),
+        exported=None if kept[0].exported is None else np.array([row.exported for row in kept], float),
     )
-
-
-def _noise_floor(file: FitFile, scores: Sequence[Scores]) -> np.ndarray | None:
-    """The noise level; files of before the key have it as torque, beside each run."""
-    if file.noise_floor is not None:
-        return _array(file.noise_floor)
-    return scores[0].noise / np.abs(_array(file.drive_gain)) if scores else None
-
-
-def _noise_source(file: FitFile, scores: Sequence[Scores]) -> str:
-    """Where the noise level is from; files of before the key have it beside each run."""
-    if file.noise_floor_from is not None:
-        return file.noise_floor_from
-    return scores[0].noise_source if scores else ""
 
 
 def _base(

@@ -118,12 +118,8 @@ class FitFile(Struct, frozen=True, kw_only=True):
         check_different(names, "base parameters' names")
         check_different([row.column for row in self.base_parameters], "base parameters' columns")
         left = [row.name for row in self.base_parameters if not row.kept]
-        check(
-            sorted(self.dropped) == sorted(left),
-            "dropped",
-            list(self.dropped),
-            f"those with kept = false, {left}",
-        )
+        same = sorted(self.dropped) == sorted(left)
+        check(same, "dropped", list(self.dropped), f"those with kept = false, {left}")
         check_known([one.name for one in self.unclear], "names in unclear", names, "a base parameter")
         check_known(list(self.carried), "runs in carried", self.runs, "one of runs")
         check_known(self.simulations, "simulations", self.runs, "one of runs")
@@ -140,13 +136,9 @@ class FitFile(Struct, frozen=True, kw_only=True):
         of = "the kept base parameters and the joints"
         check_length(self.covariance, "covariance", size, of)
         check_rows(self.covariance, "covariance", size, of)
-        given = [row for row in self.kept if row.exported is not None]
-        check(
-            len(given) in (0, len(self.kept)),
-            "exported",
-            len(given),
-            "a value of every kept base parameter, or none",
-        )
+        given = sum(row.exported is not None for row in self.kept)
+        expected = "a value of every kept base parameter, or none"
+        check(given in (0, len(self.kept)), "exported", given, expected)
 
 
 def check_with_model(file: FitFile, model: Model) -> None:
@@ -155,39 +147,20 @@ def check_with_model(file: FitFile, model: Model) -> None:
     Raises:
         Disagreement: It does not; the message names the field.
     """
-    robot, parameters = model.robot, model.parameters
-    joints = "one a joint of the model"
-    check_length(file.drive_gain, "drive_gain", robot.dof, joints)
-    check(
-        file.joints in (None, robot.joints),
-        "joints",
-        file.joints,
-        f"those of the model, {list(robot.joints)}",
-    )
-    check_length(
-        file.standard_parameters, "standard_parameters", len(parameters), "one a parameter of the model"
-    )
-    units = {one.name: one.unit for one in parameters}
+    parameters, joints = model.parameters, model.robot.joints
+    names, of = [one.name for one in parameters], "a parameter of the model"
+    check_length(file.drive_gain, "drive_gain", len(joints), "one a joint of the model")
+    check(file.joints in (None, joints), "joints", file.joints, f"those of the model, {list(joints)}")
+    check_length(file.standard_parameters, "standard_parameters", len(names), "one a parameter of the model")
     for place, row in enumerate(file.base_parameters):
-        where, count = f"base_parameters[{place}]", len(parameters)
-        check(
-            row.column < count,
-            f"{where}.column",
-            row.column,
-            f"a parameter of the model, from 0 to {count - 1}",
-        )
-        check_known(list(row.sum_of), f"{where}.sum_of", units, "a parameter of the model")
+        where, weights = f"base_parameters[{place}]", row.sum_of
+        below = f"{of}, from 0 to {len(names) - 1}"
+        check(row.column < len(names), f"{where}.column", row.column, below)
+        check_known(list(weights), f"{where}.sum_of", names, of)
         one = parameters[row.column]
-        check(
-            row.sum_of.get(one.name, 0.0) != 0.0,
-            f"{where}.sum_of",
-            list(row.sum_of),
-            f"{one.name} among them",
-        )
-        name = one.name if _alone(row) else f"{one.name}R"
+        among = weights.get(one.name, 0.0) != 0.0
+        check(among, f"{where}.sum_of", list(weights), f"{one.name} among them")
+        alone = sum(weight != 0.0 for weight in weights.values()) == 1
+        name = one.name if alone else f"{one.name}R"
         check(row.name == name, f"{where}.name", row.name, f"'{name}', by its column and sum_of")
         check(row.unit == one.unit, f"{where}.unit", row.unit, f"'{one.unit}', the unit of {one.name}")
-
-
-def _alone(row: BaseParameterRow) -> bool:
-    return sum(weight != 0.0 for weight in row.sum_of.values()) == 1

@@ -146,12 +146,7 @@ OVERLAP = 0.5
 
 
 def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
-    """A warning for each run held out with the motion of a fitted one that carries the same.
-
-    Args:
-        used: Runs that are fitted.
-        held_out: Runs that are only predicted.
-    """
+    """A warning for each run held out with the motion of a fitted one that carries the same."""
     return [
         f"{run.name} repeats the motion of {other.name}: that it is predicted shows that the arm repeats, "
         "not that the model is right elsewhere. Hold out another motion"

@@ -42,10 +42,6 @@ TOO_POOR = (
 )
 
 
-def _silent(_: str) -> None:
-    pass
-
-
 def identify(
     runs: Sequence[Recording],
     validate: Sequence[Recording] = (),
@@ -55,7 +51,7 @@ def identify(
     filtering: Filtering = Filtering(),  # noqa: B008
     drop: bool = True,
     fitted_shapes: Sequence[str] = (),
-    progress: Progress = _silent,
+    progress: Progress = lambda _: None,
 ) -> Fit:
     """Identify base parameters, and drive gains where a payload is known.
 
@@ -94,26 +90,31 @@ def identify(
     progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
     equations = assemble(model, base, used)
     progress("estimate")
-    fit = _fit(model, equations, solvable(estimator or default_estimator(equations)), used, drop, filtering)
+    if estimator is None:  # drive gains can be identified from currents, where some torque is known
+        gains = not equations.gain_known and bool(np.any(equations.known))
+        estimator = maximum_likelihood if gains else weighted
+    fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
     progress("compare with the runs")
-    warnings = tuple(f"{run.name}: {warning}" for run in every for warning in run.warnings)
-    warnings += excitation_warnings(model.robot.joints, used, fit.condition)
-    warnings += payload_warnings(model, used, held_out)
-    warnings += tuple(torque_off_warnings(model.robot.joints, prepared))
-    twice = repeated_runs(runs, validate) or repeated_motions(used, held_out)
-    warnings = (*fit_warnings(fit), *warnings, *twice)
-    simulations = tuple(run.name for run in runs if run.simulated)
-    fit = replace(fit, warnings=warnings, simulations=simulations, carried=_carried(runs))
-    fit = replace(fit, validation=tuple(fit.agree(run) for run in held_out))
-    fit = replace(fit, exported=exported(fit))
-    return of_residual(fit) if fit.noise_source == SMOOTHED else fit
+    warnings = (
+        *fit_warnings(fit),
+        *(f"{run.name}: {warning}" for run in every for warning in run.warnings),
+        *excitation_warnings(model.robot.joints, used, fit.condition),
+        *_payload_warnings(model, used, held_out),
+        *torque_off_warnings(model.robot.joints, prepared),
+        *(repeated_runs(runs, validate) or repeated_motions(used, held_out)),
+    )
+    fit = replace(
+        fit,
+        warnings=warnings,
+        simulations=tuple(run.name for run in runs if run.simulated),
+        carried={run.name: run.payload.name for run in runs if run.payload},
+        validation=tuple(fit.agree(run) for run in held_out),
+        exported=exported(fit),
+    )
+    return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit
 
 
-def _carried(runs: Sequence[Recording]) -> dict[str, str]:
-    return {run.name: run.payload.name for run in runs if run.payload}
-
-
-def of_residual(fit: Fit) -> Fit:
+def _judged_by_residual(fit: Fit) -> Fit:
     """The fit with its own residual as the noise level: smoothed runs without a rest show no other."""
     level = np.sqrt(np.mean([run.residual_rms**2 for run in fit.agreement], axis=0))
     agreement, validation = (
@@ -123,22 +124,16 @@ def of_residual(fit: Fit) -> Fit:
     return replace(fit, agreement=agreement, validation=validation, noise=noise)
 
 
-def payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> tuple[str, ...]:
+def _payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
     """Runs that are predicted with a payload of which no run used for the fit shows the unknown part."""
     open_bodies = {name for name, body in model.payloads.items() if body.parameters(model.robot)}
     strange = open_bodies - {run.motion.payload for run in used}
-    return tuple(
+    return [
         f"{run.name}: carries '{run.motion.payload}', as no run used for the fit does; what is not known "
         "of it is predicted as zero"
         for run in held_out
         if run.motion.payload in strange
-    )
-
-
-def default_estimator(equations: Equations) -> Estimator:
-    """Maximum likelihood where drive gains can be identified, else weighted least squares."""
-    gains = not equations.gain_known and bool(np.any(equations.known))
-    return maximum_likelihood if gains else weighted
+    ]
 
 
 def solvable(estimator: Estimator) -> Estimator:
@@ -229,21 +224,21 @@ def _fit(
     filtering: Filtering,
 ) -> Fit:
     """Estimate, drop what is not supported, estimate again."""
-    estimate, base, dropped = estimator(equations), equations.base, {}
-    structure = base
-    if drop and (weak := unsupported(estimate, priors_away_from_zero(base, model))):
-        dropped = {base.names[k]: float(estimate.values[k]) for k in weak}
+    estimate, structure, dropped = estimator(equations), equations.base, {}
+    if drop and (weak := unsupported(estimate, priors_away_from_zero(structure, model))):
+        dropped = {structure.names[k]: float(estimate.values[k]) for k in weak}
         equations = equations.without(weak)
-        base, estimate = equations.base, as_uncertain(estimator(equations), estimate, weak)
+        estimate = as_uncertain(estimator(equations), estimate, weak)
+    base = equations.base
     return Fit(
         model=model,
         base=base,
         estimate=estimate,
         runs=tuple(run.name for run in used),
         filtering=filtering,
-        condition=condition(equations, estimate),
+        condition=_condition(equations, estimate),
         rows=int(equations.weight.sum()),
-        prior=(base.regrouping @ model.nominal_values, _deviation(base, model)),
+        prior=base.before(model),
         dropped=dropped,
         structure=structure if dropped else None,
         measures=used[0].measures,
@@ -259,20 +254,11 @@ def _fit(
 
 def priors_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
     """Base parameters whose prior excludes zero: it is more than two deviations away, as for 95 %."""
-    return [
-        int(k)
-        for k in np.flatnonzero(np.abs(base.regrouping @ model.nominal_values) > 2 * _deviation(base, model))
-    ]
+    nominal, deviation = base.before(model)
+    return [int(k) for k in np.flatnonzero(np.abs(nominal) > 2 * deviation)]
 
 
-def _deviation(base: BaseParameters, model: Model) -> np.ndarray:
-    """Standard deviation of the nominal base values; infinite where a part has no prior."""
-    entering = base.regrouping != 0
-    tolerance = np.array([prior.std for prior in model.priors])
-    return np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
-
-
-def condition(equations: Equations, estimate: Estimate) -> float:
+def _condition(equations: Equations, estimate: Estimate) -> float:
     """Condition number of the weighted regressor with columns scaled to one."""
     rows = equations.regressor * (equations.weight / estimate.noise)[:, :, None]
     gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)

@@ -8,20 +8,17 @@ move one farther; such values are in `Fit.moved`. Drive gains and values go toge
 values are those that go with the one that is taken.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.robot import Robot
 from ..effects import Prior
 from ..effects.rigid_body import with_bodies
 from ..errors import FitError
 from ..model import Model
 from ..positive_definite import after_unit_prior
 from .base_parameters import BaseParameters
-from .estimators.consistent import Held, drawn, nearest, sizes, whitening
+from .estimators.consistent import Held, nearest, unconstrained, whitening
 from .fit import NORMAL_95, Fit
 from .settled_gains import Settled, settled
 from .verdict import gains_estimated
@@ -58,14 +55,23 @@ def identified(fit: Fit) -> Model:
     model, found = fit.model, settled(fit)
     base, values, given = _structure(fit, found.values, found.given)
     held = _held(fit, base, values, given)
-    standard = fit.estimate.standard
-    if fit.estimate.method != "consistent" or not _states(base, standard, values):
+    standard, size = fit.estimate.standard, np.abs(values).max()
+    if (
+        fit.estimate.method != "consistent"
+        or standard is None
+        or not np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * size)
+    ):
         standard = nearest(held, values, given)
-    assert standard is not None
-    seen = _Seen.of(held, values, given)
-    by_gain = seen.change(held, _in_structure(fit, found.by_gain))
+    # What the data show of standard parameters, in units of their tolerance.
+    whiten = whitening(held, values, given)
+    rows = whiten @ base.regrouping * held.tolerance
+    left = after_unit_prior(rows)
+    by_gain = held.tolerance[:, None] * (left @ (rows.T @ (whiten @ _in_structure(fit, found.by_gain))))
     of_gains = np.sqrt(np.einsum("pj,jk,pk->p", by_gain, found.gain_covariance, by_gain))
-    deviation = seen.deviation(held, [b.std for b in model.priors])
+    share = np.sqrt(np.diag(left))
+    # What neither the data nor anybody knows stays unknown.
+    unknown = (share > UNSEEN) & np.isinf([prior.std for prior in model.priors])
+    deviation = np.where(unknown, np.inf, share * held.tolerance)
     deviation = np.sqrt(deviation**2 + of_gains**2 + (_scale(fit) * standard) ** 2)
     return _stating(fit, found, standard, deviation)
 
@@ -85,7 +91,7 @@ def _held(fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.nda
     while True:
         tolerance = _tolerance(fit, base, values, loose)
         held = Held(base, fit.model.nominal_values, tolerance, tuple(fit.model.inertias))
-        moved = base.regrouping[kept] @ drawn(held, values, covariance) - values[kept]
+        moved = base.regrouping[kept] @ unconstrained(held, values, covariance)[0] - values[kept]
         if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * fit.estimate.std):
             return held
         loose *= 2.0
@@ -147,47 +153,14 @@ def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray, loose: float)
     return np.where(np.isfinite(std), stated, WITHOUT_PRIOR * scale)
 
 
-def _states(base: BaseParameters, standard: np.ndarray | None, values: np.ndarray) -> bool:
-    """Whether standard parameters come to these base parameters."""
-    if standard is None:
-        return False
-    return bool(np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * np.abs(values).max()))
-
-
-class _Seen(NamedTuple):
-    """What the data show of standard parameters, in units of their tolerance.
-
-    Attributes:
-        whiten: Rows that whiten base parameters, shape (b, b).
-        rows: The same of standard parameters, shape (b, p).
-        left: Covariance of those after the data, shape (p, p).
-    """
-
-    whiten: np.ndarray
-    rows: np.ndarray
-    left: np.ndarray
-
-    @classmethod
-    def of(cls, held: Held, values: np.ndarray, covariance: np.ndarray) -> "_Seen":
-        """By base parameters (b,) and their covariance (b, b)."""
-        whiten = whitening(covariance, sizes(held, values, covariance))
-        rows = whiten @ held.base.regrouping * held.tolerance
-        return cls(whiten, rows, after_unit_prior(rows))
-
-    def change(self, held: Held, base_by_gain: np.ndarray) -> np.ndarray:
-        """Change of standard parameters with each drive gain, shape (p, n), from that of base ones (b, n)."""
-        return held.tolerance[:, None] * (self.left @ (self.rows.T @ (self.whiten @ base_by_gain)))
-
-    def deviation(self, held: Held, before: Sequence[float]) -> np.ndarray:
-        """Deviation of each standard parameter after the data, shape (p,), given those before them."""
-        share = np.sqrt(np.diag(self.left))
-        # What neither the data nor anybody knows stays unknown.
-        return np.where((share > UNSEEN) & np.isinf(before), np.inf, share * held.tolerance)
-
-
 def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarray) -> Model:
     """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
-    model, stated, robot = fit.model, dict[str, Prior](), _with_gains(fit, found)
+    model, robot, stated = fit.model, fit.model.robot, dict[str, Prior]()
+    if fit.measures == "current":
+        robot = replace(robot, drive_gain=found.gain)
+    if fit.measures == "current" and gains_estimated(fit):
+        tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
+        robot = replace(robot, drive_gain_tolerance=tolerance)
     for effect, own in zip(model.effects, model.columns, strict=True):
         if effect.of_links:
             robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
@@ -195,13 +168,3 @@ def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarr
         priors = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
         stated |= {name: Prior(*one) for name, one in zip(model.names[own], priors, strict=True)}
     return Model(robot, model.effects, stated)
-
-
-def _with_gains(fit: Fit, found: Settled) -> Robot:
-    robot = fit.model.robot
-    if fit.measures != "current":
-        return robot
-    if not gains_estimated(fit):
-        return replace(robot, drive_gain=found.gain)
-    tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
-    return replace(robot, drive_gain=found.gain, drive_gain_tolerance=tolerance)

@@ -18,7 +18,7 @@ from ..preparation.prepare import Prepared
 from .base_parameters import BaseParameters, base_parameters
 from .equations import Equations, assemble
 from .estimators.compressed import Compressed
-from .estimators.least_squares import weighted_noise
+from .estimators.least_squares import weighted_solution
 
 
 def fit_shapes(
@@ -27,13 +27,7 @@ def fit_shapes(
     effects: Sequence[str],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Model:
-    """The model with the shapes of the named effects fitted, joint by joint.
-
-    Args:
-        model: Robot and effects.
-        runs: Prepared runs.
-        effects: Keys of `EFFECTS`.
-        progress: Called with a sentence a shape.
+    """The model with the shapes of the named effects, keys of `EFFECTS`, fitted joint by joint.
 
     Raises:
         RobotError: A name that is not an effect of the model with shapes.
@@ -75,12 +69,7 @@ class _Trial:
     """Cost of one effect's shapes, everything else held."""
 
     def __init__(
-        self,
-        model: Model,
-        place: int,
-        base: BaseParameters,
-        runs: Sequence[Prepared],
-        equations: Equations,
+        self, model: Model, place: int, base: BaseParameters, runs: Sequence[Prepared], equations: Equations
     ) -> None:
         self.model, self.effect, self.runs = model, model.effects[place], runs
         self.equations = equations
@@ -107,7 +96,7 @@ class _Trial:
         equations = self.equations_with(replace(self.effect, **{name: value}))
         # Of the rows, only those of the joints on which the effect acts have changed.
         compressed = self.compressed.again(equations, self.joints)
-        return float(equations.weight.sum(axis=0) @ np.log(weighted_noise(equations, compressed)))
+        return float(equations.weight.sum(axis=0) @ np.log(weighted_solution(equations, compressed)[1]))
 
 
 def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> float:

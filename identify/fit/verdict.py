@@ -87,12 +87,6 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
     return verdicts
 
 
-def _tested(runs: Sequence[Agreement | Scores]) -> np.ndarray:
-    """Whether some run distinguishes each joint from noise, shape (n,); a joint that never slides is not."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.any([run.r_squared >= TESTED for run in runs], axis=0)
-
-
 def verdict(fit: Fit) -> list[str]:
     """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
     joints, gains = _joints(fit), gains_sentence(fit)
@@ -194,7 +188,10 @@ def gains_sentence(fit: Fit) -> str:
             "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
-    percent, free = 100.0 * NORMAL_95 * fit.estimate.gain_std / np.abs(fit.estimate.gain), _open(fit)
+    percent, free = (
+        100.0 * NORMAL_95 * fit.estimate.gain_std / np.abs(fit.estimate.gain),
+        open_gains(fit.estimate, fit.model.robot),
+    )
     if np.all(free):
         return "No drive gain was identified."
     worst = int(np.argmax(np.where(free, 0.0, percent)))
@@ -212,7 +209,7 @@ def open_gain_sentences(fit: Fit) -> list[str]:
     robot, estimate = fit.model.robot, fit.estimate
     by_gain, after = open_by_gain(estimate, robot), settled(fit).gain
     sentences = []
-    for joint in np.flatnonzero(_open(fit)):
+    for joint in np.flatnonzero(open_gains(estimate, robot)):
         names = [fit.names[row] for row, of in by_gain.items() if of == joint]
         depending = f", nor are {', '.join(names)}, which depend on it" if names else ""
         taken = f" Export and simulation take {digits(after[joint])}, by its nominal value."
@@ -226,26 +223,25 @@ def open_gain_sentences(fit: Fit) -> list[str]:
     return sentences
 
 
-def _open(fit: Fit) -> np.ndarray:
-    return open_gains(fit.estimate, fit.model.robot)
-
-
 def _parameters(fit: Fit) -> list[str]:
     was = "was" if len(fit.names) == 1 else "were"
     lines = [f"{counted(len(fit.names), 'base parameter')} {was} identified."]
     if more := len(fit.dropped):
         lines[0] += f" {more} more {'is' if more == 1 else 'are'} not supported by the data and set to zero."
     if fit.unclear:
-        lines.append(f"Unclear (standard deviation; what would settle it): {_unclear(fit)}.")
+        worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
+        shown = ", ".join(f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED])
+        rest = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
+        lines.append(f"Unclear (standard deviation; what would settle it): {shown}{rest}.")
     else:
         lines.append(f"Each is known to {OPEN:g} % or better.")
-    lines += moved_sentences(fit)
+    lines += _moved_sentences(fit)
     if far := surprises(fit):
         lines.append(f"Far from their nominal values: {', '.join(far)}.")
     return lines
 
 
-def moved_sentences(fit: Fit) -> list[str]:
+def _moved_sentences(fit: Fit) -> list[str]:
     """Whether export and simulation take other values than the data say, beyond their 95 %, and why."""
     if not fit.moved:
         return []
@@ -255,20 +251,17 @@ def moved_sentences(fit: Fit) -> list[str]:
         for one in farthest
     )
     more = len(fit.moved) - len(farthest)
-    of_gains = " or that go with the drive gains that are taken" if np.any(_open(fit)) else ""
+    of_gains = (
+        " or that go with the drive gains that are taken"
+        if np.any(open_gains(fit.estimate, fit.model.robot))
+        else ""
+    )
     return [
         f"No arm can have the values of {counted(len(fit.moved), 'base parameter')} within their 95 %: "
         "something is in them that is no noise and no part of the model. Export and "
         f"simulation take the nearest values that an arm can have{of_gains}: {shown}"
         f"{f'; and {more} more' if more else ''}."
     ]
-
-
-def _unclear(fit: Fit) -> str:
-    worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
-    shown = [f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED]]
-    more = len(worst) - len(shown)
-    return ", ".join(shown) + (f", and {more} more" if more else "")
 
 
 def payload_centres(fit: Fit) -> list[str]:

@@ -36,14 +36,7 @@ class Change(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """A change, and how sure it is.
-
-    Attributes:
-        change: What.
-        amount: Of the cause, in its unit; of one that creeps, a year.
-        std: Of the amount.
-        deviations: The amount over its standard deviation, without sign.
-    """
+    """A change, its amount in the unit of its cause, a year if it creeps, and that over its deviation."""
 
     change: Change
     amount: float
@@ -52,12 +45,9 @@ class Answer(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Of d columns.
+    """Normal matrices (r, d, d) and right-hand sides (r, d) of d columns, cumulated over runs.
 
-    Attributes:
-        normal: Normal matrices, cumulated over runs, shape (r, d, d).
-        right: Right-hand sides, cumulated, shape (r, d).
-        products: With the causes in each run, shape (r, d, k).
+    Products (r, d, k) are those with the causes in each run.
     """
 
     normal: np.ndarray

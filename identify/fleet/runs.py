@@ -36,11 +36,8 @@ def scattered(
 ) -> tuple[np.ndarray, np.ndarray]:
     """What runs say of unknowns that each run has moved at random along directions, by Woodbury's identity.
 
-    Args:
-        normal: Shape (r, m, m).
-        right: Shape (r, m).
-        directions: Shape (k, m).
-        variance: Of the amounts, shape (r, k) or (k,), above zero.
+    Normal matrices are (r, m, m), right-hand sides (r, m), directions (k, m); the variance of the amounts is
+    (r, k) or (k,), above zero.
     """
     along = normal @ directions.T
     inner = directions @ along
@@ -153,12 +150,10 @@ class Frame:
 
 def _before(kind: Kind, found: Sequence[Cause], runs: Sequence[Run]) -> Population:
     model, joints = kind.model, kind.model.robot.dof
-    std = np.array([prior.std for prior in model.priors])
-    weight = np.abs(kind.base.regrouping)
-    entering = np.where(weight > 0.0, std * np.where(weight > 0.0, weight, 1.0), 0.0)
-    nominal = np.append(kind.base.regrouping @ model.nominal_values, np.zeros(joints))
+    values, std = kind.base.before(model)
+    nominal = np.append(values, np.zeros(joints))
     gains = model.robot.drive_gain_tolerance if kind.measures == "current" else np.zeros(joints)
-    stated = np.append(np.linalg.norm(entering, axis=1), np.maximum(gains, LEAST_TOLERANCE))
+    stated = np.append(std, np.maximum(gains, LEAST_TOLERANCE))
     stated = np.maximum(stated, LEAST_TOLERANCE * np.abs(nominal))
     sums = [run.summary.normal(kind, nominal[:-joints], kind.gain) for run in runs]
     normal, right = np.sum([n for n, _ in sums], axis=0), np.sum([r for _, r in sums], axis=0)

@@ -8,7 +8,7 @@ from ..effects import Prior
 from ..fit.equations import Equations, assemble
 from ..fit.estimators.bayesian import posterior, slowness
 from ..fit.estimators.compressed import Compressed
-from ..fit.estimators.maximum_likelihood import linearised
+from ..fit.estimators.drive_gains import linearised
 from ..fit.identification import solvable, with_payloads
 from ..model import Model
 from ..preparation.prepare import prepare

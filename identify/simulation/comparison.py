@@ -1,15 +1,16 @@
-"""Comparison: where two recordings of one motion differ, by joint and by region of the motion."""
+"""Where two recordings of one motion differ behind the same filters, by joint and by region of the motion."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from ..errors import DifferentRobot, RecordingError
 from ..fit.fit import Fit
-from ..preparation.prepare import SMOOTHED_SOURCES, Prepared
-from ..recordings.recording import SIGNALS, Recording
-from .side_by_side import side_by_side
+from ..preparation.prepare import SMOOTHED_SOURCES, Filtering, Prepared, choose, prepare
+from ..recordings.recording import EFFORT, SIGNALS, Recording
 
 THIRDS = 3
 """Regions of each kind, with as many samples each: low, middle and high."""
@@ -86,30 +87,26 @@ class Comparison:
 def compare(
     simulated: Recording, recorded: Recording, offset: float = 0.0, fit: Fit | None = None
 ) -> Comparison:
-    """Compare two recordings behind the same filters.
+    """Compare two recordings behind the same filters, those and the noise level of a fit if it is given.
 
-    Effort is compared while a joint slides: what holds one that sticks is unknown.
-
-    Args:
-        simulated: Of any simulator, or another run.
-        recorded: Of the same joints.
-        offset: To be added to the time of the first [s].
-        fit: Whose filters and noise level are taken; by default those of the two.
+    Effort is compared while a joint slides: what holds one that sticks is unknown. The offset [s] is added to
+    the time of the first.
 
     Raises:
         DifferentRobot: Not the same joints.
         RecordingError: No time in common, or too short for filters.
     """
-    effort, theirs, ours = side_by_side(simulated, recorded, offset, fit)
-    noise = np.hypot(theirs.noise, ours.noise)
-    unknown_noise = ours.noise_source in SMOOTHED_SOURCES
-    smooth = [f"{recorded.name}: {SMOOTH}"] if unknown_noise else []
-    if unknown_noise:
-        noise = np.full(noise.shape, np.nan)
+    effort, theirs, ours = _side_by_side(simulated, recorded, offset, fit)
+    unknown = np.full(ours.noise.shape, np.nan)
+    smoothed = ours.noise_source in SMOOTHED_SOURCES
+    noise = unknown if smoothed else np.hypot(theirs.noise, ours.noise)
     slides = ours.weight > 0
     everywhere = np.ones_like(slides)
-    axes = _axes(ours)
-    unknown = np.full(noise.shape, np.nan)
+    axes = {
+        "speed": np.abs(ours.decimation.apply(ours.motion.velocity)),
+        "position": ours.decimation.apply(ours.motion.position),
+        "load": np.abs(ours.decimated_current),
+    }
     series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray, np.ndarray], ...] = (
         ("position", lambda run: run.decimation.apply(run.motion.position), everywhere, unknown),
         ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere, unknown),
@@ -126,17 +123,87 @@ def compare(
             _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
             for name, of, kept, floor in series
         ),
-        warnings=(*_warnings(simulated, recorded, effort), *smooth),
+        warnings=(
+            *_warnings(simulated, recorded, effort),
+            *([f"{recorded.name}: {SMOOTH}"] if smoothed else []),
+        ),
     )
 
 
-def _axes(run: Prepared) -> dict[str, np.ndarray]:
-    """What regions are made of, each (r, n)."""
-    return {
-        "speed": np.abs(run.decimation.apply(run.motion.velocity)),
-        "position": run.decimation.apply(run.motion.position),
-        "load": np.abs(run.decimated_current),
+def _side_by_side(
+    simulated: Recording, recorded: Recording, offset: float, fit: Fit | None
+) -> tuple[str, Prepared, Prepared]:
+    """Two recordings on the time axis of the second, where both go on, and what effort both have.
+
+    That is "current" where both were recorded with it, else "torque", by nominal drive gains where there is
+    only current.
+    """
+    if simulated.robot.joints != recorded.robot.joints:
+        raise DifferentRobot(
+            f"{simulated.name} is of {', '.join(simulated.robot.joints)}, {recorded.name} of "
+            f"{', '.join(recorded.robot.joints)}; give the joints the same names in the same order"
+        )
+    common = next((name for name in EFFORT if name in simulated.signals and name in recorded.signals), None)
+    effort = common or "torque"
+    # Velocities are made from positions, by one filter for both.
+    left_out = {"velocity"} | (set(EFFORT) - {common} if common else set())
+    runs = [_without(simulated, left_out, offset), _without(recorded, left_out)]
+    filtering = fit.filtering if fit else _narrower(runs)
+    theirs, ours = (_as_effort(prepare(run, filtering), run, effort) for run in runs)
+    if fit and (level := fit.noise_of(effort)) is not None:
+        ours = replace(ours, noise=level, noise_source=fit.noise_source)
+    return effort, *_together(theirs, ours)
+
+
+def _without(recording: Recording, names: set[str], offset: float = 0.0) -> Recording:
+    """The recording without some signals, later by an offset [s]."""
+    signals = {
+        name: replace(signal, time=signal.time + offset)
+        for name, signal in recording.signals.items()
+        if name not in names
     }
+    return replace(recording, signals=signals, host_time=None if offset else recording.host_time)
+
+
+def _narrower(runs: Sequence[Recording]) -> Filtering:
+    """Cut-offs that all can have: what one of them is too slow for is no mismatch."""
+    chosen = [choose(run, Filtering()) for run in runs]
+    return Filtering(
+        position_cutoff=min(one.position_cutoff or np.inf for one in chosen),
+        torque_cutoff=min(one.torque_cutoff or np.inf for one in chosen),
+    )
+
+
+def _as_effort(run: Prepared, recording: Recording, effort: str) -> Prepared:
+    """The run with joint torque [N m] in place of its current, where torque is asked for."""
+    if run.measures == effort:
+        return run
+    torque = (run.current * run.gain) @ recording.robot.coupling
+    return replace(run, current=torque, noise=np.abs(run.gain) * run.noise, measures=effort)
+
+
+def _together(theirs: Prepared, ours: Prepared) -> tuple[Prepared, Prepared]:
+    """Both on our time axis, where both go on."""
+    time = ours.motion.time
+    first, last = theirs.motion.time[[0, -1]]
+    both = (time >= first) & (time <= last)
+    if np.count_nonzero(both) < 2 * len(ours.decimation.taps):
+        raise RecordingError(
+            f"{theirs.name} and {ours.name} have {np.count_nonzero(both) / ours.decimation.rate:.2f} s in "
+            f"common, filters at {ours.decimation.cutoff:.3g} Hz need "
+            f"{2 * len(ours.decimation.taps) / ours.decimation.rate:.1f} s; state how far apart their clocks "
+            "are (--offset)"
+        )
+    ours = replace(ours, motion=ours.motion[both], current=ours.current[both], sliding=ours.sliding[both])
+
+    def there(values: np.ndarray) -> np.ndarray:
+        return CubicSpline(theirs.motion.time, values)(time[both])
+
+    motion = replace(
+        ours.motion, position=there(theirs.motion.position), velocity=there(theirs.motion.velocity)
+    )
+    current = there(theirs.current)
+    return replace(ours, name=theirs.name, motion=motion, current=current, noise=theirs.noise), ours
 
 
 def _mismatch(

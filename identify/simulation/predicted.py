@@ -29,7 +29,11 @@ def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
         RecordingError: One that is too short for the fit's filters.
     """
     of_these_joints(fit.model, recordings)
-    fit, known = _with_bodies(fit, [_with_its_body(fit, recording) for recording in recordings])
+    known = [_with_its_body(fit, recording) for recording in recordings]
+    for body in [run.payload for run in known if run.payload]:
+        # A body that the fit lacks and of which all is known adds no unknowns.
+        if body.name not in fit.model.payloads and set(INERTIAL) <= {name for name, _ in body.known}:
+            fit = replace(fit, model=fit.model + Payload(body.name, body.known))
     reasons = {run.name: reason for run in known if (reason := _judges_nothing(fit, run))}
     words = tuple(
         f"{name}: {reason}; it is shown, and does not judge the fit" for name, reason in reasons.items()
@@ -43,13 +47,10 @@ def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
     runs = [prepare(check(replace(recording, model=fit.model)), fit.filtering) for recording in recordings]
     if fit.noise is None:
         return pooled_noise(runs) if runs else []
-    level = {fit.measures: fit.noise}
-    if fit.measures == "current":
-        level["torque"] = np.abs(fit.estimate.gain) * fit.noise
     return [
-        replace(run, noise=level[run.measures], noise_source=fit.noise_source)
-        if run.measures in level
-        else run
+        run
+        if (level := fit.noise_of(run.measures)) is None
+        else replace(run, noise=level, noise_source=fit.noise_source)
         for run in runs
     ]
 
@@ -79,7 +80,8 @@ def as_nominal(fit: Fit) -> Fit:
 
 def _with_its_body(fit: Fit, recording: Recording) -> Recording:
     """The recording, its body called as the fit calls it; with that of the run used, if it brings none."""
-    body, bodies = recording.payload, _bodies(fit)
+    body = recording.payload
+    bodies = {name: effect.known for name, effect in fit.model.payloads.items()}
     own = fit.carried.get(recording.name, "")
     if own in bodies and (body is None or not body.known) and not recording.simulated:
         return replace(recording, payload=KnownPayload(own, bodies[own]))
@@ -97,25 +99,12 @@ def _agree(one: Known, other: Known) -> bool:
     return all(np.isclose(value, values.get(name, value), rtol=SAME) for name, value in one)
 
 
-def _with_bodies(fit: Fit, recordings: Sequence[Recording]) -> tuple[Fit, list[Recording]]:
-    """The fit with bodies of recordings that it lacks and of which all is known: they add no unknowns."""
-    for recording in recordings:
-        body = recording.payload
-        if body and body.name not in _bodies(fit) and set(INERTIAL) <= {name for name, _ in body.known}:
-            fit = replace(fit, model=fit.model + Payload(body.name, body.known))
-    return fit, list(recordings)
-
-
 def _judges_nothing(fit: Fit, recording: Recording) -> str:
     """Why a recording does not judge a fit; empty if it does."""
     if recording.simulated and not fit.simulations:
         return "simulated by a model"
     if JOG in recording.settings and recording.name not in fit.runs:
         return "a jog, in which one joint moves slowly and all others stand"
-    if recording.payload and recording.payload.name not in _bodies(fit):
+    if recording.payload and recording.payload.name not in fit.model.payloads:
         return f"carries '{recording.payload.name}', of which the fit knows nothing, and is predicted without"
     return ""
-
-
-def _bodies(fit: Fit) -> dict[str, Known]:
-    return {name: body.known for name, body in fit.model.payloads.items()}

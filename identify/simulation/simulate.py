@@ -13,9 +13,6 @@ from ..recordings.recording import KnownPayload, Recording, Signal
 from .plant import Measured, Plant
 from .plant.plant import Watched
 
-CHUNK = 2000
-"""Samples whose regressor is held at once: a few megabytes."""
-
 
 @dataclass(frozen=True)
 class Sensors:
@@ -51,8 +48,8 @@ def simulate(
         gain: Its drive gains, shape (n,) [N m/A].
         motion: What the joints do.
         nominal: The model that the recording holds.
-        sensors: Noise.
-        payload: The payload that the recording names; None for none.
+        sensors: What they add.
+        payload: That the recording names; None for none.
         name: Of the recording.
         seed: Of the noise.
     """
@@ -75,13 +72,7 @@ def simulate(
 
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:
     """Motor current without noise, shape (t, n) [A], formed in pieces to spare memory."""
-    remembered = plant.remember(motion)
-    pieces = []
-    for start in range(0, len(motion), CHUNK):
-        rows = slice(start, start + CHUNK)
-        piece = plant.loaded(motion[rows])
-        columns = plant.regressor(piece, {place: every[rows] for place, every in remembered.items()})
-        pieces.append(columns @ values + plant.known_torque(piece))
+    pieces = [columns @ values + known for columns, known in plant.pieces(motion)]
     return np.concatenate(pieces) @ plant.robot.to_motors.T / gain
 
 
@@ -128,20 +119,13 @@ def _factor(name: str, tolerance: float) -> float:
 
 
 def follow(
-    plant: Plant,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    tick: float,
-    watched: Watched = iter,
+    plant: Plant, position: np.ndarray, velocity: np.ndarray, tick: float, watched: Watched = iter
 ) -> dict[str, Signal]:
     """Signals of a run as a controller would have measured them, keys from `SIGNALS`.
 
-    Args:
-        plant: The arm, standing where the motion begins.
-        position: Commanded, one a tick, shape (t, n) [rad].
-        velocity: Commanded, shape (t, n) [rad/s].
-        tick: Time from command to command [s]; each is reached at its own time.
-        watched: Hands on the commands one by one, and may show how far that is.
+    The plant stands where the motion begins. Positions (t, n) [rad] and velocities (t, n) [rad/s] are
+    commanded one a tick [s], each reached at its own time; `watched` hands them on one by one, and may show
+    how far that is.
     """
     seen = [plant.measure()]
     if len(position) > 1:

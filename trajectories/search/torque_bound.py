@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant.arm_forces import bodies_apart
+from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ..trajectory import States
 from .bounds import Bound, Margins, Slopes

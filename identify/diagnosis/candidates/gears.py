@@ -14,7 +14,7 @@ from scipy import linalg
 
 from ...model import Model
 from ...preparation.filters import differentiate
-from ...simulation.plant.arm_forces import bodies_apart
+from ...simulation.plant.forces import bodies_apart
 from ..runs.driven import Driven
 
 CHUNK = 200

@@ -13,7 +13,7 @@ from ...arm.motion import Motion
 from ...model import Model
 from ...preparation.prepare import Filtering, Prepared, prepare
 from ...recordings.recording import Recording
-from ...simulation.plant.arm_forces import bodies_apart
+from ...simulation.plant.forces import bodies_apart
 
 RATE = 125.0
 """Samples a second at which it is taken [Hz]: nine a period of the fastest motion, a spline's error of

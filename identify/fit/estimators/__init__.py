@@ -3,9 +3,8 @@
 from .bayesian import bayesian, posterior
 from .compressed import Estimate, Estimator
 from .consistent import consistent
+from .drive_gains import literal, maximum_likelihood, mixed, total
 from .least_squares import instrumental, ordinary, reweighted, weighted
-from .maximum_likelihood import maximum_likelihood
-from .total_least_squares import literal, mixed, total
 
 ESTIMATORS: dict[str, Estimator] = {
     "ordinary": ordinary,

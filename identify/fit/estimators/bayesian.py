@@ -16,8 +16,8 @@ from ...preparation.noise import spectrum
 from ..equations import Equations
 from .compressed import Compressed, Estimate
 from .covariance import noise_covariance
+from .drive_gains import linearised
 from .least_squares import weighted
-from .maximum_likelihood import linearised
 
 
 def bayesian(equations: Equations) -> Estimate:

@@ -75,7 +75,7 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
         FitError: The solver found none.
     """
     tolerance = held.tolerance
-    standard, stacked = _unconstrained(held, values, covariance)
+    standard, stacked = unconstrained(held, values, covariance)
     matrix, offset, cones = _constraints(held, standard)
     if _inside(offset, cones):
         return standard
@@ -100,42 +100,28 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
     return np.where(np.abs(found - minimum) < RESOLVED * unit, minimum, found)
 
 
-def drawn(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Standard parameters (p,) as of `nearest`, without constraints: what the prior alone makes of values."""
-    return _unconstrained(held, values, covariance)[0]
-
-
-def _unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Standard parameters (p,), and the rows (b + p, p) of data and prior.
+def unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Standard parameters (p,) as of `nearest` by the prior alone, and the rows (b + p, p) of data and prior.
 
     Unknowns are deviations from the prior in units of its tolerance, so that the prior is their sum of
     squares.
     """
-    tolerance = held.tolerance
-    rows, right = _data(held, values, covariance)
-    stacked = np.concatenate([rows * tolerance, np.eye(len(tolerance))])
+    tolerance, regrouping = held.tolerance, held.base.regrouping
+    whiten = whitening(held, values, covariance)
+    right = whiten @ (values - regrouping @ held.nominal)
+    stacked = np.concatenate([whiten @ regrouping * tolerance, np.eye(len(tolerance))])
     free = np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(len(tolerance))]), rcond=None)[0]
     return held.nominal + tolerance * free, stacked
 
 
-def _data(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened rows (b, p) and right side (b,) that deviations from the prior should meet."""
-    whiten = whitening(covariance, sizes(held, values, covariance))
-    regrouping = held.base.regrouping
-    return whiten @ regrouping, whiten @ (values - regrouping @ held.nominal)
+def whitening(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Rows (b, b) that make base parameters (b,) of a covariance (b, b) independent, of deviation one.
 
-
-def sizes(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Deviations of base parameters (b,) of a covariance (b, b), none smaller than can be known."""
-    before = np.linalg.norm(held.base.regrouping * held.tolerance, axis=1)
-    return np.maximum(np.sqrt(np.diag(covariance)), FINEST * np.abs(values) + LEAST * before)
-
-
-def whitening(covariance: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Rows (b, b) that make unknowns of some covariance (b, b) and size (b,) independent, of deviation one.
-
-    Where the data hardly distinguish some unknowns, their correlation is one to the last digit and beyond.
+    No deviation is smaller than can be known. Where the data hardly distinguish some unknowns, their
+    correlation is one to the last digit and beyond.
     """
+    before = np.linalg.norm(held.base.regrouping * held.tolerance, axis=1)
+    size = np.maximum(np.sqrt(np.diag(covariance)), FINEST * np.abs(values) + LEAST * before)
     scaled = covariance / np.outer(size, size)
     scaled[np.diag_indices(len(size))] = 1.0
     spread, axes, _ = spectrum(scaled)
@@ -149,7 +135,8 @@ def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """
     blocks, offsets, cones = [np.zeros((0, len(standard)))], [np.zeros(0)], []
     outside = np.array([np.isfinite(parameter.minimum) for parameter in held.base.parameters])
-    vectors = pseudo_inertia_vectors()
+    # Linear map (10, 10) from ten parameters to the triangle of their pseudo-inertia.
+    vectors = np.column_stack([triangle(pseudo_inertia(unit)) for unit in np.eye(10)])
     for body in held.bodies:
         outside[body] = False
         matrix = np.zeros((10, len(standard)))
@@ -214,8 +201,3 @@ def of_pseudo_inertia(pseudo: np.ndarray) -> np.ndarray:
     inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]
     rows, columns = np.triu_indices(3)
     return np.concatenate([inertia[rows, columns], pseudo[:3, 3], pseudo[3:, 3]])
-
-
-def pseudo_inertia_vectors() -> np.ndarray:
-    """Linear map from ten parameters to the triangle of their pseudo-inertia, shape (10, 10)."""
-    return np.column_stack([triangle(pseudo_inertia(unit)) for unit in np.eye(10)])

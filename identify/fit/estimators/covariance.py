@@ -40,7 +40,7 @@ def sandwich(
     left: np.ndarray | None = None,
     before: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Covariance of the solution of weighted least squares with rows `jacobian`.
+    """Covariance (k, k) of the solution of weighted least squares with rows `jacobian`.
 
     Args:
         jacobian: Derivative of the prediction by the unknowns, shape (r, n, k), in the residual's unit.
@@ -48,9 +48,6 @@ def sandwich(
         equations: Weights and runs.
         left: Instruments in place of the transposed rows, shape (r, n, k).
         before: Inverse variance of each unknown before the data, shape (k,); zero by default.
-
-    Returns:
-        Shape (k, k).
     """
     weight, unknowns = equations.weight, jacobian.shape[2]
     left = jacobian if left is None else left

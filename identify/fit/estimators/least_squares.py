@@ -5,8 +5,6 @@ squares is biased. The commanded motion does not know the noise; its regressor Z
 :math:`\hat\chi = (Z^T W)^{-1} Z^T \tau` (Janot, Vandanjon, Gautier 2014).
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from ...errors import FitError
@@ -26,25 +24,15 @@ def residual(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.n
 
 def ordinary(equations: Equations) -> Estimate:
     """Ordinary least squares: every row counts the same, whatever its joint's noise."""
-    values, _ = _weighted_solution(equations, Compressed.of(equations), np.ones(len(equations.gain)))
+    values, _ = _solution(equations, Compressed.of(equations), np.ones(len(equations.gain)))
     # The covariance is that of weights one: divide rows by one common deviation.
     return _estimate("ordinary", equations, values, common=True)
 
 
 def weighted(equations: Equations) -> Estimate:
     """Weighted least squares: each joint's rows divided by its residual's standard deviation."""
-    values, _ = _weights_repeated(equations, Compressed.of(equations))
+    values, _ = weighted_solution(equations, Compressed.of(equations))
     return _estimate("weighted", equations, values)
-
-
-def weighted_noise(equations: Equations, compressed: Compressed | None = None) -> np.ndarray:
-    """Residual of each joint after `weighted`, shape (n,) [N m], without the cost of a covariance."""
-    return _weights_repeated(equations, compressed or Compressed.of(equations))[1]
-
-
-def weighted_values(equations: Equations, gain: np.ndarray, compressed: Compressed) -> np.ndarray:
-    """Values of `weighted`, shape (b,), at other drive gains (n,)."""
-    return _weights_repeated(replace(equations, gain=gain), compressed)[0]
 
 
 def reweighted(equations: Equations) -> Estimate:
@@ -53,7 +41,7 @@ def reweighted(equations: Equations) -> Estimate:
     values = np.zeros(equations.regressor.shape[2])
     for _ in range(30):
         before = values
-        values, noise = _weights_repeated(equations, Compressed.of(equations, huber))
+        values, noise = weighted_solution(equations, Compressed.of(equations, huber))
         size = np.abs(residual(equations, values, equations.gain)) / _robust_std(equations, values)
         huber = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
         if np.linalg.norm(values - before) <= 1e-6 * np.linalg.norm(values):
@@ -68,19 +56,19 @@ def _robust_std(equations: Equations, values: np.ndarray) -> np.ndarray:
     return np.maximum([1.4826 * np.median(s) for s in sliding], 1e-300)
 
 
-def _weights_repeated(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
-    """Solution and noise of each joint, each computed from the other until they agree."""
+def weighted_solution(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
+    """Values (b,) and noise (n,) [N m] of `weighted`, each computed from the other until they agree."""
     noise = np.ones(len(equations.gain))
     values = np.zeros(equations.regressor.shape[2])
     for _ in range(20):
         before = values
-        values, noise = _weighted_solution(equations, compressed, noise)
+        values, noise = _solution(equations, compressed, noise)
         if np.linalg.norm(values - before) <= 1e-8 * np.linalg.norm(values):
             break
     return values, noise
 
 
-def _weighted_solution(
+def _solution(
     equations: Equations, compressed: Compressed, noise: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     joints = range(len(noise))

@@ -1,4 +1,4 @@
-"""Drives: the cascade that nearly every industrial drive has, and the arm's motion under it.
+"""Drives: their way from command to command, the cascade that nearly all have, and the arm's motion under it.
 
 A position loop with proportional gain gives a velocity, to which the command's is added; a velocity loop with
 proportional and integral gain gives the torque. The current loop and the drive's own cycle, some hundred
@@ -6,6 +6,7 @@ microseconds, are much faster than both and left out. The equations of motion go
 millisecond at a time.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +15,85 @@ import numpy as np
 
 from ...errors import RobotError
 from . import steps
-from .steps import Cascade, Elastic, Forces, Moved, compiled, solve
+from .steps import Cascade, Elastic, Forces, Moved, compiled
+
+
+class Cut(NamedTuple):
+    """How a tick is cut, and what position and velocity are there out of both ends'.
+
+    Attributes:
+        seconds: Of the tick [s].
+        step: [s].
+        steps: Steps a block.
+        blocks: Blocks a tick.
+        position: Shape (rows, 4): means of both ends of each step, so that the torque at those ends is what
+            acted in between; then middles of the blocks; then their ends. Out of position and velocity at
+            the start, and at the end.
+        velocity: Shape (rows, 4).
+    """
+
+    seconds: float
+    step: float
+    steps: int
+    blocks: int
+    position: np.ndarray
+    velocity: np.ndarray
+
+    @classmethod
+    def of(cls, seconds: float, longest_step: float, longest_block: float) -> "Cut":
+        """The fewest equal blocks and steps of a tick that are short enough."""
+        blocks = _fewest(seconds, longest_block)
+        steps = _fewest(seconds / blocks, longest_step)
+        s = np.linspace(0.0, 1.0, blocks * steps + 1)
+        position = [2 * s**3 - 3 * s**2 + 1, seconds * (s**3 - 2 * s**2 + s), 3 * s**2 - 2 * s**3]
+        velocity = [6 * (s**2 - s) / seconds, 3 * s**2 - 4 * s + 1, 6 * (s - s**2) / seconds]
+        position += [seconds * (s**3 - s**2)]
+        velocity += [3 * s**2 - 2 * s]
+        rows = []
+        for curves in (position, velocity):
+            ends = np.stack(curves, axis=1)
+            means = 0.5 * (ends[:-1] + ends[1:])
+            middles = 0.5 * (means[(steps - 1) // 2 :: steps] + means[steps // 2 :: steps])
+            rows.append(np.concatenate([means, middles, ends[steps::steps]]))
+        return cls(seconds, seconds / (blocks * steps), steps, blocks, *rows)
+
+    def split(self, block: int) -> tuple[slice, slice, int]:
+        """Rows of a block: its steps, its middle as a piece of one, its end."""
+        first, middle = block * self.steps, self.blocks * self.steps + block
+        return slice(first, first + self.steps), slice(middle, middle + 1), middle + self.blocks
+
+
+def _fewest(length: float, longest: float) -> int:
+    return max(int(np.ceil(length / longest - 1e-6)), 1)
+
+
+class CommandPath:
+    """Cubics from command to command, along which position and velocity are continuous.
+
+    Args:
+        start: Where the arm stands, shape (n,) [rad].
+    """
+
+    def __init__(self, start: np.ndarray) -> None:
+        self._before = self._position = start
+        self._velocity = np.zeros(len(start))
+
+    def along(
+        self, position: np.ndarray, velocity: np.ndarray | None, cut: Cut
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and velocities on the way to the next commands (t, n), each (t, rows of the cut, n).
+
+        Without velocities they are taken from the last three positions, as drives do that get positions only.
+        """
+        if velocity is None:
+            places = np.concatenate([[self._before, self._position], position])
+            velocity = (1.5 * places[2:] - 2.0 * places[1:-1] + 0.5 * places[:-2]) / cut.seconds
+        ends = np.empty((len(position), 4, position.shape[1]))
+        ends[0, 0], ends[1:, 0] = self._position, position[:-1]
+        ends[0, 1], ends[1:, 1] = self._velocity, velocity[:-1]
+        ends[:, 2], ends[:, 3] = position, velocity
+        self._before, _, self._position, self._velocity = ends[-1]
+        return cut.position @ ends, cut.velocity @ ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +137,8 @@ class DriveControl:
     ) -> "DriveControl":
         """A cascade for joints of given inertia, each loop five times as fast as the one around it.
 
-        Args:
-            inertia: That each motor moves, seen from its joint, shape (n,) [kg m^2].
-            bandwidth: Of the velocity loop [Hz].
-            current_limit: Shape (n,) [A].
-            feed_forward: Share of the commanded velocity [-].
-            saturation: Shape (n,) [A]; none by default.
+        The inertia is what each motor moves, seen from its joint, shape (n,) [kg m^2]; the bandwidth that of
+        the velocity loop [Hz]; current limit and saturation, none by default, are (n,) [A].
         """
         speed = np.full(len(inertia), 2 * np.pi * bandwidth)
         saturation = np.full(len(inertia), np.inf) if saturation is None else saturation
@@ -143,13 +218,10 @@ class Servo:
 
 
 class State(NamedTuple):
-    """Of the arm and its servo.
+    """Of the arm in the plant's coordinates, and of its servo.
 
-    Attributes:
-        position: In the plant's coordinates, shape (x,) [rad].
-        velocity: Shape (x,) [rad/s].
-        acceleration: Over the last step, shape (x,) [rad/s^2].
-        integral: Of each motor's velocity error, shape (n,) [rad].
+    Position (x,) [rad], velocity (x,) [rad/s], acceleration over the last step (x,) [rad/s^2], and the
+    integral of each motor's velocity error (n,) [rad].
     """
 
     position: np.ndarray
@@ -158,42 +230,19 @@ class State(NamedTuple):
     integral: np.ndarray
 
 
-class Stepping:
-    """Steps of one length, servo and transmission.
+Steps = Callable[[State, np.ndarray, Forces, Forces, np.ndarray], State]
 
-    Args:
-        servo: Its control.
-        springs: Its elastic gears.
-        step: [s].
+
+def stepping(servo: Servo, springs: Elastic, step: float) -> Steps:
+    """Function that makes steps of some length [s], and gives the state after them.
+
+    Its arguments are the state that they begin with, the inertia (x, x) [kg m^2], forces around that state
+    and around another, which was foreseen, between which they change evenly, and the servo's reference in the
+    middle of each step, shape (k, n) [rad/s]. An arm without inertia raises `RobotError`.
     """
+    through, constants = compiled(steps.through), (step, tuple(servo.over(step)), tuple(springs))
 
-    def __init__(self, servo: Servo, springs: Elastic, step: float) -> None:
-        self._through = compiled(steps.through)
-        self._constants = step, tuple(servo.over(step)), tuple(springs)
+    def make(state: State, inertia: np.ndarray, start: Forces, end: Forces, reference: np.ndarray) -> State:
+        return State(*through(*constants, tuple(state), inertia, tuple(start), tuple(end), reference))
 
-    def through(
-        self, state: State, inertia: np.ndarray, start: Forces, end: Forces, reference: np.ndarray
-    ) -> State:
-        """The state after some steps.
-
-        Args:
-            state: That they begin with.
-            inertia: Shape (x, x) [kg m^2].
-            start: Forces around that state.
-            end: Forces around another, which was foreseen; they change evenly from one to the other.
-            reference: Of the servo, in the middle of each step, shape (k, n) [rad/s].
-
-        Raises:
-            RobotError: An arm without inertia.
-        """
-        known = tuple(state), inertia, tuple(start), tuple(end), reference
-        return State(*self._through(*self._constants, *known))
-
-
-def require_inertia(inertia: np.ndarray) -> None:
-    """Raise where an arm of this inertia (x, x) would have nothing to be accelerated.
-
-    Raises:
-        RobotError: It is not positive definite.
-    """
-    solve(inertia, np.zeros(len(inertia)))
+    return make

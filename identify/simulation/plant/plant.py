@@ -9,13 +9,11 @@ import numpy as np
 from ...arm.motion import Motion
 from ...errors import WrongShape
 from ...model import Model
-from .arm_forces import ArmForces
-from .command_path import CommandPath, Cut
-from .drives import DriveControl, Servo, State, Stepping, require_inertia
-from .effect_sum import Joints
+from .drives import CommandPath, Cut, DriveControl, Servo, State, Steps, stepping
+from .forces import ArmForces, Joints
 from .gears import Thermal, Transmission
 from .sensors import Past, Readings, Sensors
-from .steps import springs
+from .steps import solve, springs
 
 ROUNDS = 5
 """In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
@@ -44,12 +42,7 @@ class Measured(NamedTuple):
 
 @dataclass(frozen=True)
 class Integration:
-    """How finely time is cut.
-
-    Attributes:
-        step: Longest step of the equations of motion [s].
-        block: Longest time over which inertia is held and forces are interpolated [s].
-    """
+    """How finely time is cut: longest step of the equations of motion, and block of one inertia [s]."""
 
     step: float = 1e-3
     block: float = 2e-3
@@ -101,7 +94,7 @@ class Plant:
         self._temperature = np.full(n, thermal.ambient)
         self._forces = ArmForces(model, values, payload, transmission)
         self._servo = Servo(control, gain, robot.coupling, self._motors)
-        self._springs, self._steppings = transmission.springs, dict[float, tuple[Stepping, Stepping]]()
+        self._springs, self._steppings = transmission.springs, dict[float, tuple[Steps, Steps]]()
         self._path = CommandPath(start)
         self._reference = self._servo.reference(start, np.zeros(n))
         self._state = self._at_rest(start, transmission, robot.to_motors)
@@ -124,13 +117,13 @@ class Plant:
         self._forces.remember(position)
         state = Joints(position, still, still)
         self._here, self._inertia = self._forces.at(state, position, self._temperature)
-        require_inertia(self._inertia)
+        solve(self._inertia, position)  # raises where there is nothing to accelerate
         return State(position, still, still, integral)
 
     def _make_ready(self) -> None:
         """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""
-        one = Stepping(self._servo, self._springs, self._integration.step)
-        one.through(self._state, self._inertia, self._here, self._here, self._reference[None])
+        one = stepping(self._servo, self._springs, self._integration.step)
+        one(self._state, self._inertia, self._here, self._here, self._reference[None])
 
     def measure(self) -> Measured:
         """What its sensors measure now."""
@@ -144,11 +137,7 @@ class Plant:
         self.follow(position[None], None if velocity is None else velocity[None], seconds)
 
     def follow(
-        self,
-        position: np.ndarray,
-        velocity: np.ndarray | None,
-        seconds: float,
-        watched: Watched = iter,
+        self, position: np.ndarray, velocity: np.ndarray | None, seconds: float, watched: Watched = iter
     ) -> Measured:
         """Follow commands (t, n) one after the other, as if by `step`; what its sensors measure, each (t, n).
 
@@ -199,10 +188,10 @@ class Plant:
         linearly from there where it ended.
         """
         state, here, (steps, whole) = self._state, self._here, self._steppings[cut.seconds]
-        foreseen = whole.through(state, self._inertia, here, here, middle)
+        foreseen = whole(state, self._inertia, here, here, middle)
         later = 1.5 * foreseen.position - 0.5 * state.position
         end, inertia = self._forces.at(Joints(*foreseen[:3]), later, self._temperature)
-        self._state = steps.through(state, self._inertia, here, end, reference)
+        self._state = steps(state, self._inertia, here, end, reference)
         self._forces.remember(self._state.position)
         self._here, self._inertia = end.moved(self._state.velocity), inertia
 
@@ -217,7 +206,7 @@ class Plant:
         if seconds not in self._cuts:
             cut = Cut.of(seconds, self._integration.step, self._integration.block)
             lengths = (cut.step, cut.step * cut.steps)
-            one, whole = (Stepping(self._servo, self._springs, length) for length in lengths)
+            one, whole = (stepping(self._servo, self._springs, length) for length in lengths)
             self._cuts[seconds], self._steppings[seconds] = cut, (one, whole)
         return self._cuts[seconds]
 

@@ -105,11 +105,7 @@ class Readings:
     def see(
         self, position: np.ndarray, current: np.ndarray, seconds: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Look again, each time some seconds later, at positions and currents (t, n).
-
-        Returns:
-            Position [rad], velocity [rad/s], current [A], each (t, n).
-        """
+        """Position [rad], velocity [rad/s] and current [A], each (t, n), of what is so some seconds apart."""
         sensors, fading = self._sensors, self._fading
         if not self._quiet:
             white = self._random.normal(size=(len(position), 3, position.shape[1]))

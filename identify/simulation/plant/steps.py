@@ -147,13 +147,8 @@ def springs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """What springs add to a step: force in its middle without acceleration (x,), and to the inertia (x, x).
 
-    They are linear as long as no tooth lifts or lands.
-
-    Args:
-        elastic: What they are.
-        position: In the middle of the step without acceleration, shape (x,) [rad].
-        velocity: At its start, shape (x,) [rad/s].
-        step: [s].
+    They are linear as long as no tooth lifts or lands. The position (x,) [rad] is that in the middle of the
+    step [s] without acceleration, the velocity (x,) [rad/s] that at its start.
     """
     stretch, back, stiffness, damping, play = elastic
     twist = stretch @ position
@@ -165,13 +160,7 @@ def springs(
 
 
 def torque(cascade: Cascade, reference: np.ndarray, moved: Moved) -> np.ndarray:
-    """Torque of the motors at one instant, seen from their joints, shape (n,) [N m].
-
-    Args:
-        cascade: Over a step of no length.
-        reference: Shape (n,) [rad/s].
-        moved: Where the arm is.
-    """
+    """Torque (n,) [N m] of the motors at one instant, seen from their joints, by the cascade over no time."""
     turns, _, by_position, stiff, kept, _, _, limit = cascade
     position, velocity, _, integral = moved
     asked = stiff * (reference - turns @ velocity - by_position @ position) + kept * integral
@@ -179,13 +168,7 @@ def torque(cascade: Cascade, reference: np.ndarray, moved: Moved) -> np.ndarray:
 
 
 def fading(kept: float, last: np.ndarray, news: np.ndarray) -> np.ndarray:
-    """What is left of all that came, when a share of it is kept from row to row, shape (t, n).
-
-    Args:
-        kept: The share [-].
-        last: What was left before the first row, shape (n,).
-        news: What comes, shape (t, n).
-    """
+    """What is left of news (t, n) if a share of it is kept from row to row, `last` (n,) before the first."""
     left = news.copy()
     left[0] += kept * last
     for row in range(1, len(news)):

@@ -3,9 +3,8 @@
 import numpy as np
 
 from ...model import Model
-from .arm_forces import ArmForces
 from .drives import DriveControl
-from .effect_sum import Joints
+from .forces import ArmForces, Joints
 from .gears import Thermal, Transmission
 from .plant import Plant
 from .sensors import Sensors
@@ -46,17 +45,9 @@ def typical_plant(
 ) -> Plant:
     """An arm with a cascade, encoders and current sensors as industrial arms have them.
 
-    The velocity loops are tuned to the inertia by the model's nominal values. For other parts, make a `Plant`
-    with some of `typical_parts`.
-
-    Args:
-        model: The arm as it is, with any payload as one of its effects.
-        start: Where it stands, shape (n,) [rad].
-        values: Its parameters, shape (p,); nominal ones by default.
-        gain: Its drive gains, shape (n,) [N m/A]; nominal ones by default.
-        seed: Of the noise.
-        payload: Name of the body that it carries; empty for none.
-        transmission: Gears that give way; rigid by default.
+    The velocity loops are tuned to the inertia by the model's nominal values. Parameters (p,) and drive gains
+    (n,) [N m/A] are nominal by default, and gears rigid; it stands at `start` (n,) [rad] and carries the
+    named payload, one of the model's effects. For other parts, make a `Plant` with some of `typical_parts`.
     """
     values = model.nominal_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain
@@ -100,12 +91,7 @@ def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def typical_warmth(model: Model, current: np.ndarray) -> Thermal:
-    """Warmth of joints that lose as much in the winding as in the gear.
-
-    Args:
-        model: Nominal.
-        current: In the winding meanwhile, shape (n,) [A]; the gear turns at a third of the speed limit.
-    """
+    """Warmth where windings, by currents (n,) [A], lose as much as gears at a third of the speed limit."""
     robot, forces = model.robot, _forces(model)
     limit = robot.limits.velocity
     speed = np.where(np.isfinite(limit), limit, FREE_SPEED) / 3

@@ -13,7 +13,7 @@ from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identify.diagnosis.runs.driven import Driven, tangent
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.simulation.plant import Plant, Transmission
-from exidyn.identify.simulation.plant.arm_forces import bodies_apart
+from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ...parts.runs.simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff
 from ...parts.small import two_joints

@@ -15,7 +15,7 @@ from exidyn.identify.diagnosis.candidates.springs import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven, link_torque
 from exidyn.identify.effects import RigidBody, ViscousFriction
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant.arm_forces import bodies_apart
+from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints

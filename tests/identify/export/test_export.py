@@ -23,8 +23,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import FitError, RobotError
 from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.left_out import left_out
-from exidyn.identify.export.portable import possible
+from exidyn.identify.export.portable import left_out, possible
 from exidyn.identify.fit.agreement import agreement
 from exidyn.identify.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from exidyn.identify.fit.identified import identified

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify import model as module
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia
 from exidyn.identify.errors import RecordingError
-from exidyn.identify.fit import equations as module
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.equations import assemble, decimated_regressor
 from exidyn.identify.model import Model

@@ -22,7 +22,7 @@ from exidyn.identify.fit.estimators.bayesian import finite_tolerance, joined, pr
 from exidyn.identify.fit.estimators.compressed import Compressed, solve
 from exidyn.identify.fit.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identify.fit.estimators.covariance import sandwich
-from exidyn.identify.fit.estimators.least_squares import residual, weighted_noise
+from exidyn.identify.fit.estimators.least_squares import residual, weighted_solution
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
@@ -115,7 +115,7 @@ def test_weighted_is_numpys_at_its_own_weights(system):
     for j in range(2):
         freedom = np.sum(joint == j) - len(estimate.values) / 2
         assert estimate.noise[j] == pytest.approx(np.sqrt(np.sum(left[joint == j] ** 2) / freedom), rel=1e-6)
-    np.testing.assert_allclose(weighted_noise(system), estimate.noise, rtol=1e-6)
+    np.testing.assert_allclose(weighted_solution(system, Compressed.of(system))[1], estimate.noise, rtol=1e-6)
 
 
 def test_covariance_of_white_noise_is_that_of_least_squares(system):

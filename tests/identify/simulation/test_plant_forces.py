@@ -11,8 +11,7 @@ from exidyn.identify.errors import WrongShape
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.plant import Transmission
-from exidyn.identify.simulation.plant.arm_forces import ArmForces
-from exidyn.identify.simulation.plant.effect_sum import SHIFT, Joints
+from exidyn.identify.simulation.plant.forces import SHIFT, ArmForces, Joints
 
 from ...parts.runs.robots import body, random_motion, six_axis, sliding
 from ...parts.runs.simulated import known

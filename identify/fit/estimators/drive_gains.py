@@ -1,23 +1,30 @@
-"""Total least squares for drive gains and dynamics together, from runs with and without a known payload.
+r"""Estimates of drive gains and dynamics together, from runs with and without a known payload.
 
-The homogeneous system of the paper's (12), [V, -W, -P] [gain, values, 1] = rho, is solved by the right
-singular vector of the smallest singular value. That is the best estimate only if every entry of the
-matrix carries the same noise. Taken literally it does not: a current of amperes stands beside columns
-of hundreds of rad/s^2, and joints differ in noise. `literal` shows what follows. `total` divides each
-joint's rows by its torque noise and each column by its own noise; `mixed` takes that to the limit in
-which the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
+Total least squares: the homogeneous system of the paper's (12), [V, -W, -P] [gain, values, 1] = rho, is
+solved by the right singular vector of the smallest singular value. That is the best estimate only if every
+entry of the matrix carries the same noise. Taken literally it does not: a current of amperes stands beside
+columns of hundreds of rad/s^2, and joints differ in noise. `literal` shows what follows. `total` divides each
+joint's rows by its torque noise and each column by its own noise; `mixed` takes that to the limit in which
+the regressor is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
 
 `literal` and `total` report the paper's covariance (20), which takes rows for white; where a residual is
 coloured their intervals are too short. `mixed` reports the one of `covariance`.
+
+Maximum likelihood: noise sits in the currents, so they are what is predicted:
+:math:`\sum_j \| i_j - \gamma_j (W_j \chi + P_j) \|^2 / \sigma_j^2` with :math:`\gamma_j = 1/g_j`. Unlike
+least squares in torque, where noisy currents are regressors and pull the gains down, it is unbiased.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg
 
 from ...errors import NeedsPayload
 from ..equations import Equations
-from .compressed import Compressed, Estimate
+from .compressed import Compressed, Estimate, solve
 from .covariance import sandwich_with_gains
+from .least_squares import weighted_solution
 
 
 def literal(equations: Equations) -> Estimate:
@@ -145,3 +152,76 @@ def _mixed_solution(system: np.ndarray, n: int, gain_noise: np.ndarray) -> np.nd
     rest = linalg.solve_triangular(factor[:count, :count], -factor[:count, count:] @ gains) / size
     vector = np.concatenate([gains / gain_noise, rest])
     return vector / vector[-1]
+
+
+WIDE = 10.0
+"""Deviation over value of a gain before the data: so wide that it counts where they show nothing."""
+
+FAR = 10.0
+"""Factor between the errors of stated gains from which one has not been seen: motors are not so wrong."""
+
+LOST = 1e4
+"""Factor from stated gains at which nothing was seen of any: a mass in grams is a factor of a thousand."""
+
+
+def maximum_likelihood(equations: Equations) -> Estimate:
+    """Gauss-Newton from the mixed total least squares solution, noise of each joint re-estimated."""
+    require_payload(equations)
+    compressed = Compressed.of(equations)
+    values, gain = _start(equations, compressed)
+    centre = gain
+    for _ in range(50):
+        noise = compressed.residual_std(values, gain) / np.abs(gain)
+        labels = [*equations.names, *(f"drive gain {j + 1}" for j in range(len(noise)))]
+        rows, right = linearised(compressed, values, 1.0 / gain, noise)
+        loose = np.diag(-(gain**2) / (WIDE * np.abs(centre)))
+        rows = np.concatenate([rows, np.pad(loose, ((0, 0), (len(values), 0)))])
+        step = solve(rows, np.concatenate([right, (centre - gain) / (WIDE * np.abs(centre))]), labels)
+        # Steps are of gains, not of their inverse: values that depend on an open gain stay its multiples.
+        change = -(gain**2) * step[len(values) :]
+        values, gain = values + step[: len(values)], gain + change
+        if np.max(np.abs(change / gain)) < 1e-10:
+            break
+    covariance = sandwich_with_gains(equations, values, gain, WIDE * centre)
+    return Estimate("maximum likelihood", values, gain, covariance, compressed.residual_std(values, gain))
+
+
+def _start(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
+    """Values (b,) and gains (n,) to begin with: mixed total least squares, but for gains that it cannot see.
+
+    Of a joint in which the payload makes no torque its smallest singular vector may be that joint's alone,
+    with any gain, or no payload in it. Such a gain begins as it is stated, at the scale of the others.
+    """
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = mixed(equations)
+        values, gain = found.values, found.gain
+    except (np.linalg.LinAlgError, ValueError):
+        return weighted_solution(equations, compressed)[0], equations.gain
+    share = np.abs(gain / equations.gain)
+    usual = float(share[np.argmin(np.abs(np.log(share)))])
+    if not 1.0 / LOST < usual < LOST:
+        return weighted_solution(equations, compressed)[0], equations.gain
+    seen = (share > usual / FAR) & (share < usual * FAR)
+    if np.all(seen) or np.all(equations.gain == 1.0):
+        return values, gain
+    gain = np.where(seen, gain, usual * equations.gain)
+    return weighted_solution(replace(equations, gain=gain), compressed)[0], gain
+
+
+def linearised(
+    compressed: Compressed, values: np.ndarray, inverse: np.ndarray, noise: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and right-hand side of a Gauss-Newton step of values (b,) and inverse gains (n,) [A/(N m)].
+
+    Rows are divided by the noise of each joint's current, shape (n,) [A].
+    """
+    rows, right = [], []
+    n = len(inverse)
+    for joint in range(n):
+        torque = compressed.regressor(joint) @ values + compressed.known(joint)
+        by_gain = np.zeros((len(torque), n))
+        by_gain[:, joint] = torque
+        rows.append(np.column_stack([inverse[joint] * compressed.regressor(joint), by_gain]) / noise[joint])
+        right.append((compressed.current(joint) - inverse[joint] * torque) / noise[joint])
+    return np.concatenate(rows), np.concatenate(right)

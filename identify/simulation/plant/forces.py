@@ -1,0 +1,255 @@
+"""What all effects of a model ask for, in the plant's coordinates, quickly enough for every tick.
+
+Rigid bodies are left to Pinocchio, which takes microseconds; all others are asked for their columns. What
+passes through the gears acts on the links, the rest on the motors.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from ...arm.motion import Motion
+from ...arm.robot import Robot
+from ...effects import Effect
+from ...errors import WrongShape
+from ...model import Model
+from .gears import Transmission
+from .steps import Forces
+
+SHIFT = 1e-5
+"""By which velocities are shifted to find slopes [rad/s]: a tenth of the most abrupt reversal there is."""
+
+
+class Joints(NamedTuple):
+    """How joints move, each of shape (n,) or (x,)."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+class LinearSum(NamedTuple):
+    """Torque of effects that are linear in velocity and acceleration.
+
+    A constant (n,) [N m], by velocity (n, n) [N m s/rad], its slope where all joints become faster alike
+    (n,), and inertia (n, n) [kg m^2].
+    """
+
+    constant: np.ndarray
+    by_velocity: np.ndarray
+    slope: np.ndarray
+    inertia: np.ndarray
+
+    @classmethod
+    def of(cls, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> "LinearSum":
+        """Ask each effect about rest, each joint's velocity alone, and each joint's acceleration alone."""
+        n = robot.dof
+        motion = _motion_at_rest(1 + 2 * n, n, "")
+        motion.velocity[1 : n + 1] = motion.acceleration[n + 1 :] = np.eye(n)
+        none = np.zeros(motion.position.shape)
+        torque = sum((effect.regressor(robot, motion) @ own for effect, own in effects), none)
+        constant, (drag, inertia) = torque[0], np.split((torque[1:] - torque[0]).T, 2, axis=1)
+        return cls(constant, drag, drag.sum(axis=1), inertia)
+
+
+class EffectSum:
+    """Some effects with their values, and the motions that they are asked about.
+
+    Motions are written anew instead of made anew: their checks, and those arrays, would take longer than the
+    effects do.
+
+    Args:
+        robot: The arm.
+        effects: Pairs of an effect and its parameters (p,).
+        payload: Name of the body that is carried.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
+        self.empty = not effects
+        self.forgets = all(effect.pointwise for effect, _ in effects)
+        self._robot, n = robot, robot.dof
+        self._linear = LinearSum.of(robot, [pair for pair in effects if pair[0].linear])
+        self._effects = [pair for pair in effects if not pair[0].linear]
+        self._heavy = [pair for pair in self._effects if not pair[0].massless]
+        self._memory: dict[Effect, Any] = {}
+        # Rows: as it is; all joints a little faster.
+        self._here = _motion_at_rest(2, n, payload)
+        # Rows: somewhat later; there with one joint accelerating.
+        self._later = _motion_at_rest(1 + n, n, payload)
+        self._later.acceleration[1:] = np.eye(n)
+
+    def at(
+        self, joints: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Torque without acceleration, its slope by each joint's velocity, and inertia somewhat later.
+
+        Args:
+            joints: Where the arm is; without acceleration.
+            later: Where the inertia is wanted, shape (n,) [rad].
+            load: Shape (n,) [N m]; None where no effect needs it.
+            temperature: Shape (n,) [degC].
+
+        Returns:
+            Shapes (n,) [N m], (n,) [N m s/rad], (n, n) [kg m^2].
+        """
+        linear = self._linear
+        force, slope, inertia = (
+            linear.constant + linear.by_velocity @ joints.velocity,
+            linear.slope,
+            linear.inertia,
+        )
+        if self._effects:
+            _write(self._here, joints.position, joints.velocity, load, temperature)
+            self._here.velocity[1] += SHIFT
+            torque, faster = self._torque(self._effects, self._here)
+            force, slope = force + torque, slope + (faster - torque) / SHIFT
+        if self._heavy:
+            _write(self._later, later, joints.velocity, load, temperature)
+            torque = self._torque(self._heavy, self._later)
+            inertia = inertia + (torque[1:] - torque[0]).T
+        return force, slope, inertia
+
+    def remember(self, position: np.ndarray) -> None:
+        """Go on to a position (n,) [rad], in what has a memory."""
+        for effect, _ in self._effects:
+            if not effect.pointwise:
+                still = _motion_at_rest(1, len(position), self._here.payload)
+                still.position[:] = position
+                _, self._memory[effect] = effect.continued(self._robot, still, self._memory.get(effect))
+
+    def _torque(self, effects: Sequence[tuple[Effect, np.ndarray]], motion: Motion) -> np.ndarray:
+        """Torque in every row, shape (t, n) [N m]."""
+        robot = self._robot
+        total = np.zeros(motion.position.shape)
+        for effect, values in effects:
+            if effect.pointwise:
+                total += effect.regressor(robot, motion) @ values
+            else:
+                total += effect.continued(robot, motion, self._memory.get(effect))[0] @ values
+            if type(effect).known_torque is not Effect.known_torque:
+                total += effect.known_torque(robot, motion)
+        return total
+
+
+def _write(
+    motion: Motion,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    load: np.ndarray | None,
+    temperature: np.ndarray,
+) -> None:
+    """The same in every row, each (n,)."""
+    motion.position[:], motion.velocity[:], motion.temperature[:] = position, velocity, temperature
+    if load is not None:
+        motion.load[:] = load
+
+
+def _motion_at_rest(rows: int, joints: int, payload: str) -> Motion:
+    position, velocity, acceleration = np.zeros((3, rows, joints))
+    return Motion.of(np.zeros(rows), position, velocity, acceleration, payload=payload)
+
+
+def bodies_apart(
+    model: Model, values: np.ndarray, payload: str
+) -> tuple[pin.Model, list[tuple[Effect, np.ndarray]]]:
+    """The joints with the bodies that parameters (p,) give them, and the other effects with their parameters.
+
+    Raises:
+        WrongShape: Not a value a parameter.
+    """
+    kinematics, others = model.robot.kinematics.copy(), []
+    kinematics.armature = np.zeros(kinematics.nv)
+    for link in range(kinematics.njoints):
+        kinematics.inertias[link] = pin.Inertia.Zero()
+    values = np.asarray(values, float)
+    if values.shape != (len(model.parameters),):
+        raise WrongShape(
+            f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
+            "a parameter of the model"
+        )
+    for effect, own in model.shares(values):
+        bodies = effect.bodies(model.robot, own, payload)
+        for link, body in bodies.items():
+            kinematics.inertias[link + 1] += body
+        if not bodies:
+            others.append((effect, own))
+    return kinematics, others
+
+
+class ArmForces:
+    """The sum of a model's effects, for one state after the other.
+
+    Args:
+        model: The arm as it is.
+        values: Its parameters, shape (p,).
+        payload: Name of the body that is carried; empty for none.
+        transmission: What is between motors and links.
+    """
+
+    def __init__(self, model: Model, values: np.ndarray, payload: str, transmission: Transmission) -> None:
+        self._rigid = len(transmission.elastic) == 0
+        self._links, self._motors = transmission.links, transmission.motors
+        self._kinematics, others = bodies_apart(model, values, payload)
+        groups: dict[bool, list[tuple[Effect, np.ndarray]]] = {True: [], False: []}
+        for effect, own in others:
+            groups[effect.transmitted].append((effect, own))
+        self._data = self._kinematics.createData()
+        self._on_links, self._on_motors = (EffectSum(model.robot, groups[t], payload) for t in (True, False))
+        self.loaded = any(effect.needs_load for effect, _ in groups[False])
+        self._none, self._massless = np.zeros(model.robot.dof), np.zeros((model.robot.dof,) * 2)
+        self.friction = self._none
+
+    def at(self, state: Joints, later: np.ndarray, temperature: np.ndarray) -> tuple[Forces, np.ndarray]:
+        """Forces in a state, and inertia (x, x) [kg m^2] somewhat later.
+
+        Sets `friction`, the torque on the motors' side of the gears, shape (n,) [N m].
+
+        Args:
+            state: In the plant's coordinates; its acceleration matters to the load of the gears only.
+            later: Where the inertia is wanted, shape (x,) [rad].
+            temperature: Shape (n,) [degC].
+        """
+        if self._rigid:
+            force, slope, inertia, load = self._link_side(state, later, temperature)
+            self.friction, steep, mass = self._motor_side(state, later, load, temperature)
+            return Forces(force + self.friction, slope + steep, state.velocity), inertia + mass
+        links, motors = self._links, self._motors
+        link, motor = (Joints(*(side @ one for one in state)) for side in (links, motors))
+        force, slope, inertia, load = self._link_side(link, links @ later, temperature)
+        self.friction, steep, mass = self._motor_side(motor, motors @ later, load, temperature)
+        force, slope = links.T @ force + motors.T @ self.friction, links.T @ slope + motors.T @ steep
+        return Forces(force, slope, state.velocity), links.T @ inertia @ links + motors.T @ mass @ motors
+
+    def holding(
+        self, links: np.ndarray, motors: np.ndarray, temperature: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Torque on links and on motors that it takes to stand there, each (n,) [N m]."""
+        none = self._none
+        load = self._link_side(Joints(links, none, none), links, temperature)[0]
+        return load, self._motor_side(Joints(motors, none, none), motors, load, temperature)[0]
+
+    def remember(self, position: np.ndarray) -> None:
+        """Go on to a position (x,) [rad], in what has a memory: where the arm has really come to."""
+        for side, where in ((self._on_links, self._links), (self._on_motors, self._motors)):
+            if not side.forgets:
+                side.remember(where @ position)
+
+    def _link_side(
+        self, link: Joints, later: np.ndarray, temperature: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+        """Torque, slope and inertia of what the gears carry, and their load where it is needed."""
+        inertia, slope = pin.crba(self._kinematics, self._data, later), self._none
+        force = pin.nonLinearEffects(self._kinematics, self._data, link.position, link.velocity)
+        if not self._on_links.empty:
+            more, slope, mass = self._on_links.at(link, later, None, temperature)
+            force, inertia = force + more, inertia + mass
+        return force, slope, inertia, force + inertia @ link.acceleration if self.loaded else None
+
+    def _motor_side(
+        self, motor: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if self._on_motors.empty:
+            return self._none, self._none, self._massless
+        return self._on_motors.at(motor, later, load, temperature)
