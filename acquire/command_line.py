@@ -3,15 +3,17 @@
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
+from typing import Any
 
-from exidyn.identify.errors import ExidynError
+from exidyn.identify.errors import ExidynError, RobotWarning
 
-from .arguments.common import CommandParser, complaint, name_lines
+from .arguments.command import CommandParser, Option, complaint, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
-from .arguments.robot_warnings import warnings_as_lines
-from .commands import COMMANDS, command_module
+from .commands import COMMANDS, command
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,8 +45,8 @@ def _answered(arguments: Sequence[str] | None) -> int:
         return 0
     given = top.parse_args(arguments)
     try:
-        with warnings_as_lines():
-            return command_module(given.command).main(given.rest)
+        with _warnings_as_lines():
+            return command(given.command).main(given.rest)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -67,6 +69,22 @@ def _answered(arguments: Sequence[str] | None) -> int:
         return _said(" ".join(str(error).split()), code)
 
 
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Inside, a warning about a robot's description is a line on standard error, once a text."""
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, RobotWarning):
+                print_warning(message)
+            else:
+                usual(message, category, *place, **more)
+
+        warnings.showwarning = show
+        yield
+
+
 def _said(line: str, code: int) -> int:
     print(complaint(f"exidyn: {line}"), file=sys.stderr)
     return code
@@ -86,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"exidyn {version('exidyn')}")
-    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help="one of those below")
+    Option("command COMMAND", "one of those below", COMMANDS).add_to(parser)
     parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="its arguments")
     return parser
 

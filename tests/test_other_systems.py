@@ -27,10 +27,10 @@ ex.report(fit, "report.html")
 print(fit)
 """
 COMMANDS = """
-from exidyn.acquire.commands import COMMANDS, command_module
+from exidyn.acquire.commands import COMMANDS, command
 
 for name in COMMANDS:
-    command_module(name).parser()
+    command(name).parser()
 """
 
 

@@ -1,6 +1,5 @@
 """Which controller, and its settings: from a file, from the command line."""
 
-import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,26 +8,17 @@ from exidyn.drivers.errors import BadSettings
 from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.toml_fields import parse_toml
 
+from .command import Option
+
+CONTROLLER = (
+    Option("--driver DRIVER", "default: that of the controller file, or mock"),
+    Option("--controller FILE", "driver and settings (.toml), as 'exidyn drivers DRIVER' prints", Path),
+    Option(
+        "--set NAME=VALUE", "one setting, before those of the file; may be repeated", str, [], repeated=True
+    ),
+)
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
 """What a controller file has: key -> its type, and that in words."""
-
-
-def add_controller(group: argparse._ActionsContainer) -> None:
-    """Add --driver, --controller and --set."""
-    group.add_argument("--driver", metavar="DRIVER", help="default: that of the controller file, or mock")
-    group.add_argument(
-        "--controller",
-        type=Path,
-        metavar="FILE",
-        help="driver and settings (.toml), as 'exidyn drivers DRIVER' prints",
-    )
-    group.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="one setting, before those of the file; may be repeated",
-    )
 
 
 def read_controller(

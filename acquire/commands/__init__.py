@@ -1,11 +1,12 @@
-"""The commands, one file each and one line in this table; each is imported when it is asked for.
+"""The commands, each a function in NAME_command.py and a line in this table, imported when it is asked for.
 
 In: their arguments.
 Out: files, text, an exit code.
 """
 
 from importlib import import_module
-from types import ModuleType
+
+from ..arguments.command import Command
 
 COMMANDS: dict[str, str] = {
     "example": "simulate an arm, identify it, compare with the truth",
@@ -30,10 +31,13 @@ COMMANDS: dict[str, str] = {
     "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
     "watch": "what a controller measures, live; nothing is commanded",
 }
-"""Name -> what it does in a line. Its module NAME_command.py has `parser()` and `main(arguments)`, which
-returns the exit code."""
+"""Name -> what it does in a line."""
+NEIGHBOURS = {"completion": "drivers", "recover": "info", "view": "report"}
+"""Short command -> the one in whose file it is."""
 
 
-def command_module(name: str) -> ModuleType:
-    """The module of a command, with `parser` and `main`."""
-    return import_module(f"{__name__}.{name}_command")
+def command(name: str) -> Command:
+    """A command of the table, imported."""
+    module = import_module(f"{__name__}.{NEIGHBOURS.get(name, name)}_command")
+    found: Command = getattr(module, f"{name}_command")
+    return found

@@ -1,8 +1,7 @@
 """exidyn compare: a simulation and a recording in; where they differ, out."""
 
-import argparse
 import shlex
-from collections.abc import Sequence
+from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,20 +16,29 @@ from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import model_text, read_model
 from exidyn.identify.simulation.comparison import Comparison, compare
 
-from ..arguments.common import add_robot, command_parser, number
-from ..arguments.outputs import add_json, require_json
+from ..arguments.command import Command, Option, number
+from ..arguments.options import JSON, require_json, robot_option
 from ..files.comparison_schema import comparison_table
 from ..terminal.json_output import hand_over, json_text
 
-EXAMPLES = (
-    "exidyn compare sim.mcap real.mcap",
-    "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
+
+@Command(
+    "Lay a simulation beside a recording of the same motion: where they differ, and how far.",
+    (
+        "exidyn compare sim.mcap real.mcap",
+        "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
+    ),
+    (
+        Option("simulated SIM", "recording of any simulator (.mcap, .csv), or another run", Path),
+        Option("recorded REAL", "recording of the real arm", Path),
+        robot_option("for tables, which do not name their robot"),
+        Option("--offset S", "to add to the time of SIM; default: where the positions agree best", number),
+        Option("--fit FIT", "fit.json whose filters and noise level are taken", Path),
+        JSON,
+    ),
 )
-
-
-def main(arguments: Sequence[str]) -> int:
+def compare_command(given: Namespace) -> None:
     """Compare, print, write."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     model = read_model(given.robot) if given.robot else None
     simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
@@ -42,7 +50,6 @@ def main(arguments: Sequence[str]) -> int:
     if differs(found):
         page += ["which physics that is:", *(f"  {line}" for line in go_on)]
     hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)
-    return 0
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
@@ -76,7 +83,7 @@ def _one(path: Path, model: Model | None) -> Recording:
     return recordings[0]
 
 
-def _go_on(given: argparse.Namespace, simulated: Recording, recorded: Recording) -> list[str]:
+def _go_on(given: Namespace, simulated: Recording, recorded: Recording) -> list[str]:
     """Commands that diagnose the model of the simulation by the recording."""
     real = shlex.quote(str(given.recorded))
     if given.robot:
@@ -88,31 +95,3 @@ def _go_on(given: argparse.Namespace, simulated: Recording, recorded: Recording)
         f"exidyn export {shlex.quote(str(given.simulated))} --to toml -o {model}",
         f"exidyn diagnose {model} {real}",
     ]
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn compare` takes."""
-    found = command_parser(
-        "compare",
-        "Lay a simulation beside a recording of the same motion: where they differ, and how far.",
-        EXAMPLES,
-    )
-    found.add_argument(
-        "simulated", type=Path, metavar="SIM", help="recording of any simulator (.mcap, .csv), or another run"
-    )
-    found.add_argument("recorded", type=Path, metavar="REAL", help="recording of the real arm")
-    add_robot(found, "for tables, which do not name their robot")
-    found.add_argument(
-        "--offset",
-        type=number,
-        metavar="S",
-        help="to add to the time of SIM; default: where the positions agree best",
-    )
-    found.add_argument(
-        "--fit",
-        type=Path,
-        metavar="FIT",
-        help="fit.json whose filters and noise level are taken",
-    )
-    add_json(found)
-    return found

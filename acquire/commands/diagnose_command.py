@@ -1,10 +1,8 @@
 """exidyn diagnose: a nominal robot and its recordings in; what the model leaves out, out."""
 
-import argparse
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from pathlib import Path
-from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.diagnose import Diagnosed, diagnosed
@@ -21,32 +19,47 @@ from exidyn.identify.pages.diagnosis_document import Diagnosed as ShownDiagnosis
 from exidyn.identify.pages.diagnosis_document import diagnosis_document
 from exidyn.identify.preparation.prepare import Filtering
 
-from ..arguments.common import command_parser
+from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
-from ..arguments.filters import add_filters, filtering_of
-from ..arguments.outputs import add_json, add_output, make_folder, require_json
+from ..arguments.options import JSON, VALIDATE, filters, make_folder, output_option, require_json
 from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
-from ..files.payload_runs import add_payload_arguments
+from ..files.payload_runs import PAYLOADS
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
-EXAMPLES = (
-    "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
-    "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
-    "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
-)
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
 """Stages by how their sentences begin, and their shares of the time."""
 STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
-NOTES = """Runs contain their role (identify, slow, payload, validate) where recorded so;
+
+
+@Command(
+    "Find the physics that a robot's model leaves out, and prove it on runs held out.",
+    (
+        "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
+        "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
+        "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
+    ),
+    (
+        Option(
+            "sources SOURCE...",
+            "robot.toml, .urdf or .xacro and its runs (.mcap, .csv); or folders with case.toml, each a case",
+        ),
+        VALIDATE,
+        Option("--slow RUN...", "runs at constant low speeds", Path, []),
+        *PAYLOADS,
+        *filters(f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format"),
+        output_option("FOLDER", Path("exidyn-diagnosis")),
+        JSON,
+        Option("--answer FILE", "JSON in which each case's findings are put, by its name", Path),
+        Option("--quick", "without simulation and without fit.json, which take a while"),
+    ),
+    """Runs contain their role (identify, slow, payload, validate) where recorded so;
 what comes behind an option is for that. The more kinds of run, the more effects
-can be distinguished."""
-
-
-def main(arguments: Sequence[str]) -> int:
+can be distinguished.""",
+)
+def diagnose_command(given: Namespace) -> int:
     """Diagnose, print, write; every case for itself."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     folders = case_folders(given.sources)
     make_folder(given.output)
@@ -64,55 +77,20 @@ def main(arguments: Sequence[str]) -> int:
     return DONE
 
 
-def _read_and_do(folder: Path | None, output: Path, given: argparse.Namespace) -> None:
+def _read_and_do(folder: Path | None, output: Path, given: Namespace) -> None:
     """Diagnose a case folder, or the runs of the command line where there is none."""
     with Stopwatch(QUICK if given.quick else STAGES) as progress:
         progress(f"read {folder or 'the recordings'}")
         run(read_case(folder) if folder else recorded_case(given), output, given, progress)
 
 
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn diagnose` takes."""
-    found = command_parser(
-        "diagnose",
-        "Find the physics that a robot's model leaves out, and prove it on runs held out.",
-        EXAMPLES,
-        NOTES,
-    )
-    found.add_argument(
-        "sources",
-        nargs="+",
-        metavar="SOURCE",
-        help="robot.toml, .urdf or .xacro and its runs (.mcap, .csv); or folders with case.toml, each a case",
-    )
-    runs: dict[str, Any] = {"nargs": "+", "type": Path, "default": [], "metavar": "RUN"}
-    found.add_argument("--validate", **runs, help="runs that are only predicted")
-    found.add_argument("--slow", **runs, help="runs at constant low speeds")
-    add_payload_arguments(found)
-    add_filters(found, f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format")
-    add_output(found, "FOLDER", Path("exidyn-diagnosis"))
-    add_json(found)
-    found.add_argument(
-        "--answer", type=Path, metavar="FILE", help="JSON in which each case's findings are put, by its name"
-    )
-    found.add_argument(
-        "--quick", action="store_true", help="without simulation and without fit.json, which take a while"
-    )
-    return found
-
-
-def _require_no_runs(given: argparse.Namespace) -> None:
-    """Raise where runs are given beside a case, which has its own.
-
-    Raises:
-        ExidynError: Some are.
-    """
+def _require_no_runs(given: Namespace) -> None:
     beside = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(given, name)]
     if beside:
         raise ExidynError(f"{' and '.join(beside)} beside a case folder, whose case.toml names the runs")
 
 
-def _require_no_json(given: argparse.Namespace) -> None:
+def _require_no_json(given: Namespace) -> None:
     """Raise where one JSON is asked for of several cases.
 
     Raises:
@@ -125,7 +103,7 @@ def _require_no_json(given: argparse.Namespace) -> None:
         )
 
 
-def _try(folder: Path, output: Path, given: argparse.Namespace) -> bool:
+def _try(folder: Path, output: Path, given: Namespace) -> bool:
     """Diagnose one case of several; whether that could be done."""
     try:
         _read_and_do(folder, output, given)
@@ -135,10 +113,10 @@ def _try(folder: Path, output: Path, given: argparse.Namespace) -> bool:
     return True
 
 
-def run(case: Case, output: Path, given: argparse.Namespace, progress: Stopwatch) -> Diagnosed:
+def run(case: Case, output: Path, given: Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
     progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
-    filtering = filtering_of(given)
+    filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
     found = diagnosed(
         case.model, case.runs, case.name, filtering=filtering, progress=progress, before=case.before
     )

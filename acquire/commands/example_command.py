@@ -1,27 +1,20 @@
 """exidyn example: a simulated arm whose truth is known, through all commands, and what came of it."""
 
-import argparse
 import math
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from exidyn.identify.errors import ExidynError
 
-from ..arguments.common import any_number, command_parser, name_lines
-from ..arguments.outputs import add_output
+from ..arguments.command import Command, Option, any_number, name_lines, valid_if
+from ..arguments.options import output_option
 from ..examples import example_balancer, example_files, example_gains
 from ..examples.example_arm import ExampleArm
 from ..examples.example_steps import Step
-from . import command_module
-
-EXAMPLES = (
-    "exidyn example",
-    "exidyn example balancer",
-    "exidyn example balancer --commands                     # prints them, to be run one by one",
-    "exidyn example files --output .                        # robot.toml and log.csv, to try commands with",
-)
+from . import command
 
 SHORTEST = 20.0
 """Duration [s] of the motion below which ramps and filters leave too little of it."""
@@ -84,9 +77,43 @@ NAMED = {
 """Name -> example; the first is the one by default."""
 
 
-def main(arguments: Sequence[str]) -> int:
+def _each(field: str) -> str:
+    """What the examples have there, in their order."""
+    values = [getattr(one, field) for one in NAMED.values()]
+    return ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+
+
+@Command(
+    "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
+    (
+        "exidyn example",
+        "exidyn example balancer",
+        "exidyn example balancer --commands                   # prints them, to be run one by one",
+        "exidyn example files --output .                      # robot.toml and log.csv, to try commands with",
+    ),
+    (
+        Option("example [EXAMPLE]", f"{', '.join(NAMED)}, see below", NAMED, next(iter(NAMED))),
+        output_option("FOLDER", meaning=f"default: {_each('folder')}"),
+        Option(
+            "--length --seconds S",
+            f"of each run; default: {_each('length')}",
+            valid_if(
+                lambda length: SHORTEST <= length < math.inf,
+                f"is too short; at least {SHORTEST:g} s",
+                any_number,
+            ),
+        ),
+        Option(
+            "--search S",
+            f"how long the motion is searched; default: {_each('search')}",
+            valid_if(lambda time: time > 0, "is no time to search in; give more than 0 s", any_number),
+        ),
+        Option("--commands", "only write the robot files, and print the commands that would be run"),
+    ),
+    name_lines("the examples", {name: one.purpose for name, one in NAMED.items()}),
+)
+def example_command(given: Namespace) -> None:
     """Run the commands that a person with a cell would, on the mock; print what came of it."""
-    given = parser().parse_args(arguments)
     example = NAMED[given.example]
     folder = given.output or example.folder
     if not given.commands:
@@ -95,10 +122,9 @@ def main(arguments: Sequence[str]) -> int:
     steps = example.steps(folder, given.length or example.length, given.search or example.search)
     if given.commands:
         print("\n".join(map(str, steps)))
-        return 0
+        return
     run(steps)
     print(f"\n{example.outcome(folder)}")
-    return 0
 
 
 def run(steps: Sequence[Step]) -> None:
@@ -109,7 +135,7 @@ def run(steps: Sequence[Step]) -> None:
     """
     for one in steps:
         print(f"\n$ {one}", file=sys.stderr)
-        if command_module(one.command).main(one.arguments):
+        if command(one.command).main(one.arguments):
             raise ExidynError(f"exidyn {one.command} has stopped; its output is above")
 
 
@@ -117,57 +143,3 @@ def _require_empty(folder: Path, kept: Sequence[str]) -> None:
     taken = sorted(path for pattern in kept for path in folder.glob(pattern))
     if taken:
         raise ExidynError(f"{taken[0]} exists, and is not written over. Choose another folder (--output)")
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn example` takes."""
-    found = command_parser(
-        "example",
-        "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
-        EXAMPLES,
-        name_lines("the examples", {name: one.purpose for name, one in NAMED.items()}),
-    )
-    found.add_argument(
-        "example",
-        nargs="?",
-        choices=NAMED,
-        default=next(iter(NAMED)),
-        metavar="EXAMPLE",
-        help=f"{', '.join(NAMED)}, see below; default: %(default)s",
-    )
-    add_output(found, "FOLDER", meaning=f"default: {_each('folder')}")
-    found.add_argument(
-        "--length", "--seconds", type=_length, metavar="S", help=f"of each run; default: {_each('length')}"
-    )
-    found.add_argument(
-        "--search",
-        type=_search,
-        metavar="S",
-        help=f"how long the motion is searched; default: {_each('search')}",
-    )
-    found.add_argument(
-        "--commands",
-        action="store_true",
-        help="only write the robot files, and print the commands that would be run",
-    )
-    return found
-
-
-def _each(field: str) -> str:
-    """What the examples have there, in their order."""
-    values = [getattr(one, field) for one in NAMED.values()]
-    return ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
-
-
-def _length(text: str) -> float:
-    value = any_number(text)
-    if not SHORTEST <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is too short; at least {SHORTEST:g} s")
-    return value
-
-
-def _search(text: str) -> float:
-    value = any_number(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError(f"{text} is no time to search in; give more than 0 s")
-    return value

@@ -1,13 +1,13 @@
 """exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
 
-import argparse
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.effects import known_parameters
+from exidyn.identify.effects import EFFECTS, known_parameters
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.fit_warnings import WORST
@@ -22,7 +22,7 @@ from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits
-from exidyn.trajectories.kinds.by_rule import by_rule
+from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning.goals import two_models
 from exidyn.trajectories.planning.planner import plan
@@ -31,18 +31,103 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.search.criteria import CRITERIA
 
-from ..arguments.excite_arguments import OPTIMISED, excite_options
-from ..arguments.excite_arguments import parser as parser
-from ..arguments.outputs import require_file, require_json
+from ..arguments.command import Command, Group, Option, WrongUse, any_number, integer, positive
+from ..arguments.options import (
+    JSON,
+    NO_COLLISION,
+    PACKAGES,
+    ROBOT_FILES,
+    output_option,
+    require_file,
+    require_json,
+)
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
 
+OPTIMISED = "best"
+"""Name of the kind of run that is searched for; the others are made by rule."""
+IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
+"""Options about what to identify, which another kind of run, or one to distinguish models, does not need."""
+GOAL = (
+    Option(
+        "--criterion NAME",
+        "what is made small: condition number of the scaled regressor, volume of the confidence "
+        "ellipsoid (D), average (A) or worst (E) relative deviation",
+        CRITERIA,
+        "condition",
+    ),
+    Option(
+        "--shapes EFFECT...",
+        "effects whose shapes are unknown too, such as stribeck_friction",
+        [key for key, effect in EFFECTS.items() if effect.shapes()],
+        [],
+    ),
+    Option(
+        "--mass --payload KG", "plan a pair, unloaded and with this mass, for the drive gains", any_number
+    ),
+    Option("--com X Y Z", "its centre from the flange [m]", any_number),
+    Option("--focus NAME...", "base parameters that alone matter: gain Kr K0", str, []),
+    Option("--after FIT", "fit.json of earlier runs, to add to", Path),
+    Option("--against ROBOT", "another model of the same arm, to be distinguished from it"),
+    Option("--trajectories N", "plan so many together; default: 1", integer, 1),
+)
+MOTION = (
+    Option(
+        "--kind KIND",
+        f"{OPTIMISED}: Found by search; "
+        + "; ".join(f"{name}: {(kind.__doc__ or '').rstrip('.')}" for name, kind in KINDS.items()),
+        (OPTIMISED, *KINDS),
+        OPTIMISED,
+    ),
+    Option("--joints JOINT...", "for the other kinds; default: all"),
+    Option("--length S", "seconds", any_number, 40.0),
+    Option("--period S", "base period; default: several are tried", any_number),
+    Option("--harmonics N", "of each joint", integer, 5),
+    Option("--tick S", "controller cycle", any_number, 0.002),
+    Option("--start Q...", "pose to begin and end at [rad]", any_number),
+)
+LIMITS = (
+    Option("--degrees", "--start and --window are in degrees"),
+    Option("--window Q...", "RSI's AXISCORR: most from the start pose, one or n [rad]", any_number),
+    Option("--margin SHARE", "share kept off velocity … torque", any_number, 0.05),
+    Option("--region FILE", "TOML with [[region]] rows, see docs", Path),
+    Option("--collision-distance M", "between bodies", positive, 0.02),
+    NO_COLLISION,
+    PACKAGES,
+)
+"""Those that a study keeps to as well."""
 
-def main(arguments: Sequence[str]) -> int:
+
+@Command(
+    "Find the trajectory that identifies a robot best within its limits. Ctrl-C keeps the best so far.",
+    (
+        "exidyn excite robot.toml",
+        "exidyn excite robot.toml --mass 175 --com 0.1 0 0.2      # a pair of runs, for the drive gains",
+        "exidyn excite robot.toml --kind sweeps --joints joint2   # constant velocities, for friction",
+    ),
+    (
+        Option("robot ROBOT", ROBOT_FILES),
+        output_option("FILE", Path("trajectory.toml")),
+        JSON,
+        Group("what it is for", GOAL),
+        Group("motion", MOTION),
+        Group("limits, beyond the robot's own", LIMITS),
+        Group(
+            "search",
+            (
+                Option("--search --seconds S", "seconds", any_number, 60.0),
+                Option("--starts N", "random starts", integer, 4),
+                Option("--seed N", "of the first start", integer, 0),
+            ),
+        ),
+    ),
+)
+def excite_command(given: Namespace) -> None:
     """Plan, print, write."""
-    given = excite_options(arguments)
+    _require_together(given)
     read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
     require_file(given.output, "--output", read)
     require_json(given.json)
@@ -59,10 +144,24 @@ def main(arguments: Sequence[str]) -> int:
         tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
     hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), given.json)
-    return 0
 
 
-def _planned(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
+def _require_together(given: Namespace) -> None:
+    """Make sure that the options go together.
+
+    Raises:
+        WrongUse: Two do not.
+    """
+    asked = [f"--kind {given.kind}"] if given.kind != OPTIMISED else []
+    asked += ["--against"] if given.against else []
+    useless = [f"--{name}" for name in IDENTIFY_ONLY if getattr(given, name) not in (None, [])]
+    if len(asked) > 1 or asked and useless:
+        raise WrongUse(f"{' and '.join([*asked, *useless][:2])} do not go together")
+    if given.joints and given.kind == OPTIMISED:
+        raise WrongUse(f"--joints is for other kinds of run than '{OPTIMISED}', in which all joints move")
+
+
+def _planned(given: Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
     """Motions, and what is to be said of them all."""
     wishes = wishes_of(given, model, progress)
     if given.kind != OPTIMISED:
@@ -91,7 +190,7 @@ def _poor(one: Plan) -> list[str]:
 
 
 def _search(
-    given: argparse.Namespace,
+    given: Namespace,
     model: Model,
     wishes: Wishes,
     progress: Progress,
@@ -109,7 +208,7 @@ def _search(
 
 
 def _against(
-    given: argparse.Namespace, model: Model, wishes: Wishes, progress: Progress
+    given: Namespace, model: Model, wishes: Wishes, progress: Progress
 ) -> tuple[list[Plan], list[str]]:
     """The run that distinguishes two models, and how well in sentences."""
     rival = read_model(given.against)
@@ -126,7 +225,7 @@ def _against(
     return plans, lines
 
 
-def wishes_of(given: argparse.Namespace, model: Model, progress: Progress) -> Wishes:
+def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
     """What the command line asks of a motion."""
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
@@ -167,7 +266,7 @@ def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> 
     return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
 
 
-def _clearances(given: argparse.Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
+def _clearances(given: Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
     """Self-collision where the robot's URDF has geometry, and the regions of the command line."""
     found: list[Clearance] = []
     geometry = None if given.no_collision else read_geometry(given.robot, given.packages)

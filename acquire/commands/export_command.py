@@ -1,6 +1,6 @@
 """exidyn export: a model for simulators, a recording as a table, and what these cannot represent."""
 
-import argparse
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,21 +14,32 @@ from exidyn.identify.recordings.importers.tables.columns import TABLES, left_out
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.text_table import digits, paragraph
 
-from ..arguments.common import command_parser, table_help
-from ..arguments.outputs import add_json, add_output, require_file, require_json
+from ..arguments.command import Command, Option, table_help
+from ..arguments.options import JSON, output_option, require_file, require_json
 from ..files.arm_file import ARM_HELP, read_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
-EXAMPLES = (
-    "exidyn export exidyn-fit/fit.json --to mjcf",
-    "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
-    "exidyn export run.mcap --to csv",
+
+@Command(
+    "Write a model for a simulator, or a recording as a table, and list what that leaves out.",
+    (
+        "exidyn export exidyn-fit/fit.json --to mjcf",
+        "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
+        "exidyn export run.mcap --to csv",
+    ),
+    (
+        Option("arm ARM", ARM_HELP),
+        Option("--to FORMAT", ", ".join((*FORMATS, *TABLES)), (*FORMATS, *TABLES), required=True),
+        output_option("FILE", meaning="default: the robot's name, or the recording's, then -export"),
+        JSON,
+        Option("--payload NAME", "payload of the model that becomes part of the last link", default=""),
+    ),
+    table_help("formats of a model", {name: form.text for name, form in FORMATS.items()})
+    + "\n\n"
+    + table_help("formats of a recording (.mcap)", TABLES),
 )
-
-
-def main(arguments: Sequence[str]) -> int:
+def export_command(given: Namespace) -> None:
     """Write the file, and print what is missing in it."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     content: str | bytes
     moved: tuple[Moved, ...] = ()
@@ -55,7 +66,6 @@ def main(arguments: Sequence[str]) -> int:
     }
     hand_over(_summary(given.to, missing, moved), json_text(table), given.json)
     print_written(path)
-    return 0
 
 
 def _moved(source: str, model: Model) -> tuple[Moved, ...]:
@@ -76,30 +86,3 @@ def _summary(name: str, missing: Sequence[str], moved: Sequence[Moved]) -> str:
         far = f"{one.deviations:.1f} standard deviations"
         lines.append(f"  - {one.name} from {digits(one.value)} to {digits(one.exported)}, {far}")
     return "\n".join(lines)
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn export` takes."""
-    found = command_parser(
-        "export",
-        "Write a model for a simulator, or a recording as a table, and list what that leaves out.",
-        EXAMPLES,
-        "\n\n".join(
-            [
-                table_help("formats of a model", {name: form.text for name, form in FORMATS.items()}),
-                table_help("formats of a recording (.mcap)", TABLES),
-            ]
-        ),
-    )
-    found.add_argument("arm", metavar="ARM", help=ARM_HELP)
-    formats = (*FORMATS, *TABLES)
-    found.add_argument("--to", required=True, choices=formats, metavar="FORMAT", help=", ".join(formats))
-    add_output(found, "FILE", meaning="default: the robot's name, or the recording's, then -export")
-    add_json(found)
-    found.add_argument(
-        "--payload",
-        default="",
-        metavar="NAME",
-        help="payload of the model that becomes part of the last link",
-    )
-    return found

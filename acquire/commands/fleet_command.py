@@ -1,7 +1,7 @@
 """exidyn fleet: recordings of many arms in; what changed on which, and since when, out."""
 
-import argparse
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
@@ -10,60 +10,70 @@ from exidyn.identify.fleet.drift import LEAST
 from exidyn.identify.fleet.report import KindReport, change_words, difference_words
 from exidyn.identify.notebook import counted
 
-from ..arguments.common import command_parser, whole
-from ..arguments.fleet_options import FOLDER, add_alarms
-from ..arguments.outputs import add_json, add_output, make_folder, require_json
+from ..arguments.command import Command, Option, WrongUse, print_warning, whole
+from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option, require_json
 from ..fleet.analysis import change_rows, differences, reports, write_tables
 from ..fleet.arm_reports import last_runs, report_path, write_reports
 from ..fleet.executors import LOCAL, executor_of
 from ..fleet.source import Source
 from ..fleet.store import Store
 from ..fleet.work import identify_new, left_out
-from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
-EXAMPLES = (
-    "exidyn fleet check-runs",
-    "exidyn fleet s3://plant/check-runs --cluster tcp://scheduler:8786 -o /shared/fleet",
-    "exidyn fleet compare welding-07 welding-12",
-    "exidyn fleet compare welding-07@2026-03 welding-07@2026-05",
-)
 PAGE = "fleet.html"
 FORMAT = "1"
 """Of the JSON."""
 
 
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Which arm of many changed, in what, and since when; each new recording is identified once.\n"
+    "'compare ARM ARM' states where two arms differ, or one at two times: ARM@2026-05-03.",
+    (
+        "exidyn fleet check-runs",
+        "exidyn fleet s3://plant/check-runs --cluster tcp://scheduler:8786 -o /shared/fleet",
+        "exidyn fleet compare welding-07 welding-12",
+        "exidyn fleet compare welding-07@2026-03 welding-07@2026-05",
+    ),
+    (
+        Option(
+            "what FOLDER...", "recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM"
+        ),
+        ALARMS,
+        Option("--reports", "make a page of each arm's last run, and link to it"),
+        Option("--workers N", "processes on this machine; default: as many as cores", whole),
+        Option("--cluster ADDRESS", f"of a Dask scheduler, tcp://HOST:PORT; or {LOCAL} to start one here"),
+        output_option("FOLDER", FLEET),
+        JSON,
+    ),
+    usage="exidyn fleet FOLDER [options]\n       exidyn fleet compare ARM ARM [-o FOLDER] [--json FILE]",
+)
+def fleet_command(given: Namespace) -> None:
     """Identify what is new, ask what changed, print, write; or compare two arms."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     if given.what[0] == "compare" and len(given.what) == 3:
-        return _compare(given)
+        _compare(given)
+        return
     if len(given.what) != 1:
-        parser().error("one FOLDER is expected, or: compare ARM ARM")
+        raise WrongUse("one FOLDER is expected, or: compare ARM ARM")
     make_folder(given.output)
     source, store = Source(given.what[0]), Store(given.output.resolve())
     source.files()
     with executor_of(given.cluster, given.workers) as executor:
         new = identify_new(source, store, executor, _progress)
         for arm, why in write_reports(source, store, executor, _reported) if given.reports else ():
-            print(f"exidyn: warning: {arm}: no report: {why}", file=sys.stderr)
+            print_warning(f"{arm}: no report: {why}")
     found = reports(store, given.alarms_per_arm_year)
     write_tables(store, found)
     changes = [row for one in found for row in change_rows(one)]
     table = {"exidyn_fleet": FORMAT, "new": new, "changes": changes, "left_out": list(left_out(store))}
-    hand_over(_text(found, new), json_text(plain(table)), given.json)
+    hand_over(_text(found, new), json_text(table), given.json)
     _write_page(source, store, found, given.alarms_per_arm_year)
-    return 0
 
 
 def _progress(done: int, of: int, what: str = "new run") -> None:
     if sys.stderr.isatty() or done == of:
-        print(
-            f"\r{done} of {counted(of, what)}",
-            end="\n" if done == of else "",
-            file=sys.stderr,
-            flush=True,
-        )
+        end = "\n" if done == of else ""
+        print(f"\r{done} of {counted(of, what)}", end=end, file=sys.stderr, flush=True)
 
 
 def _reported(done: int, of: int) -> None:
@@ -106,7 +116,7 @@ def _write_page(source: Source, store: Store, found: Sequence[KindReport], rate:
     print_written(path)
 
 
-def _compare(given: argparse.Namespace) -> int:
+def _compare(given: Namespace) -> None:
     first, second = given.what[1:]
     learned, found = differences(Store(given.output.resolve()), first, second)
     joints = learned.frame.kind.model.robot.joints
@@ -114,37 +124,4 @@ def _compare(given: argparse.Namespace) -> int:
     if not found:
         lines = [f"{first} and {second} do not differ beyond what one arm does from run to run"]
     table = {"exidyn_fleet": FORMAT, "differences": [one._asdict() for one in found]}
-    hand_over("\n".join(lines), json_text(plain(table)), given.json)
-    return 0
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn fleet` takes."""
-    found = command_parser(
-        "fleet",
-        "Which arm of many changed, in what, and since when; each new recording is identified once.\n"
-        "'compare ARM ARM' states where two arms differ, or one at two times: ARM@2026-05-03.",
-        EXAMPLES,
-        usage="exidyn fleet FOLDER [options]\n       exidyn fleet compare ARM ARM [-o FOLDER] [--json FILE]",
-    )
-    found.add_argument(
-        "what",
-        nargs="+",
-        metavar="FOLDER",
-        help="recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
-    )
-    add_alarms(found)
-    found.add_argument(
-        "--reports", action="store_true", help="make a page of each arm's last run, and link to it"
-    )
-    found.add_argument(
-        "--workers", type=whole, metavar="N", help="processes on this machine; default: as many as cores"
-    )
-    found.add_argument(
-        "--cluster",
-        metavar="ADDRESS",
-        help=f"of a Dask scheduler, tcp://HOST:PORT; or {LOCAL} to start one here",
-    )
-    add_output(found, "FOLDER", FOLDER)
-    add_json(found)
-    return found
+    hand_over("\n".join(lines), json_text(table), given.json)

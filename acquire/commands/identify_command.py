@@ -1,7 +1,6 @@
 """exidyn identify: recordings in; a table, fit.json, a report and a view out."""
 
-import argparse
-from collections.abc import Sequence
+from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
@@ -11,22 +10,25 @@ from exidyn.identify.fit.fit_file import fit_text, write_fit
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.model import Model
 from exidyn.identify.pages.fit_document import summary
+from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_robot, command_parser, table_help
-from ..arguments.filters import add_filters, filtering_of
-from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
-from ..files.payload_runs import add_payload_arguments, carrying, distinct_bodies
+from ..arguments.command import Command, Option, table_help
+from ..arguments.options import (
+    JSON,
+    VALIDATE,
+    filters,
+    make_folder,
+    output_option,
+    require_file,
+    require_json,
+    robot_option,
+)
+from ..files.payload_runs import PAYLOADS, carrying, distinct_bodies
 from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
-
-EXAMPLES = (
-    "exidyn identify run.mcap --validate other.mcap",
-    "exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap",
-    "exidyn identify run.mcap --shapes stribeck_friction --json -",
-)
 
 STAGES = {
     "read": 0.2,
@@ -40,16 +42,48 @@ STAGES = {
 """How their sentences begin, and their shares of the time."""
 
 
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
+    (
+        "exidyn identify run.mcap --validate other.mcap",
+        "exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap",
+        "exidyn identify run.mcap --shapes stribeck_friction --json -",
+    ),
+    (
+        Option(
+            "runs RUN...",
+            "recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
+            Path,
+        ),
+        *PAYLOADS,
+        VALIDATE,
+        robot_option("in place of the one inside the recordings"),
+        Option(
+            "--estimator NAME",
+            f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
+            ESTIMATORS,
+        ),
+        Option("--keep-all", "keep parameters the data do not support"),
+        Option(
+            "--shapes --fit-shapes EFFECT...",
+            "effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
+            default=[],
+        ),
+        *filters(),
+        output_option("FOLDER", Path("exidyn-fit")),
+        JSON,
+        Option("--view", "show measured and predicted in Rerun's viewer"),
+        Option("--save FILE", "save that view as a file (.rrd)", Path),
+    ),
+    table_help("estimators", ESTIMATORS),
+)
+def identify_command(given: Namespace) -> None:
     """Identify, print, write."""
     with Stopwatch(STAGES) as progress:
-        run(arguments, progress)
-    return 0
+        _identify(given, progress)
 
 
-def run(arguments: Sequence[str], progress: Stopwatch) -> Fit:
-    """Do what the command does, and return the fit."""
-    given = parser().parse_args(arguments)
+def _identify(given: Namespace, progress: Stopwatch) -> None:
     make_folder(given.output)
     require_json(given.json)
     if given.save:
@@ -62,7 +96,7 @@ def run(arguments: Sequence[str], progress: Stopwatch) -> Fit:
         held_out,
         model=model,
         estimator=ESTIMATORS[given.estimator] if given.estimator else None,
-        filtering=filtering_of(given),
+        filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
         drop=not given.keep_all,
         fitted_shapes=given.shapes,
         progress=progress,
@@ -70,53 +104,9 @@ def run(arguments: Sequence[str], progress: Stopwatch) -> Fit:
     progress.close()
     hand_over(summary(fit), fit_text(fit), given.json)
     _write(fit, given)
-    return fit
 
 
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn identify` takes."""
-    found = command_parser(
-        "identify",
-        "Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
-        EXAMPLES,
-        table_help("estimators", ESTIMATORS),
-    )
-    found.add_argument(
-        "runs",
-        nargs="+",
-        type=Path,
-        metavar="RUN",
-        help="recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
-    )
-    add_payload_arguments(found)
-    found.add_argument(
-        "--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs that are only predicted"
-    )
-    add_robot(found, "in place of the one inside the recordings")
-    found.add_argument(
-        "--estimator",
-        choices=ESTIMATORS,
-        metavar="NAME",
-        help=f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
-    )
-    found.add_argument("--keep-all", action="store_true", help="keep parameters the data do not support")
-    found.add_argument(
-        "--shapes",
-        "--fit-shapes",
-        nargs="+",
-        default=[],
-        metavar="EFFECT",
-        help="effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
-    )
-    add_filters(found)
-    add_output(found, "FOLDER", Path("exidyn-fit"))
-    add_json(found)
-    found.add_argument("--view", action="store_true", help="show measured and predicted in Rerun's viewer")
-    found.add_argument("--save", type=Path, metavar="FILE", help="save that view as a file (.rrd)")
-    return found
-
-
-def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
+def _recordings(given: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
     """Runs to identify from and runs held out; a case folder names them."""
     read = [recording for path in given.runs for recording in import_source(path, model)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
@@ -130,7 +120,7 @@ def _recordings(given: argparse.Namespace, model: Model | None) -> tuple[list[Re
     return every[: len(runs)], every[len(runs) :]
 
 
-def _write(fit: Fit, given: argparse.Namespace) -> None:
+def _write(fit: Fit, given: Namespace) -> None:
     """Write fit.json and report.html, and show or save the view; print where on standard error."""
     from exidyn.identify.pages.fit_document import write_report
 

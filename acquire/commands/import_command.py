@@ -1,7 +1,7 @@
 """exidyn import: other people's files in, recordings out."""
 
-import argparse
 import sys
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,17 +17,10 @@ from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
 
-from ..arguments.common import add_robot, command_parser, name_lines, positive, whole
-from ..arguments.outputs import add_json, add_output, make_folder, require_file, require_json
+from ..arguments.command import Command, Option, name_lines, positive, whole
+from ..arguments.options import JSON, make_folder, output_option, require_file, require_json, robot_option
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import payload_words, recording_table, warning_lines
-
-EXAMPLES = (
-    "exidyn import run.csv --robot robot.toml",
-    "exidyn import run.csv --robot robot.toml --columns position=A{number} current=I1,I2",
-    "exidyn import bag --robot robot.toml --joints left_{joint} --effort current",
-    "exidyn import trace_folder --align run.mcap -o traced",
-)
 
 NAMES = """columns of a table, unless --columns names others (joints count from 1):
   t                    time [s]
@@ -45,9 +38,83 @@ signs (docs/import.md).
 """
 
 
-def main(arguments: Sequence[str]) -> int:
+def _listed(text: str) -> str | list[str]:
+    """A list with commas; a text without them as it is."""
+    return text.split(",") if "," in text else text
+
+
+def _column(text: str) -> tuple[str, str | list[str]]:
+    signal, equals, columns = text.partition("=")
+    if not equals:
+        raise ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
+    return signal, _listed(columns)
+
+
+NAMED = (
+    Option(
+        "--columns SIGNAL=COLUMN...",
+        f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
+        "pattern with {number}, {index} (from 0) or {joint}",
+        _column,
+    ),
+    Option(
+        "--preset PRESET",
+        f"file with names, units and signs of a table's columns, or one of {', '.join(preset_names())}; "
+        "by default preset.toml beside the log, or the one that has its columns",
+    ),
+    Option(
+        "--joints NAMES",
+        "what the robot's joints are called in the log, in the robot's order, with commas; or a pattern "
+        "with {joint} or {number}",
+        _listed,
+    ),
+    Option("--topic TOPIC", "topic of the joint states in a bag with several"),
+    Option(
+        f"--effort {{{','.join(EFFORT)}}}", "what effort in a bag or data set is; default: torque", EFFORT
+    ),
+)
+"""What is called otherwise than by default, in a table or a bag."""
+UNITS = (
+    Option("--degrees", "positions and velocities are in degrees"),
+    Option(
+        "--motor-side [SIGNAL...]",
+        f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
+        "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
+        BEFORE_GEAR,
+    ),
+    Option("--time-scale S", "seconds per unit of the time column", positive),
+    Option("--skip-rows N", "rows to leave out at the beginning", whole),
+)
+"""How a table differs from what is read by default."""
+
+
+@Command(
+    "Turn logs of other tools into recordings; what kind a log is, is found from its\nname and content.",
+    (
+        "exidyn import run.csv --robot robot.toml",
+        "exidyn import run.csv --robot robot.toml --columns position=A{number} current=I1,I2",
+        "exidyn import bag --robot robot.toml --joints left_{joint} --effort current",
+        "exidyn import trace_folder --align run.mcap -o traced",
+    ),
+    (
+        Option("source SOURCE", "file or folder", Path),
+        robot_option("for all but case folders and --align, which bring theirs"),
+        Option("--kind KIND", "one of those below", IMPORTERS),
+        output_option("FOLDER", Path(), "or FILE.mcap for one run; default: this folder"),
+        JSON,
+        *NAMED,
+        *UNITS,
+        Option(
+            "--align RUN",
+            "recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
+            "best, and its robot, payload, trajectory and settings are taken over",
+            Path,
+        ),
+    ),
+    f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
+)
+def import_command(given: Namespace) -> None:
     """Import, write, and print what each run contains."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     run = read_recording(given.align) if given.align else None
     model = read_model(given.robot) if given.robot else (run.model if run else None)
@@ -72,76 +139,6 @@ def main(arguments: Sequence[str]) -> int:
     tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
     page = "\n".join(_line(recording, path) for path, recording in written.items())
     hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
-    return 0
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn import` takes."""
-    found = command_parser(
-        "import",
-        "Turn logs of other tools into recordings; what kind a log is, is found from its\nname and content.",
-        EXAMPLES,
-        f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
-    )
-    found.add_argument("source", type=Path, metavar="SOURCE", help="file or folder")
-    add_robot(found, "for all but case folders and --align, which bring theirs")
-    found.add_argument("--kind", choices=IMPORTERS, metavar="KIND", help="one of those below")
-    add_output(found, "FOLDER", Path(), "or FILE.mcap for one run; default: this folder")
-    add_json(found)
-    _add_names(found)
-    _add_units(found)
-    found.add_argument(
-        "--align",
-        type=Path,
-        metavar="RUN",
-        help="recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
-        "best, and its robot, payload, trajectory and settings are taken over",
-    )
-    return found
-
-
-def _add_units(found: argparse.ArgumentParser) -> None:
-    """How a table differs from what is read by default."""
-    found.add_argument("--degrees", action="store_true", help="positions and velocities are in degrees")
-    found.add_argument(
-        "--motor-side",
-        nargs="*",
-        choices=BEFORE_GEAR,
-        metavar="SIGNAL",
-        help=f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
-        "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
-    )
-    found.add_argument("--time-scale", type=positive, metavar="S", help="seconds per unit of the time column")
-    found.add_argument("--skip-rows", type=whole, metavar="N", help="rows to leave out at the beginning")
-
-
-def _add_names(found: argparse.ArgumentParser) -> None:
-    """What is called otherwise than by default, in a table or a bag."""
-    found.add_argument(
-        "--columns",
-        nargs="+",
-        type=_column,
-        metavar="SIGNAL=COLUMN",
-        help=f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
-        "pattern with {number}, {index} (from 0) or {joint}",
-    )
-    found.add_argument(
-        "--preset",
-        metavar="PRESET",
-        help=f"file with names, units and signs of a table's columns, or one of {', '.join(preset_names())}; "
-        "by default preset.toml beside the log, or the one that has its columns",
-    )
-    found.add_argument(
-        "--joints",
-        type=_listed,
-        metavar="NAMES",
-        help="what the robot's joints are called in the log, in the robot's order, with commas; or a pattern "
-        "with {joint} or {number}",
-    )
-    found.add_argument("--topic", help="topic of the joint states in a bag with several")
-    found.add_argument(
-        "--effort", choices=EFFORT, help="what effort in a bag or data set is; default: torque"
-    )
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:
@@ -150,19 +147,7 @@ def _axes(run: Recording) -> dict[str, list[float]]:
     return {name: [float(n) for n in text.split() if n != "rad"] for name, text in found.items() if text}
 
 
-def _column(text: str) -> tuple[str, str | list[str]]:
-    signal, equals, columns = text.partition("=")
-    if not equals:
-        raise argparse.ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
-    return signal, _listed(columns)
-
-
-def _listed(text: str) -> str | list[str]:
-    """A list with commas; a text without them as it is."""
-    return text.split(",") if "," in text else text
-
-
-def _options(given: argparse.Namespace) -> dict[str, Any]:
+def _options(given: Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
     names = ("degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort")
     options = {name: getattr(given, name) for name in names}

@@ -1,9 +1,9 @@
 """exidyn init: a log and a URDF in; a robot.toml, what the columns are, and how sure that is out."""
 
-import argparse
 import os
 import shlex
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,26 +35,41 @@ from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.urdf import ENDINGS, movable_joints, read_urdf
 
-from ..arguments.common import command_parser, positive
-from ..arguments.outputs import add_json, add_output, require_file, require_json
-from ..terminal.json_output import hand_over, json_text, plain, print_written, write_whole
-
-EXAMPLES = (
-    "exidyn init log.csv --urdf arm.urdf",
-    "exidyn init runs/*.csv --urdf arm.urdf",
-    "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
-)
-NOTES = f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
-decide is left open: it is a comment in the robot.toml, and printed with what
-settles it."""
+from ..arguments.command import Command, Option, positive
+from ..arguments.options import JSON, output_option, require_file, require_json
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
 
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Look at a log, and propose what its columns are, in which units, and the signs and rough sizes of "
+    "drive gains; write a robot.toml, and for a table the preset that import reads it by.",
+    (
+        "exidyn init log.csv --urdf arm.urdf",
+        "exidyn init runs/*.csv --urdf arm.urdf",
+        "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
+    ),
+    (
+        Option(
+            "logs LOG...",
+            "a file or folder that exidyn import reads; several are runs of one arm with the same columns",
+            Path,
+        ),
+        Option("--urdf FILE", "the arm: a URDF, or a robot.toml", Path, required=True),
+        output_option("FILE", Path("robot.toml")),
+        Option("--preset FILE", f"where the columns go; default: {BESIDE} beside the log", Path),
+        Option("--rate HZ", "samples a second, of a table without time", positive),
+        Option("--force", "write over files that exist"),
+        JSON,
+    ),
+    f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
+decide is left open: it is a comment in the robot.toml, and printed with what
+settles it.""",
+)
+def init_command(given: Namespace) -> None:
     """Read, propose, write, print."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     log = given.logs[0]
     preset = given.preset or (log if log.is_dir() else log.parent) / BESIDE
@@ -86,42 +101,10 @@ def main(arguments: Sequence[str]) -> int:
     more = f"\nand the same for {others}" if len(given.logs) > 1 else ""
     page = proposal_text(proposal) + (f"\n\nNext: {then}{more}" if then else "")
     written = [str(path) for path in texts]
-    hand_over(page, json_text(plain(as_json(proposal, written, then))), given.json)
+    hand_over(page, json_text(as_json(proposal, written, then)), given.json)
     print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
-    return 0
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn init` takes."""
-    found = command_parser(
-        "init",
-        "Look at a log, and propose what its columns are, in which units, and the signs and rough sizes of "
-        "drive gains; write a robot.toml, and for a table the preset that import reads it by.",
-        EXAMPLES,
-        NOTES,
-    )
-    found.add_argument(
-        "logs",
-        type=Path,
-        nargs="+",
-        metavar="LOG",
-        help="a file or folder that exidyn import reads; several are runs of one arm with the same columns",
-    )
-    found.add_argument(
-        "--urdf", type=Path, required=True, metavar="FILE", help="the arm: a URDF, or a robot.toml"
-    )
-    add_output(found, "FILE", Path("robot.toml"))
-    found.add_argument(
-        "--preset", type=Path, metavar="FILE", help=f"where the columns go; default: {BESIDE} beside the log"
-    )
-    found.add_argument(
-        "--rate", type=positive, metavar="HZ", help="samples a second, of a table without time"
-    )
-    found.add_argument("--force", action="store_true", help="write over files that exist")
-    add_json(found)
-    return found
 
 
 def _table(logs: Sequence[Path], rate: float | None) -> Table | None:
@@ -209,7 +192,7 @@ def _urdf(path: Path, output: Path) -> str:
     return os.path.relpath(path, output.parent) if path.suffix.lower() in ENDINGS else ""
 
 
-def _require_free(texts: dict[Path, str], given: argparse.Namespace) -> None:
+def _require_free(texts: dict[Path, str], given: Namespace) -> None:
     """Make sure that files can be written, and none is lost.
 
     Raises:
@@ -221,7 +204,7 @@ def _require_free(texts: dict[Path, str], given: argparse.Namespace) -> None:
             raise FileExistsError(17, "this file exists; --force writes over it", str(path))
 
 
-def _then(given: argparse.Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
+def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
     """The command line that imports the log as proposed."""
     words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:

@@ -1,7 +1,7 @@
 """exidyn jog: one joint slowly a little way and back, and whether it does as in the robot file."""
 
-import argparse
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,11 +17,11 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ..arguments.common import add_body, add_robot, command_parser, number
+from ..arguments.command import Command, Group, Option, number
 from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, WRONG
-from ..arguments.outputs import add_json, add_output, require_json
-from ..arguments.run_options import add_driving, add_stops, body_of, facts_of, require_mock, stops_of
+from ..arguments.options import BODY, JSON, output_option, require_json, robot_option
+from ..arguments.run_options import DRIVING, STOPS, body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.judgements import Judgement, Verdict, judge
@@ -49,11 +49,6 @@ from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
 
-EXAMPLES = (
-    "exidyn jog --robot cobot --joint 3                         # a simulated arm",
-    "exidyn jog --controller cell.toml --robot robot.toml --joint 3 --degrees 2",
-    "exidyn jog --controller cell.toml --robot robot.toml --joint elbow --degrees -5 -o elbow.mcap",
-)
 SLIPPED = "It moved when its drives were powered: look at its brakes, and at gains and zeros of its drives"
 ADVICE = "; the joint moves slowly, and Ctrl-C brakes it."
 GENTLE = 0.05
@@ -74,7 +69,7 @@ class Jog:
 
     model: Model
     way: Way
-    given: argparse.Namespace
+    given: Namespace
     driver: Driver
     flange: FlangeWay | None = field(default=None)
 
@@ -98,44 +93,42 @@ class Jog:
         return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
 
 
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn jog` takes."""
-    found = command_parser(
-        "jog",
-        "Move one joint slowly a little way and back, and judge its sign, scale and gain.",
-        EXAMPLES,
-        usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
-    )
-    add_robot(found, required=True)
-    found.add_argument("--joint", required=True, metavar="JOINT", help="its number from 1, or its name")
-    way = found.add_mutually_exclusive_group()
-    way.add_argument(
-        "--degrees",
-        type=number,
-        metavar="DEG",
-        help=f"from where it stands, up to {_degrees(MOST_TURN)} either way; default: {_degrees(USUAL_TURN)}",
-    )
-    way.add_argument(
-        "--mm",
-        type=number,
-        metavar="MM",
-        help=f"where it slides, up to {1e3 * MOST_SLIDE:g} either way; default: {1e3 * USUAL_SLIDE:g}",
-    )
-    add_output(found, "FILE", meaning="default: jog.mcap, jog-2.mcap, ...")
-    add_json(found)
-    add_driving(found.add_argument_group("controller"))
-    add_stops(found.add_argument_group("what stops the run"))
-    add_body(found.add_argument_group("what hangs on the flange"))
-    return found
-
-
-def _degrees(angle: float) -> str:
-    return f"{np.degrees(angle):g}"
-
-
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Move one joint slowly a little way and back, and judge its sign, scale and gain.",
+    (
+        "exidyn jog --robot cobot --joint 3                         # a simulated arm",
+        "exidyn jog --controller cell.toml --robot robot.toml --joint 3 --degrees 2",
+        "exidyn jog --controller cell.toml --robot robot.toml --joint elbow --degrees -5 -o elbow.mcap",
+    ),
+    (
+        robot_option(required=True),
+        Option("--joint JOINT", "its number from 1, or its name", required=True),
+        Group(
+            "",
+            (
+                Option(
+                    "--degrees DEG",
+                    f"from where it stands, up to {np.degrees(MOST_TURN):g} either way; "
+                    f"default: {np.degrees(USUAL_TURN):g}",
+                    number,
+                ),
+                Option(
+                    "--mm MM",
+                    f"where it slides, up to {1e3 * MOST_SLIDE:g} either way; default: {1e3 * USUAL_SLIDE:g}",
+                    number,
+                ),
+            ),
+        ),
+        output_option("FILE", meaning="default: jog.mcap, jog-2.mcap, ..."),
+        JSON,
+        Group("controller", DRIVING),
+        Group("what stops the run", STOPS),
+        Group("what hangs on the flange", BODY),
+    ),
+    usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
+)
+def jog_command(given: Namespace) -> int:
     """Check, ask, move, record, judge."""
-    given = parser().parse_args(arguments)
     payload = body_of(given)
     nominal = read_model(given.robot)
     model = with_body(nominal, payload)
@@ -165,7 +158,7 @@ def main(arguments: Sequence[str]) -> int:
     return WRONG if any(one.verdict is Verdict.WRONG for one in judgements) else DONE
 
 
-def _way(given: argparse.Namespace, robot: Robot) -> Way:
+def _way(given: Namespace, robot: Robot) -> Way:
     """The joint, and how far.
 
     Raises:
@@ -191,7 +184,7 @@ def _joint(given: str, robot: Robot) -> int:
 
 
 def _driver(
-    given: argparse.Namespace,
+    given: Namespace,
     name: str,
     settings: dict[str, object],
     model: Model,

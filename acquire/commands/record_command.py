@@ -1,12 +1,12 @@
 """exidyn record: play a planned motion on a controller and record the run."""
 
-import argparse
 import sys
-from collections.abc import Callable, Sequence
+from argparse import Namespace
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from exidyn.drivers import Driver, Info, Sample
+from exidyn.drivers import Driver, Info, Sample, known_drivers
 from exidyn.drivers.driver import Plant
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
@@ -19,11 +19,21 @@ from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from exidyn.trajectories.plans.plan_summary import run_cost
 
+from ..arguments.command import Command, Group, Option, name_lines
 from ..arguments.controllers import read_controller
-from ..arguments.outputs import require_json
-from ..arguments.record_arguments import parser as parser
-from ..arguments.run_length import check_length
-from ..arguments.run_options import body_of, facts_of, require_mock, stops_of
+from ..arguments.options import (
+    BODY,
+    JSON,
+    NAME,
+    NO_COLLISION,
+    PACKAGES,
+    PLAN,
+    SPEED,
+    output_option,
+    require_json,
+    robot_option,
+)  # fmt: skip
+from ..arguments.run_options import DRIVING, STOPS, body_of, check_length, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, simulated_arm
 from ..run.before import Checked, StartRules, checked
@@ -35,12 +45,56 @@ from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
-from ..views.live_view import Targets, require_showable, start_view
+from ..views.live_view import LOCAL, PORT, Targets, require_showable, start_view
+
+MOTION = (
+    SPEED,
+    Option("--long", "a run of more than an hour is meant"),
+    Option("--approach", "go slowly to where the motion begins, from wherever the arm is"),
+    PACKAGES,
+    NO_COLLISION,
+    Option("--dry-run", "only rehearse on the mock, and record that"),
+    Option("--no-rehearsal", "do not rehearse on the mock before"),
+)
+VIEW = (
+    Option("--view", "in Rerun's viewer"),
+    Option(
+        "--serve [ADDRESS:PORT]",
+        f"in a browser; default: {LOCAL}:{PORT}, which only this machine reaches",
+        alone=f"{LOCAL}:{PORT}",
+    ),
+    Option("--save FILE", "as a file for Rerun's viewer (.rrd)", Path),
+)
 
 
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Play a planned motion on a controller and record the run.",
+    (
+        "exidyn record trajectory.toml --robot kr270    # a simulated arm",
+        "exidyn record trajectory.toml --robot robot.toml --controller cell.toml --speed 10 --view",
+        "exidyn record trajectory.toml --robot robot.toml --controller cell.toml --mass 175 -o loaded.mcap",
+    ),
+    (
+        PLAN,
+        robot_option(required=True),
+        output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
+        JSON,
+        NAME,
+        Option("--note TEXT", "whatever explains the run, kept in the file", default=""),
+        Group("controller", DRIVING),
+        Group("motion", MOTION),
+        Group("what stops the run", STOPS),
+        Group("what hangs on the flange", BODY),
+        Group("live view", VIEW),
+    ),
+    name_lines(
+        "drivers ('exidyn drivers DRIVER' lists the settings of one)",
+        {name: entry.purpose for name, entry in known_drivers().items()},
+    ),
+    "exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",
+)
+def record_command(given: Namespace) -> int:
     """Check, rehearse, ask, run, record; 0 if the run came to its end."""
-    given = parser().parse_args(arguments)
     payload = body_of(given)
     plan = read_plan(given.plan)
     check_length(plan.trajectory.duration, given.speed, given.long)
@@ -93,7 +147,7 @@ def _cycle(driver: Driver, ready: Checked) -> float:
     return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
-def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
+def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
     """What makes the arm of the mock, standing where the motion begins."""
 
     def make() -> Plant:
@@ -110,14 +164,14 @@ def _plant(given: argparse.Namespace, ready: Checked, payload: KnownPayload | No
     return make
 
 
-def _job(given: argparse.Namespace, ready: Checked) -> Job:
+def _job(given: Namespace, ready: Checked) -> Job:
     robot = ready.model.robot
     start = StartRules(approach=given.approach, clearances=_clearances(given, ready.model))
     watch, current = stops_of(given, robot)
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
-def _clearances(given: argparse.Namespace, model: Model) -> tuple[Clearance, ...]:
+def _clearances(given: Namespace, model: Model) -> tuple[Clearance, ...]:
     """What the way to the motion must keep clear of; only an approach can come near anything."""
     geometry = (
         None if given.no_collision or not given.approach else read_geometry(given.robot, given.packages)

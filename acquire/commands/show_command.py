@@ -1,8 +1,6 @@
 """exidyn show: a planned motion in words, as a page of plots, moving in Rerun, or in other formats."""
 
-import argparse
-import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identify.model import Model
@@ -15,24 +13,40 @@ from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_summary import summary
 
-from ..arguments.common import add_plan, add_robot, command_parser, complaint, positive, table_help
-from ..arguments.outputs import add_json, require_file, require_json
+from ..arguments.command import Command, Option, WrongUse, positive, print_warning, table_help
+from ..arguments.options import JSON, PLAN, require_file, require_json, robot_option
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.run_summary import plan_table
 
-EXAMPLES = (
-    "exidyn show trajectory.toml",
-    "exidyn show trajectory.toml --robot robot.toml --view",
-    "exidyn show trajectory.toml --export csv points.csv --rate 250",
+
+@Command(
+    "Show a planned motion against the robot's limits: a table, and a page of plots.",
+    (
+        "exidyn show trajectory.toml",
+        "exidyn show trajectory.toml --robot robot.toml --view",
+        "exidyn show trajectory.toml --export csv points.csv --rate 250",
+    ),
+    (
+        PLAN,
+        robot_option("for torques and the moving arm"),
+        Option("--output -o --page FILE", "the page; default: as TRAJECTORY, but ending in .html", Path),
+        JSON,
+        Option(
+            "--export FORMAT FILE",
+            f"write it as one of {', '.join(EXPORTS)}, see below; may be given several times",
+            default=[],
+            repeated=True,
+        ),
+        Option("--rate HZ", "points a second of exports", positive),
+        Option("--view", "show it in Rerun's viewer, the arm moving"),
+        Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
+    ),
+    table_help("formats", EXPORTS),
 )
-
-
-def main(arguments: Sequence[str]) -> int:
+def show_command(given: Namespace) -> None:
     """Print, write the page and what else is asked for."""
-    options = parser()
-    given = options.parse_args(arguments)
     if (given.view or given.save) and not given.robot:
-        options.error("--view and --save draw the arm: name it with --robot")
+        raise WrongUse("--view and --save draw the arm: name it with --robot")
     for name, _ in given.export:
         if name not in EXPORTS:
             raise UnknownChoice("export format", name, EXPORTS)
@@ -40,7 +54,7 @@ def main(arguments: Sequence[str]) -> int:
     plan = read_plan(given.plan)
     model = read_model(given.robot) if given.robot else None
     for difference in _differences(plan, model):
-        print(complaint(f"exidyn: warning: {difference}"), file=sys.stderr)
+        print_warning(difference)
     torque = nominal_torque(plan, model) if model else None
     beyond = violations(plan, torque)
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
@@ -51,43 +65,9 @@ def main(arguments: Sequence[str]) -> int:
     written = [page, *_write_exports(plan, given)]
     written += _show_moving(plan, given, model) if model else []
     print_written(*written)
-    return 0
 
 
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn show` takes."""
-    found = command_parser(
-        "show",
-        "Show a planned motion against the robot's limits: a table, and a page of plots.",
-        EXAMPLES,
-        table_help("formats", EXPORTS),
-    )
-    add_plan(found)
-    add_robot(found, "for torques and the moving arm")
-    found.add_argument(
-        "--output",
-        "-o",
-        "--page",
-        type=Path,
-        metavar="FILE",
-        help="the page; default: as TRAJECTORY, but ending in .html",
-    )
-    add_json(found)
-    found.add_argument(
-        "--export",
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("FORMAT", "FILE"),
-        help=f"write it as one of {', '.join(EXPORTS)}, see below; may be given several times",
-    )
-    found.add_argument("--rate", type=positive, metavar="HZ", help="points a second of exports")
-    found.add_argument("--view", action="store_true", help="show it in Rerun's viewer, the arm moving")
-    found.add_argument("--save", "--rerun", type=Path, metavar="FILE", help="save that view as a file (.rrd)")
-    return found
-
-
-def _require_places(given: argparse.Namespace) -> None:
+def _require_places(given: Namespace) -> None:
     """Make sure that all can be written before anything is."""
     require_json(given.json)
     places = {"--output": given.output, "--save": given.save}
@@ -110,7 +90,7 @@ def _differences(plan: Plan, model: Model | None) -> list[str]:
     return different
 
 
-def _write_exports(plan: Plan, given: argparse.Namespace) -> list[Path]:
+def _write_exports(plan: Plan, given: Namespace) -> list[Path]:
     paths = []
     for name, path in given.export:
         Path(path).write_text(EXPORTS[name](plan, given.rate), encoding="utf-8")
@@ -118,7 +98,7 @@ def _write_exports(plan: Plan, given: argparse.Namespace) -> list[Path]:
     return paths
 
 
-def _show_moving(plan: Plan, given: argparse.Namespace, model: Model) -> list[Path]:
+def _show_moving(plan: Plan, given: Namespace, model: Model) -> list[Path]:
     """Open or save the view; Rerun takes a second to import, so only then."""
     if not (given.view or given.save):
         return []

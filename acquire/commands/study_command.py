@@ -1,7 +1,7 @@
 """exidyn study: run after run, each chosen by what the ones before left open, until the model is decided."""
 
-import argparse
 import signal
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from functools import partial
@@ -17,12 +17,11 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.planning.wishes import Wishes
 
-from ..arguments.common import add_body, any_number, command_parser, positive
+from ..arguments.command import Command, Group, Option, any_number, positive
 from ..arguments.controllers import read_controller
-from ..arguments.excite_arguments import add_limits, excite_options
 from ..arguments.exit_codes import DONE, UNSAFE
-from ..arguments.outputs import add_json, add_output, make_folder, require_json
-from ..arguments.run_options import add_driving, add_stops, body_of, require_mock
+from ..arguments.options import BODY, JSON, make_folder, output_option, require_json
+from ..arguments.run_options import DRIVING, STOPS, body_of, require_mock
 from ..files.diagnosis_case import Case
 from ..run.errors import RunStopped, Unsafe
 from ..study.cell import Cell
@@ -33,22 +32,45 @@ from ..study.shelf import Shelf
 from ..study.source import Source
 from ..terminal.json_output import files_untold, hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
-from . import diagnose_command, identify_command, record_command
-from .excite_command import wishes_of
+from . import diagnose_command
+from .excite_command import LIMITS, excite_command, wishes_of
+from .identify_command import identify_command
+from .record_command import record_command
 
-EXAMPLES = (
-    "exidyn study robot.toml --controller cell.toml --minutes 30",
-    "exidyn study robot.toml --controller cell.toml --minutes 30 --mass 5 --com 0 0 0.04",
-    "exidyn study robot.toml --plant truth.toml            # a simulated arm",
-    "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
+
+@Command(
+    "Plan, record, identify, diagnose, and choose the run that settles most per second, until\n"
+    "the model is decided, undecidable by any motion, or out of time.",
+    (
+        "exidyn study robot.toml --controller cell.toml --minutes 30",
+        "exidyn study robot.toml --controller cell.toml --minutes 30 --mass 5 --com 0 0 0.04",
+        "exidyn study robot.toml --plant truth.toml            # a simulated arm",
+        "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
+    ),
+    (
+        Option("robot ROBOT", "robot.toml, .urdf or .xacro, or a name built in"),
+        Option("--minutes MIN", "of motion at most", positive, 30.0),
+        Option("--from FOLDER", "recordings, in place of a controller", Path, dest="recordings"),
+        output_option("FOLDER", Path("exidyn-study")),
+        JSON,
+        Group(
+            "motions",
+            (
+                Option("--length S", "of one that is searched", positive, 20.0),
+                Option("--start Q...", "pose where each begins and ends, n numbers [rad]", any_number),
+                Option("--search S", "for it", positive, 5.0),
+            ),
+        ),
+        Group("limits, beyond the robot's own", LIMITS),
+        Group("controller", DRIVING),
+        Group("what stops a run", STOPS),
+        Group("a body that you have, to be hung on the flange when asked for", BODY),
+    ),
+    """The folder keeps every step that is done: the same command goes on where it was
+stopped.""",
 )
-NOTES = """The folder keeps every step that is done: the same command goes on where it was
-stopped."""
-
-
-def main(arguments: Sequence[str]) -> int:
+def study_command(given: Namespace) -> None:
     """Go on until the model is decided, undecidable or out of time; print what came of it."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     make_folder(given.output)
     model = read_model(given.robot)
@@ -59,7 +81,6 @@ def main(arguments: Sequence[str]) -> int:
     with _interrupts_end():
         choice = study.run()
     hand_over(_page(choice, given.output), json_text(choice), given.json)
-    return DONE
 
 
 @contextmanager
@@ -82,7 +103,7 @@ def _page(choice: dict[str, Any], folder: Path) -> str:
     return "\n".join(line for words in lines for line in paragraph(words))
 
 
-def _source(given: argparse.Namespace, model: Model) -> Source:
+def _source(given: Namespace, model: Model) -> Source:
     """The cell, or the recordings that exist.
 
     Raises:
@@ -100,9 +121,9 @@ def _source(given: argparse.Namespace, model: Model) -> Source:
     return Cell(model, record, wishes, given.search, body_of(given), name != "mock", motions)
 
 
-def _wishes(given: argparse.Namespace, model: Model, settings: Mapping[str, Any]) -> Wishes:
+def _wishes(given: Namespace, model: Model, settings: Mapping[str, Any]) -> Wishes:
     """What `exidyn excite` keeps to with the same options, clear of collisions and regions."""
-    asked = excite_options([given.robot, "--length", str(given.length)])
+    asked = excite_command.parser().parse_args([given.robot, "--length", str(given.length)])
     for name in LIMITING:
         setattr(asked, name, getattr(given, name))
     asked.tick = float(settings.get("cycle", asked.tick))
@@ -110,15 +131,8 @@ def _wishes(given: argparse.Namespace, model: Model, settings: Mapping[str, Any]
 
 
 LIMITING = (
-    "margin",
-    "window",
-    "start",
-    "region",
-    "degrees",
-    "collision_distance",
-    "no_collision",
-    "packages",
-)
+    "margin", "window", "start", "region", "degrees", "collision_distance", "no_collision", "packages",
+)  # fmt: skip
 """What a study has in common with `exidyn excite`."""
 
 
@@ -130,29 +144,24 @@ def identify_step(runs: Sequence[Path], folder: Path) -> None:
 
 def diagnose_step(case: Case, folder: Path) -> Diagnosed:
     """Diagnose, as `exidyn diagnose --quick` does."""
-    given = diagnose_command.parser().parse_args([case.name, "--quick"])
+    given = diagnose_command.diagnose_command.parser().parse_args([case.name, "--quick"])
     with _page_into(folder / SUMMARY), Stopwatch(diagnose_command.QUICK) as progress:
         return diagnose_command.run(case, folder, given, progress)
 
 
-def _record(given: argparse.Namespace, plan: Path, path: Path, body: KnownPayload | None) -> None:
+def _record(given: Namespace, plan: Path, path: Path, body: KnownPayload | None) -> None:
     """Record, as `exidyn record` does, its question included.
 
     Raises:
         RunStopped: The run was stopped before its end.
         Unsafe: The arm still moves, or may.
     """
-    options = [plan, "--robot", given.robot, "--output", path, "--name", path.parent.name, "--approach"]
-    for name in RECORDED:
-        value = getattr(given, name)
-        if body is None and name in ("mass", "com", "inertia") or value in (None, False, []):
-            continue
-        repeated = [[one] for one in value] if name == "set" else [value]
-        for one in repeated:
-            words = one if isinstance(one, list) else [one]
-            options += [f"--{name.replace('_', '-')}", *([] if one is True else words)]
+    asked = record_command.parser().parse_args([str(plan), "--robot", given.robot, "--approach"])
+    asked.output, asked.name = path, path.parent.name
+    for name in RECORDED if body is not None else RECORDED - {"mass", "com", "inertia"}:
+        setattr(asked, name, getattr(given, name))
     with _page_into(path.with_suffix(".txt")):
-        code = record_command.main([str(one) for one in options])
+        code = record_command.run(asked)
     if code == UNSAFE:
         raise Unsafe(f"{read_recording(path).outcome['standstill']}. What was recorded is in {path}")
     if code != DONE:
@@ -171,45 +180,8 @@ def _page_into(path: Path) -> Iterator[None]:
 
 SUMMARY = "summary.txt"
 """What a single command would have printed."""
-RECORDED = (
+RECORDED = {
     "driver", "controller", "set", "plant", "seed", "yes", "tracking", "current", "temperature",
     "mass", "com", "inertia", "no_collision", "packages",
-)  # fmt: skip
+}  # fmt: skip
 """Options of `exidyn record` that a study hands on."""
-
-
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn study` takes."""
-    found = command_parser(
-        "study",
-        "Plan, record, identify, diagnose, and choose the run that settles most per second, until\n"
-        "the model is decided, undecidable by any motion, or out of time.",
-        EXAMPLES,
-        NOTES,
-    )
-    found.add_argument("robot", metavar="ROBOT", help="robot.toml, .urdf or .xacro, or a name built in")
-    found.add_argument(
-        "--minutes", type=positive, default=30.0, metavar="MIN", help="of motion at most; default: 30"
-    )
-    found.add_argument(
-        "--from", dest="recordings", type=Path, metavar="FOLDER", help="recordings, in place of a controller"
-    )
-    add_output(found, "FOLDER", Path("exidyn-study"))
-    add_json(found)
-    motions = found.add_argument_group("motions")
-    motions.add_argument(
-        "--length", type=positive, default=20.0, metavar="S", help="of one that is searched; default: 20"
-    )
-    motions.add_argument(
-        "--start",
-        type=any_number,
-        nargs="+",
-        metavar="Q",
-        help="pose where each begins and ends, n numbers [rad]",
-    )
-    motions.add_argument("--search", type=positive, default=5.0, metavar="S", help="for it; default: 5")
-    add_limits(found)
-    add_driving(found.add_argument_group("controller"))
-    add_stops(found.add_argument_group("what stops a run"))
-    add_body(found.add_argument_group("a body that you have, to be hung on the flange when asked for"))
-    return found

@@ -1,9 +1,9 @@
 """exidyn watch: what a controller measures, live; nothing is commanded and no drive is powered."""
 
-import argparse
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -16,11 +16,9 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 
-from ..arguments.common import add_robot, command_parser, complaint, positive
-from ..arguments.controllers import add_controller, read_controller
-from ..arguments.exit_codes import DONE
-from ..arguments.fleet_options import FOLDER, add_alarms
-from ..arguments.outputs import add_json, require_json
+from ..arguments.command import Command, Group, Option, positive, print_warning
+from ..arguments.controllers import CONTROLLER, read_controller
+from ..arguments.options import ALARMS, FLEET, JSON, require_json, robot_option
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
 from ..run.stopping.stop import StopRequests
@@ -32,47 +30,38 @@ from ..terminal.watch_text import Redraw, json_line, line, table_lines
 if TYPE_CHECKING:
     from ..fleet.residual_alarm import ResidualAlarm
 
-EXAMPLES = (
-    "exidyn watch --controller cell.toml                        # positions in radians",
-    "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, beside the limits",
-    "exidyn watch --controller cell.toml --seconds 10 --json -  # a line of JSON for each reading",
-    "exidyn watch --controller cell.toml --arm welding-07        # residual, held against its check runs",
-)
 REDRAW, LINES = 0.2, 1.0
 """Time between readings of a table, which an eye follows, and of lines, which fill a screen [s]."""
 STEP = 0.05
 """Time between looks for a reason to end [s]."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """What `exidyn watch` takes."""
-    found = command_parser(
-        "watch",
-        "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
-        EXAMPLES,
-    )
-    add_robot(found, "degrees and limits; without it radians")
-    add_controller(found)
-    found.add_argument("--seconds", type=positive, metavar="S", help="end after so long; default: at Ctrl-C")
-    found.add_argument(
-        "--every",
-        type=positive,
-        metavar="S",
-        help=f"between readings; default: {REDRAW:g}, lines {LINES:g}",
-    )
-    group = found.add_argument_group("residual, held against the arm's check runs (exidyn fleet)")
-    group.add_argument("--arm", metavar="ARM", help="its name in the fleet")
-    group.add_argument(
-        "--fleet", type=Path, default=FOLDER, metavar="FOLDER", help="of its results; default: %(default)s"
-    )
-    add_alarms(group)
-    add_json(found)
-    return found
-
-
-def main(arguments: Sequence[str]) -> int:
+@Command(
+    "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
+    (
+        "exidyn watch --controller cell.toml                        # positions in radians",
+        "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, beside the limits",
+        "exidyn watch --controller cell.toml --seconds 10 --json -  # a line of JSON for each reading",
+        "exidyn watch --controller cell.toml --arm welding-07        # residual, held against its check runs",
+    ),
+    (
+        robot_option("degrees and limits; without it radians"),
+        *CONTROLLER,
+        Option("--seconds S", "end after so long; default: at Ctrl-C", positive),
+        Option("--every S", f"between readings; default: {REDRAW:g}, lines {LINES:g}", positive),
+        Group(
+            "residual, held against the arm's check runs (exidyn fleet)",
+            (
+                Option("--arm ARM", "its name in the fleet"),
+                Option("--fleet FOLDER", "of its results", Path, FLEET),
+                ALARMS,
+            ),
+        ),
+        JSON,
+    ),
+)
+def watch_command(given: Namespace) -> None:
     """Open to read, show, close; Ctrl-C is the usual end."""
-    given = parser().parse_args(arguments)
     require_json(given.json)
     with ExitStack() as stack:
         alarm = _alarm(given, stack)
@@ -83,17 +72,16 @@ def main(arguments: Sequence[str]) -> int:
         info = driver.open_to_read()
         asked.look()  # from here on Ctrl-C is a request, and does not interrupt
         for warning in info.warnings:
-            print(complaint(f"exidyn: warning: {warning}"), file=sys.stderr)
+            print_warning(warning)
         print("\n".join(paragraph(f"read only; sent to it: {driver.sent_to_read}")), file=sys.stderr)
         file = None
         if given.json is not None and given.json != SCREEN:
             file = stack.enter_context(Path(given.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
         _show(given, _readings(given, listener, asked), units, info, file, alarm)
-    return DONE
 
 
-def _alarm(given: argparse.Namespace, stack: ExitStack) -> "ResidualAlarm | None":
+def _alarm(given: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
     if given.arm is None:
         return None
     from ..fleet.executors import process_apart
@@ -104,7 +92,7 @@ def _alarm(given: argparse.Namespace, stack: ExitStack) -> "ResidualAlarm | None
     return ResidualAlarm(store, given.arm, given.alarms_per_arm_year, executor)
 
 
-def _driver(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
+def _driver(given: Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
     name, settings = read_controller(given.controller, given.driver, given.set)
     if name == "mock":  # whose simulated time would else run away, also by a file with all its settings
         settings["clock"] = "real"
@@ -123,7 +111,7 @@ def _driver(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> tuple[D
     return create(name, settings, arm), JointUnits.unknown(arm)
 
 
-def _model(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> Model | None:
+def _model(given: Namespace, alarm: "ResidualAlarm | None") -> Model | None:
     """The robot that was named, or that of the arm in the fleet; None without either."""
     model = read_model(given.robot) if given.robot is not None else None
     if alarm is None or model is None:
@@ -136,9 +124,7 @@ def _model(given: argparse.Namespace, alarm: "ResidualAlarm | None") -> Model | 
     return model
 
 
-def _readings(
-    given: argparse.Namespace, listener: Listener, asked: StopRequests
-) -> Iterator[tuple[float, Reading]]:
+def _readings(given: Namespace, listener: Listener, asked: StopRequests) -> Iterator[tuple[float, Reading]]:
     """Seconds since the first reading, and a reading, until a stop is asked for or time is up."""
     tabular = given.json is None and sys.stdout.isatty()
     every = given.every or (REDRAW if tabular else LINES)
@@ -155,7 +141,7 @@ def _readings(
 
 
 def _show(
-    given: argparse.Namespace,
+    given: Namespace,
     readings: Iterator[tuple[float, Reading]],
     units: JointUnits,
     info: Info,

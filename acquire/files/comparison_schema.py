@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 from msgspec import Struct
 
 from exidyn.identify.pages.compared_document import verdict
@@ -60,12 +59,7 @@ class ComparisonFile(Struct, frozen=True, kw_only=True):
 
 
 def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]:
-    """The same in numbers, for JSON; what is no number is null.
-
-    Args:
-        comparison: What was found.
-        go_on: Commands that go on from here.
-    """
+    """The same in numbers, for JSON, with the commands that go on from here."""
     return {
         "exidyn_comparison": 1,
         "simulated": comparison.simulated,
@@ -83,15 +77,6 @@ def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]
 def _numbers(mismatch: Mismatch) -> dict[str, Any]:
     return {
         "units": list(mismatch.units),
-        **{name: _plain(getattr(mismatch, name)) for name in ("rms", "mean", "size", "noise")},
-        "regions": {
-            kind: {"edges": _plain(regions.edges), "rms": _plain(regions.rms)}
-            for kind, regions in mismatch.regions.items()
-        },
+        **{name: getattr(mismatch, name) for name in ("rms", "mean", "size", "noise")},
+        "regions": {kind: regions._asdict() for kind, regions in mismatch.regions.items()},
     }
-
-
-def _plain(values: np.ndarray) -> list:
-    if values.ndim > 1:
-        return [_plain(row) for row in values]
-    return [float(value) if np.isfinite(value) else None for value in values]

@@ -10,7 +10,7 @@ from exidyn.identify.effects import known_parameters
 from exidyn.identify.errors import NeedsPayload
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 
-from ..arguments.common import any_number
+from ..arguments.command import Option, any_number
 
 
 @dataclass
@@ -60,32 +60,31 @@ class OfLastPayload(argparse.Action):
         numbers[name] = values
 
 
-def add_payload_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add --payload, and what may follow it."""
-    parser.add_argument(
-        "--payload",
-        action="append",
-        type=lambda path: PayloadRun(Path(path)),
-        default=[],
-        metavar="RUN",
-        help="run with a body on the flange; may be repeated, each with its own --mass",
-    )
-    belongs: dict[str, Any] = {"action": OfLastPayload, "type": any_number, "dest": "payload"}
-    parser.add_argument("--mass", **belongs, metavar="KG", help="mass of that body [kg]")
-    parser.add_argument(
-        "--com",
-        **belongs,
-        nargs=3,
-        metavar=("X", "Y", "Z"),
-        help="its centre of mass in the flange's frame [m]",
-    )
-    parser.add_argument(
-        "--inertia",
-        **belongs,
-        nargs=6,
-        metavar=("XX", "XY", "XZ", "YY", "YZ", "ZZ"),
-        help="its inertia about the centre of mass, in the flange's axes [kg m^2]",
-    )
+PAYLOADS = (
+    Option(
+        "--payload RUN",
+        "run with a body on the flange; may be repeated, each with its own --mass",
+        lambda path: PayloadRun(Path(path)),
+        [],
+        repeated=True,
+    ),
+    Option("--mass KG", "mass of that body [kg]", any_number, dest="payload", action=OfLastPayload),
+    Option(
+        "--com X Y Z",
+        "its centre of mass in the flange's frame [m]",
+        any_number,
+        dest="payload",
+        action=OfLastPayload,
+    ),
+    Option(
+        "--inertia XX XY XZ YY YZ ZZ",
+        "its inertia about the centre of mass, in the flange's axes [kg m^2]",
+        any_number,
+        dest="payload",
+        action=OfLastPayload,
+    ),
+)
+"""Runs with a payload, and what may follow each."""
 
 
 def carrying(recording: Recording, run: PayloadRun) -> Recording:

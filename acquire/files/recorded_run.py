@@ -12,7 +12,7 @@ from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
-from ..arguments.common import complaint
+from ..arguments.command import complaint
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
 from ..run.frames import END, text_frame
 from ..run.lines import print_line

@@ -4,7 +4,7 @@ import sys
 
 from tqdm import tqdm
 
-from ..arguments.common import complaint
+from ..arguments.command import complaint
 from ..run.errors import NotConfirmed
 
 

@@ -91,8 +91,8 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 
 def json_text(table: dict[str, Any]) -> str:
-    """JSON with a key a line."""
-    return json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    """JSON with a key a line, of values as `plain` takes them."""
+    return json.dumps(plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def plain(value: Any) -> Any:

@@ -10,8 +10,6 @@ from exidyn.identify.recordings.align import follows_by
 from exidyn.identify.recordings.recording import SIGNALS, ControllerState, Event, Recording, Signal, Timing
 from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
 
-from .json_output import plain
-
 SHOWN = 40
 """Events that are printed; of more than that, the first and last half."""
 SHOWN_STATES = 8
@@ -119,10 +117,6 @@ def _controller(state: ControllerState) -> list[str]:
     return paragraph("; ".join(parts), "  ", "controller: ", WIDTH - INDENT)
 
 
-def _controller_table(state: ControllerState) -> dict[str, str]:
-    return {name: _reported(state, name) for name in state.words}
-
-
 def _reported(state: ControllerState, name: str) -> str:
     values = state.of(name)
     if not state.words[name]:
@@ -160,28 +154,24 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:
-    """Robot, signals, payload, settings, course and warnings; what is no number is None."""
-    payload = recording.payload
-    return plain(
-        {
-            "name": recording.name,
-            "robot": recording.robot.name,
-            "joints": list(recording.robot.joints),
-            "effects": _effects(recording),
-            "duration": recording.duration,
-            "payload": payload and {"name": payload.name, "known": dict(payload.known)},
-            "trajectory": bool(recording.trajectory),
-            "settings": dict(recording.settings),
-            "signals": {name: _signal_table(name, signal) for name, signal in recording.signals.items()},
-            "cycles": None if recording.timing is None else _cycle_table(recording.timing),
-            "controller": None if recording.controller is None else _controller_table(recording.controller),
-            "events": [
-                {"time": event.time, "kind": event.kind, "text": event.text} for event in recording.events
-            ],
-            "outcome": dict(recording.outcome),
-            "warnings": list(recording.warnings),
-        }
-    )
+    """Robot, signals, payload, settings, course and warnings, for JSON."""
+    payload, timing, state = recording.payload, recording.timing, recording.controller
+    return {
+        "name": recording.name,
+        "robot": recording.robot.name,
+        "joints": list(recording.robot.joints),
+        "effects": _effects(recording),
+        "duration": recording.duration,
+        "payload": payload and {"name": payload.name, "known": dict(payload.known)},
+        "trajectory": bool(recording.trajectory),
+        "settings": dict(recording.settings),
+        "signals": {name: _signal_table(name, signal) for name, signal in recording.signals.items()},
+        "cycles": None if timing is None else _cycle_table(timing),
+        "controller": None if state is None else {name: _reported(state, name) for name in state.words},
+        "events": [{"time": e.time, "kind": e.kind, "text": e.text} for e in recording.events],
+        "outcome": dict(recording.outcome),
+        "warnings": list(recording.warnings),
+    }
 
 
 def _signal_table(name: str, signal: Signal) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from ..run.before import Checked
 from ..run.errors import NotAllowed, NotConfirmed
 from ..run.loop import percentiles
 from ..run.perform import Outcome
-from .json_output import plain
 
 UNATTENDED = "EXIDYN_UNATTENDED"
 """Environment variable that, by the value yes, lets arms move unconfirmed: for test stands."""
@@ -165,26 +164,24 @@ def after(outcome: Outcome) -> str:
 
 
 def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[str, Any]:
-    """What was planned, how much of each limit it uses, and what is beyond; what is no number is None."""
-    return plain(
-        {
-            "robot": plan.robot,
-            "joints": list(plan.joints),
-            "duration": plan.trajectory.duration,
-            "tick": plan.tick,
-            "payload_pair": plan.payload_pair,
-            "criterion": plan.criterion or None,
-            "reached": plan.reached,
-            "details": dict(plan.details),
-            "margins": dict(plan.margins),
-            "seed": plan.seed,
-            "robot_hash": plan.robot_hash,
-            "model_hash": plan.model_hash,
-            "use": {use.name: _use(use, plan.units) for use in uses},
-            "beyond": list(beyond),
-            "assumed": list(plan.assumed),
-        }
-    )
+    """What was planned, how much of each limit it uses, and what is beyond, for JSON."""
+    return {
+        "robot": plan.robot,
+        "joints": plan.joints,
+        "duration": plan.trajectory.duration,
+        "tick": plan.tick,
+        "payload_pair": plan.payload_pair,
+        "criterion": plan.criterion or None,
+        "reached": plan.reached,
+        "details": dict(plan.details),
+        "margins": dict(plan.margins),
+        "seed": plan.seed,
+        "robot_hash": plan.robot_hash,
+        "model_hash": plan.model_hash,
+        "use": {use.name: _use(use, plan.units) for use in uses},
+        "beyond": beyond,
+        "assumed": plan.assumed,
+    }
 
 
 def _use(use: Use, units: Sequence[str]) -> dict[str, Any]:

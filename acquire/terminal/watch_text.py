@@ -155,21 +155,21 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Res
         "time": seconds,
         "host_time_ns": reading.host_time,
         "joints": list(units.joints),
-        **{name: plain(getattr(reading, name)) for name in SIGNALS},
+        **{name: getattr(reading, name) for name in SIGNALS},
         "beyond_limits": [units.joints[k] for k in np.flatnonzero(units.beyond(reading.position))],
         "states": list(reading.states),
         "cycles": reading.cycles,
-        "silent": plain(reading.silent),
+        "silent": reading.silent,
         "events": list(reading.events),
         "fault": reading.fault,
     }
     if residual is not None:
         content |= {
-            "residual": plain(residual.value),
-            "residual_alarm_from": plain(residual.alarm),
+            "residual": residual.value,
+            "residual_alarm_from": residual.alarm,
             "residual_alarms": [units.joints[joint] for joint in residual.over],
         }
-    return json.dumps(content, ensure_ascii=False, allow_nan=False)
+    return json.dumps(plain(content), ensure_ascii=False, allow_nan=False)
 
 
 class Redraw:

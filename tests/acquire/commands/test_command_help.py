@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
-from exidyn.acquire.command_line import COMMANDS, command_module, main
-from exidyn.acquire.commands.completion_command import SHELLS, whole_parser
+from exidyn.acquire.command_line import COMMANDS, command, main
+from exidyn.acquire.commands.drivers_command import SHELLS, parser_of_all
 
 ROOT = Path(__file__).parents[3]
 
 
 def examples(name: str) -> list[str]:
     """The command lines at the end of a help text."""
-    epilog = command_module(name).parser().epilog
+    epilog = command(name).parser().epilog
     return [line.strip() for line in epilog.rpartition("examples:\n")[2].splitlines()]
 
 
@@ -32,12 +32,12 @@ def test_help_ends_with_examples_that_the_command_understands(name, capsys):
     for line in examples(name):
         words = shlex.split(line.partition(">")[0], comments=True)
         assert words[:2] == ["exidyn", name]
-        command_module(name).parser().parse_args(words[2:])
+        command(name).parser().parse_args(words[2:])
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_the_same_is_called_the_same(name):
-    found = command_module(name).parser()
+    found = command(name).parser()
     actions = {option: action for action in found._actions for option in action.option_strings}
     metavars = {"--robot": {"ROBOT"}, "--output": {"FILE", "FOLDER"}, "--json": {"FILE"}, "--mass": {"KG"}}
     metavars |= {
@@ -81,6 +81,27 @@ def test_complaints_are_one_line(capsys):
         assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ("identfy run.mcap", "Did you mean identify? 'exidyn --help' explains"),
+        ("identify run.mcap --shape-fit x", "Did you mean --shapes? 'exidyn identify --help' explains"),
+        ("identify run.mcap --keepall", "unrecognized arguments: --keepall. Did you mean --keep-all? "),
+        ("identify run.mcap --estimator weigthed", "invalid choice: 'weigthed' (choose from 'ordinary', "),
+        ("identify run.mcap --estimator weigthed", "Did you mean weighted? 'exidyn identify --help'"),
+        ("excite kr270 --kind sweep", "Did you mean sweeps?"),
+        ("completion zhs", "Did you mean zsh?"),
+        ("identify run.mcap --xyz", "unrecognized arguments: --xyz. 'exidyn identify --help' explains"),
+    ],
+)
+def test_of_what_is_mistyped_the_nearest_is_named(typed, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(typed.split())
+    assert ended.value.code == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert words in line
+
+
 @pytest.mark.parametrize("shell", SHELLS)
 def test_completion_knows_every_command(shell, capsys):
     assert main(["completion", shell]) == 0
@@ -98,7 +119,7 @@ def script(tmp_path_factory) -> Path:
     import shtab
 
     folder = tmp_path_factory.mktemp("shell")
-    (folder / "exidyn.bash").write_text(shtab.complete(whole_parser(), "bash"))
+    (folder / "exidyn.bash").write_text(shtab.complete(parser_of_all(), "bash"))
     (folder / "run.mcap").write_text("")
     (folder / "results").mkdir()
     return folder / "exidyn.bash"

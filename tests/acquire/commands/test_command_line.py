@@ -244,7 +244,7 @@ def test_an_interruption_ends_quietly(monkeypatch, capsys):
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command_line, "command_module", lambda _: SimpleNamespace(main=interrupted))
+    monkeypatch.setattr(command_line, "command", lambda _: SimpleNamespace(main=interrupted))
     assert main(["info", "run.mcap"]) == INTERRUPTED
     assert capsys.readouterr().err == "exidyn: interrupted\n"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from exidyn.acquire.command_line import COMMANDS, command_module
+from exidyn.acquire.command_line import COMMANDS, command
 
 ROOT = Path(__file__).parents[3]
 README = ROOT / "README.md"
@@ -66,7 +66,7 @@ def test_command_lines_of_pages_are_understood(page):
     for line in shell_lines(page):
         for name, *rest in commands(line):
             try:
-                command_module(name).parser().parse_args(rest)
+                command(name).parser().parse_args(rest)
             except SystemExit:
                 pytest.fail(line)
 
@@ -97,8 +97,8 @@ def test_options_that_pages_name_exist(page):
     for name, rest in COMMAND.findall(text):
         if name in COMMANDS:
             mentioned = set(re.findall(r"(?<!\S)--?[a-z][a-z-]*", rest))
-            assert mentioned <= options(command_module(name).parser()), f"exidyn {name}{rest}"
-    every = set().union(*(options(command_module(name).parser()) for name in COMMANDS))
+            assert mentioned <= options(command(name).parser()), f"exidyn {name}{rest}"
+    every = set().union(*(options(command(name).parser()) for name in COMMANDS))
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--bare",

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.run_length import check_length
+from exidyn.acquire.arguments.run_options import check_length
 from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.run_summary import UNATTENDED

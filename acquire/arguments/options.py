@@ -1,40 +1,74 @@
-"""Where results go: --output and --json, looked at before any work is done for them."""
+"""Options that several commands have, and where results go, looked at before any work is done for them."""
 
-import argparse
 import errno
+from argparse import ArgumentTypeError
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from exidyn.identify.robot_files.robot_file import builtin_names
+
 from ..terminal.json_output import SCREEN
+from .command import Option, any_number, percent, positive, whole
 
-
-def add_output(
-    parser: argparse.ArgumentParser,
-    metavar: str,
-    default: Path | None = None,
-    meaning: str = "default: %(default)s",
-) -> None:
-    """Add --output and -o; `metavar` is FILE or FOLDER, `meaning` the help."""
-    parser.add_argument("--output", "-o", type=Path, default=default, metavar=metavar, help=meaning)
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add --json."""
-    parser.add_argument(
-        "--json",
-        type=_json_file,
-        metavar="FILE",
-        help="write the result as JSON too (FILE.json), or with - print it in place of the text",
-    )
+FLEET = Path("exidyn-fleet")
+"""Where results of a fleet are kept unless a person says otherwise."""
+ROBOT_FILES = f"robot.toml, .urdf, .xacro, or built in: {', '.join(builtin_names())}"
 
 
 def _json_file(text: str) -> Path:
     """A path that ends in .json, so that `--json run.mcap` does not write over a recording."""
     path = Path(text)
     if path != SCREEN and path.suffix != ".json":
-        raise argparse.ArgumentTypeError(f"{text} must end in .json, or be - for standard output")
+        raise ArgumentTypeError(f"{text} must end in .json, or be - for standard output")
     return path
+
+
+PLAN = Option("plan TRAJECTORY", "trajectory file (.toml) of exidyn excite", Path)
+NAME = Option("--name NAME", "what to call the run; default: the name of the file")
+SPEED = Option("--speed PERCENT", "of the planned one; default: 100", percent, 1.0)
+VALIDATE = Option("--validate RUN...", "runs that are only predicted", Path, [])
+NO_COLLISION = Option("--no-collision", "do not look at the URDF's geometry")
+PACKAGES = Option("--packages FOLDER...", "where meshes are", Path, [], repeated=True)
+JSON = Option(
+    "--json FILE",
+    "write the result as JSON too (FILE.json), or with - print it in place of the text",
+    _json_file,
+)
+BODY = (
+    Option("--mass KG", "mass of the body on it", positive),
+    Option("--com X Y Z", "its centre of mass [m]", any_number),
+    Option("--inertia XX XY XZ YY YZ ZZ", "and about that [kg m^2]", any_number),
+)
+"""The one body on the flange."""
+ALARMS = Option(
+    "--alarms-per-arm-year N", "false alarms to accept, over all parameters of an arm", positive, 1.0
+)
+
+
+def robot_option(why: str = "", required: bool = False) -> Option:
+    """--robot."""
+    return Option("--robot ROBOT", ": ".join(filter(None, (why, ROBOT_FILES))), required=required)
+
+
+def output_option(value: str, default: Path | None = None, meaning: str = "") -> Option:
+    """--output and -o, of a FILE or FOLDER."""
+    return Option(f"--output -o {value}", meaning, Path, default)
+
+
+def seed_option(meaning: str) -> Option:
+    """--seed."""
+    return Option("--seed N", meaning, whole, 0)
+
+
+def filters(torque_default: str = "from the data") -> tuple[Option, ...]:
+    """The cut-offs and the speed of standstill; `torque_default` in words, as the help has it."""
+    smoothing, usual = "low-pass of positions before differentiation", "default: from the data"
+    return (
+        Option("--position-cutoff HZ", f"{smoothing}; {usual}", positive),
+        Option("--torque-cutoff HZ", f"up to where torque is compared; default: {torque_default}", positive),
+        Option("--standstill RAD/S", f"speed below which a joint sticks; {usual}", positive),
+    )
 
 
 def require_json(path: Path | None) -> None:
