@@ -30,7 +30,7 @@ from ..document.document import (
 from ..document.html import html
 from ..document.text import text
 from ..fit.fit import NORMAL_95
-from ..text_table import digits, percent
+from ..text_table import digits, fixed, percent
 from .budget import budget_section
 from .diagnosis_plots import (
     bars,
@@ -50,6 +50,9 @@ NOTE = (
     "the effect accounts for the difference. Over time and frequency a run is shown that was not fitted, if "
     "there is one."
 )
+LEAST_CHANGE = 0.1
+"""Per cent of the squared error by which a candidate alone lowers it to be listed: an effect that changes less
+is far below what any test of a run held out can tell."""
 TOP = 10
 """Candidates that short pages list."""
 CHECK = (
@@ -357,10 +360,11 @@ def _changes(diagnosis: Diagnosed) -> list[Block]:
         [
             one.name or named(one.effect, [j - 1 for j in one.joints], diagnosis.file.joints),
             diagnosis.names[one.joint - 1],
-            Number(value_of(one.squared_error_percent), 3),
-            Number(value_of(one.std_percent), 2),
+            fixed(value_of(one.squared_error_percent), 1),
+            fixed(value_of(one.std_percent), 1),
         ]
         for one in diagnosis.file.changes
+        if value_of(one.squared_error_percent) < -LEAST_CHANGE
     ]
     if not rows:
         return []

@@ -187,7 +187,7 @@ def _runs(fit: Fit) -> list[Block]:
     blocks.append(Paragraph(plots, "plot"))
     for run, role in drawn:
         if isinstance(run, Agreement):
-            blocks.append(Grid([Heading(f"{run.run} ({role})"), *_run_plots(fit, run, columns)], "two alike"))
+            blocks += [Heading(f"{run.run} ({role})"), Grid(_run_plots(fit, run, columns), "two alike")]
     return blocks
 
 

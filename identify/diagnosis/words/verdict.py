@@ -69,7 +69,8 @@ def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
     where = lower(joint_words(joint, diagnosis.joints))
     if share <= 0.0:
         return f"It explains nothing of what the model misses on {where}."
-    return f"It explains {percent(share)} of what the model misses on {where}."
+    said = percent(share).replace("above", "more than").replace("below", "less than")
+    return f"It explains {said} of what the model misses on {where}."
 
 
 def _shares(diagnosis: Diagnosis, finding: Finding) -> list[np.ndarray]:
