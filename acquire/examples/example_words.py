@@ -7,7 +7,7 @@ import numpy as np
 
 from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
 from exidyn.identify.fit.verdict import NORMAL_95
-from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, table
+from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, percent, table
 
 from .example_result import EFFECT, IMPROVED, Result, Spring
 
@@ -47,7 +47,7 @@ def _named(result: Result) -> str:
     if result.right is None:
         return f"NOT {EFFECT} of joint {result.joint + 1}. Named instead: {_list(result.wrong) or 'nothing'}"
     chance = result.right["probability"]
-    sure = "above 99.9 %" if chance > 0.999 else f"{100 * chance:.3g} %"
+    sure = percent(chance, 3)
     text = f"{_list([result.right])}, probability {sure}: right"
     return f"{text}. Named as well, which is WRONG: {_list(result.wrong)}" if result.wrong else text
 
@@ -94,7 +94,7 @@ def _torque_words(result: Result, found: Spring) -> str:
         "Torque shows a spring's lengths up to scale, and hardly their ratio: K_r and K_0 are for the true "
         "d21. On the drawing: the torque that was found, put to the true lengths and "
         f"angle. Over the joint's range that torque is right to {digits(off)} N m of {digits(most)}, "
-        f"{100 * off / most:.2g} %."
+        f"{percent(off / most)}."
     )
 
 

@@ -9,6 +9,7 @@ from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
 from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower, named
+from exidyn.identify.text_table import digits
 
 from ..files.names import distinct_names
 from ..files.traces_file import Traces
@@ -86,10 +87,10 @@ class Suspect(NamedTuple):
         unit = "rad" if robot.revolute[self.joint] else "m"
         when = f"{moment.begin:.1f} to {moment.end:.1f} s"
         where = f"{position:.2f} {unit}, {speed:.2f} {unit}/s"
-        size = f"{moment.over_noise:.2g} x noise"
+        size = f"{digits(moment.over_noise, 2)} x noise"
         if noise:
             measure = TURNING if robot.revolute[self.joint] else SLIDING
-            size = f"{moment.over_noise * noise:.2g} {measure}"
+            size = f"{digits(moment.over_noise * noise, 2)} {measure}"
         return f"{when}  {self.short}: {size} at {where}"
 
 

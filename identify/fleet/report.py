@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from ..diagnosis.words.naming import joined, lower, named
+from ..fit.fit import NORMAL_95
+from ..text_table import digits
 from .compared import Difference
 from .drift import CREEP, ArmDrift, Found, drift
 from .kind import Cause
@@ -104,18 +106,13 @@ def difference_words(one: Difference, joints: tuple[str, ...]) -> str:
 
 def amount_words(amount: float, std: float, usual: float, unit: str) -> str:
     """Up 12 ± 3 %; or the amount with its unit where what it is a share of may be zero."""
-    way = "up" if amount > 0.0 else "down"
+    way, half = "up" if amount > 0.0 else "down", NORMAL_95 * std
     if np.isfinite(usual) and abs(usual) > FEW * std:
         if usual < 0.0 and unit:  # of a negative value, such as a preload, up is farther from zero
             way = "down" if amount > 0.0 else "up"
         share = 100.0 / abs(usual)
-        return f"{way} {share * abs(amount):.2g} ± {_one_digit(share * std)} %"
-    return f"{way} {abs(amount):.3g} ± {_one_digit(std)} {unit}".rstrip()
-
-
-def _one_digit(std: float) -> str:
-    """A deviation with one digit that counts, and no exponent while it is of usual size."""
-    return f"{float(f'{std:.1g}'):g}"
+        return f"{way} {digits(share * abs(amount), 2)} ± {digits(share * half, 2)} %"
+    return f"{way} {digits(abs(amount), 3)} ± {digits(half, 2)} {unit}".rstrip()
 
 
 def date_words(day: float) -> str:

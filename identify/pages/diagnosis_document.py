@@ -51,8 +51,8 @@ NOTE = (
     "there is one."
 )
 LEAST_CHANGE = 0.1
-"""Per cent of the squared error by which a candidate alone lowers it to be listed: an effect that changes less
-is far below what any test of a run held out can tell."""
+"""Per cent by which a candidate alone has to lower the squared error to be listed: a run held out does not
+show less, whose squared error scatters by more."""
 TOP = 10
 """Candidates that short pages list."""
 CHECK = (

@@ -8,6 +8,7 @@ import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
+from exidyn.identify.text_table import percent
 
 from .discriminate import Discriminate, Pair
 from .remedies import REMEDIES, Remedy
@@ -203,28 +204,23 @@ def sentences(distinctions: Sequence[Distinction]) -> list[str]:
 def _sentence(one: Distinction) -> str:
     text = (
         f"{one.pair[0]} or {one.pair[1]}: the probability of choosing right is "
-        f"{_percent(one.probability_before)} before the run and {_percent(one.probability_after)} after it."
+        f"{percent(one.probability_before, 3)} before the run and {percent(one.probability_after, 3)} after."
     )
     if one.probability_after >= SURE:
         return text
     if not one.possible:
         text += (
             " No motion distinguishes them: an hour at the most informative states within the limits "
-            f"leaves it at {_percent(one.probability_hour)} at most."
+            f"leaves it at {percent(one.probability_hour, 3)} at most."
         )
     elif one.runs is not None:
         text += f" About {one.runs} such runs distinguish them."
     else:
         text += f" More than {MOST_RUNS} such runs would be needed."
-    helping = [f"{o.name} ({_percent(o.probability)})" for o in one.remedies if o.probability >= SURE]
-    others = [f"{o.name} ({_percent(o.probability)})" for o in one.remedies if o.probability < SURE]
+    helping = [f"{o.name} ({percent(o.probability, 3)})" for o in one.remedies if o.probability >= SURE]
+    others = [f"{o.name} ({percent(o.probability, 3)})" for o in one.remedies if o.probability < SURE]
     if helping:
         text += f" What would: the same run once more, with {' or '.join(helping)}."
     if others:
         text += f" What would not: {', '.join(others)}."
     return text
-
-
-def _percent(share: float) -> str:
-    """A probability, never rounded to certainty."""
-    return "more than 99.9 %" if share > 0.999 else f"{100 * share:.3g} %"

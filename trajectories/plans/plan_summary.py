@@ -76,7 +76,7 @@ def run_cost(plan: Plan, cycle: float) -> str:
     seconds = plan.trajectory.duration
     by_joint = (BYTES / cycle + POSE_BYTES) * (seconds + AT_REST)
     size = 1e-6 * (HEAD_BYTES + len(plan.joints) * by_joint)
-    return f"{duration_words(seconds)}, a recording of about {size:.2g} MB"
+    return f"{duration_words(seconds)}, a recording of about {digits(size, 2)} MB"
 
 
 def duration_words(seconds: float) -> str:

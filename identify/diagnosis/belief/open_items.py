@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import entr
 
 from ...positive_definite import solve
+from ...text_table import percent
 from ..blocks.prediction import LINEAR, factored
 from ..candidates import kind_of
 from ..questions.block_answer import CREDIBLE
@@ -154,7 +155,7 @@ def remaining(belief: Belief, question: Question) -> Iterator[str]:
     """
     joints = belief.search.problem.model.robot.joints
     likely = [one for one in question.answers if one.probability > EXCLUDED]
-    names = [f"{_name(one, joints)} ({100 * one.probability:.2g} %)" for one in likely]
+    names = [f"{_name(one, joints)} ({percent(one.probability)})" for one in likely]
     yield f"{joined(names, 'or')}."
     share = _coincidence(belief, question)
     if share > 0.0:
@@ -173,7 +174,7 @@ def unseen_words(belief: Belief) -> str:
     unseen = [question.answers for question in belief.questions if not question.seen]
     there = [one for answers in unseen for one in answers if one.effect]
     there = sorted(there, key=lambda one: -one.probability)[:NAMED_UNSEEN]
-    names = [lower(f"{_name(one, joints)} ({100 * one.probability:.2g} %)") for one in there]
+    names = [lower(f"{_name(one, joints)} ({percent(one.probability)})") for one in there]
     text = f"No run so far or on offer would show {joined(names, 'or')}."
     cures = _cures(there)
     return f"{text} What would: {joined(cures, 'or')}." if cures else text

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...fit.verdict import NORMAL_95
+from ...text_table import digits
 from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Quantity
 
@@ -50,12 +51,12 @@ def with_interval(value: float, std: float) -> str:
     """A value and the half of its 95 % interval, both to the digit that the interval deserves."""
     half = NORMAL_95 * std
     if not (np.isfinite(half) and half > 0.0):
-        return f"{value:.3g}"
+        return f"{value:.3g}" if abs(value) < 1e3 else digits(value, 3)
     # Two digits where the first is 1: 0.12 rounded to 0.1 would be off by a fifth.
     size = int(np.floor(np.log10(half)))
     places = (1 if half / 10.0**size < 2.0 else 0) - size
     if places > FINEST:
-        return f"{value:.2g} ± {half:.1g}"
+        return f"{digits(value, 2)} ± {digits(half, 1)}"
     # An interval far below the value gives no more than four digits of it.
     places = min(places, 3 - int(np.floor(np.log10(abs(value) or half))))
     half = max(round(half, places), 10.0**-places)

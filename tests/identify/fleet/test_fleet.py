@@ -137,9 +137,10 @@ def test_few_runs_are_too_few_for_a_change():
     assert [drift.found for drift in found.drifts.values()] == [(), (), ()]
 
 
-def test_a_deviation_is_written_without_an_exponent():
-    assert amount_words(-96.0, 17.0, 100.0, "N m") == "down 96 ± 20 %"
-    assert amount_words(0.00171, 0.00041, np.nan, "kg m") == "up 0.00171 ± 0.0004 kg m"
+def test_a_change_is_written_with_half_of_its_interval_and_without_an_exponent():
+    assert amount_words(-96.0, 17.0, 100.0, "N m") == "down 96 ± 33 %"
+    assert amount_words(0.00171, 0.00041, np.nan, "kg m") == "up 0.00171 ± 0.00080 kg m"
+    assert amount_words(253.0, 20.0, 100.0, "N m") == "up 253 ± 39 %"
 
 
 def test_scattered_runs_say_what_inverting_their_covariance_says():
