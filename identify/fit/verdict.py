@@ -46,14 +46,7 @@ SURPRISE = 3.0
 
 
 class JointVerdict(NamedTuple):
-    """How well one joint is explained in the run in which it is explained worst.
-
-    Attributes:
-        joint: Its name.
-        run: Where it is explained worst.
-        over_noise: Residual over noise floor [-].
-        words: What to think of it.
-    """
+    """How well one joint is explained in the run in which it is explained worst, and what to think of it."""
 
     joint: str
     run: str
@@ -188,10 +181,8 @@ def gains_sentence(fit: Fit) -> str:
             "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
             "Finding them needs motor currents and a run with a known payload."
         )
-    percent, free = (
-        100.0 * NORMAL_95 * fit.estimate.gain_std / np.abs(fit.estimate.gain),
-        open_gains(fit.estimate, fit.model.robot),
-    )
+    estimate, free = fit.estimate, open_gains(fit.estimate, fit.model.robot)
+    percent = 100.0 * NORMAL_95 * estimate.gain_std / np.abs(estimate.gain)
     if np.all(free):
         return "No drive gain was identified."
     worst = int(np.argmax(np.where(free, 0.0, percent)))

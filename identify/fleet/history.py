@@ -22,13 +22,7 @@ LEAST = 1e-9
 
 
 class Change(NamedTuple):
-    """A cause that changes: at once before run `start`, or creeping since the run before it.
-
-    Attributes:
-        cause: Its place among the frame's.
-        start: First run after the change.
-        shape: `STEP` or `CREEP`.
-    """
+    """A cause, by its place, that changes at once before run `start`, or creeps since the run before it."""
 
     cause: int
     start: int
