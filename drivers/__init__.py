@@ -19,13 +19,10 @@ GROUP = "exidyn.drivers"
 
 
 class Entry(NamedTuple):
-    """A driver.
+    """A driver: where its class is, what it drives, and what it needs.
 
-    Attributes:
-        place: "module:Class", imported when it is asked for.
-        purpose: What it drives.
-        extra: Extra of exidyn that brings the libraries that it needs.
-        package: Package that it is installed with; empty for exidyn's own.
+    Its place is "module:Class", imported when it is asked for; `extra` of exidyn brings its libraries;
+    `package` is what it is installed with, empty for exidyn's own.
     """
 
     place: str

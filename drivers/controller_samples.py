@@ -2,58 +2,67 @@
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from .host_clock import host_time
-from .values import Sample
+from .values import SIGNALS, Sample
 
 DRIFT = 1e-4
 """By which two clocks may run apart at most [-]: ten times what quartz does."""
 
 
-class ControllerSamples:
-    """Base of what makes the samples of n joints and k parts of a state; their times never go back."""
+def word(names: Mapping[int, str], code: int) -> str:
+    """Of a code, or the code."""
+    return names.get(code, f"code {code}")
 
-    def __init__(self, joints: int, state: int = 0) -> None:
+
+class ControllerSamples:
+    """Makes the samples of n joints and k parts of a state, of a cycle [s]; their times never go back."""
+
+    def __init__(self, joints: int, state: int, cycle: float) -> None:
         self.unknown, self.fresh = np.full(joints, np.nan), np.zeros(joints, bool)
-        self._no_state = np.full(state, np.nan)
+        self._no_state, self._cycle = np.full(state, np.nan), cycle
         self._gone = 0  # cycles reported since the last measurement
         self._time = self._host_time = 0
         self._ahead = np.inf
+        self._continued = False
 
-    def _skipped(self, time: int, arrival: int, cycles: int) -> int:
-        """Cycles not reported yet, when a measurement comes so many after the last one; times in [ns]."""
-        skipped = max(cycles - 1 - self._gone, 0)
-        self._gone, self._time = 0, time
-        self._host_time = max(self._host_time + 1, arrival)
-        return skipped
+    def restart(self) -> None:
+        """No cycle is missed before the next measurement: none was asked for."""
+        self._continued = False
 
-    def _lateness(self, arrival: int, time: int) -> float:
+    def cycles(self, time: int) -> int:
+        """Cycles from the last measurement to one at a time of the controller [ns]; 1 for the first."""
+        return round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
+
+    def lateness(self, arrival: int, time: int) -> float:
         """By how much a measurement came later after its time stamp than the quickest one [s].
 
-        Times of host and controller are in [ns]; `_skipped` is told of the latter afterwards.
+        Times of host and controller are in [ns]; `of` is told of the latter afterwards.
         """
         ahead = 1e-9 * arrival - 1e-9 * time
         self._ahead = min(self._ahead + DRIFT * max(1e-9 * (time - self._time), 0.0), ahead)
         return ahead - self._ahead
 
-    def of_silence(self, gone: int, events: tuple[str, ...], fault: str, sent: bool = False) -> Sample:
-        """Of nothing, so many cycles after the last measurement; whether a command went out nevertheless."""
+    def of(self, time: int, arrival: int, cycles: int, lateness: float, **fields: Any) -> Sample:
+        """Of a measurement so many cycles after the last one, with fields of `Sample`; times in [ns]."""
+        known = {name: fields.pop(name, self.unknown) for name in SIGNALS}
+        skipped = max(cycles - 1 - self._gone, 0)
+        self._gone, self._time, self._continued = 0, time, True
+        self._host_time = max(self._host_time + 1, arrival)
+        fields |= known | {"lateness": lateness, "skipped": skipped}
+        return Sample(self._host_time, time, stale=self.fresh, **fields)
+
+    def of_silence(self, gone: int, **fields: Any) -> Sample:
+        """Of nothing, so many cycles after the last measurement."""
         skipped = max(gone - 1 - self._gone, 0)
         self._gone += 1 + skipped
         self._host_time = max(self._host_time + 1, host_time())
-        return Sample(
-            self._host_time,
-            self._time,
-            *(self.unknown,) * 5,
-            skipped=skipped,
-            stale=~self.fresh,
-            events=events,
-            fault=fault,
-            sent=sent,
-            state=self._no_state,
-        )
+        nothing: dict[str, Any] = dict.fromkeys(SIGNALS, self.unknown)
+        nothing |= {"skipped": skipped, "stale": ~self.fresh, "state": self._no_state}
+        return Sample(self._host_time, self._time, **nothing, **fields)
 
 
 class Remarks:
@@ -73,6 +82,6 @@ class Remarks:
         for row, name, words in self._rows:
             code = int(state[row])
             if self._before.get(name, code) != code:
-                found.append(f"{name.replace('_', ' ')} is {words.get(code, f'code {code}')} ({code})")
+                found.append(f"{name.replace('_', ' ')} is {word(words, code)} ({code})")
             self._before[name] = code
         return tuple(found)

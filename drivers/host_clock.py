@@ -13,12 +13,9 @@ def host_time() -> int:
 
 
 class Tick(NamedTuple):
-    """One tick of the clock.
+    """One tick of the clock: its number from zero, and how late it is [s].
 
-    Attributes:
-        number: Of the tick, from zero.
-        lateness: Time from the deadline that was waited for to now [s].
-        skipped: Deadlines that had gone by when this one was reached.
+    `skipped` deadlines had gone by when this one was reached.
     """
 
     number: int

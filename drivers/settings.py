@@ -97,7 +97,7 @@ def _checked(about: About, kind: type[Any], value: Any, where: str) -> Any:
 def template(cls: type[Any]) -> str:
     """The settings as a TOML table with their defaults, each explained; required ones are left empty."""
     lines, kinds = [], get_type_hints(cls)
-    for f in fields(cls):
+    for f in sorted(fields(cls), key=lambda f: f.default is not MISSING):  # what must be filled in is first
         about, required = _about(f), f.default is MISSING
         facts = [about.text]
         facts += [f"[{about.unit}]"] if about.unit else []

@@ -9,12 +9,7 @@ from .errors import Unreadable
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the arm should do at the next cycle.
-
-    Attributes:
-        position: Shape (n,) [rad].
-        velocity: Shape (n,) [rad/s]; for controllers that take it ahead.
-    """
+    """Position [rad] and velocity [rad/s] of the next cycle, each (n,); the latter for those who take it."""
 
     position: np.ndarray
     velocity: np.ndarray

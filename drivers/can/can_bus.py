@@ -3,12 +3,15 @@
 import logging
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import can
 
 from ..errors import BadSettings, LinkLost
+from ..settings import setting
 from .transports import ERROR, IDENTIFIER, Frame, message, transport_of
 
 PATIENCE = 0.1
@@ -36,18 +39,51 @@ PACKAGES = {
 }  # fmt: skip
 """Interface -> packages that python-can needs for it and does not bring (its own optional dependencies)."""
 
+
+@dataclass(frozen=True, kw_only=True)
+class CanSettings(ABC):
+    """Settings of every arm on a CAN bus."""
+
+    interface: str = setting("socketcan", "interface of python-can")
+    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
+    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
+    options: str = setting("", "more for python-can, as 'name=value, name=value'")
+    cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
+    at_close: str = setting(
+        "hold",
+        "after the run: hold where the arm stands, or off, for arms with brakes",
+        choices=("hold", "off"),
+    )
+
+    @property
+    @abstractmethod
+    def frames(self) -> list[int]:
+        """Bytes of data of each frame in a cycle, at most."""
+
+    @property
+    def beats(self) -> float:
+        """Heartbeats on the bus [1/s]."""
+        return 0.0
+
+    @property
+    def bus(self) -> str:
+        """The bus in words, and its worst-case load."""
+        load = bus_load(self.frames, self.cycle, self.bitrate, self.beats)
+        return f"{self.interface} {self.channel}, {self.bitrate} bit/s, load {100.0 * load:.0f} % at worst"
+
+    def require_bus(self) -> None:
+        """Raise BadSettings where there is no such bus, or it cannot carry the frames."""
+        require_interface(self.interface)
+        read_options(self.options)
+        require_room(self.frames, self.cycle, self.bitrate, self.beats)
+
+
 for library in ("can", "canopen"):  # their messages are in our errors; else they print them
     logging.getLogger(library).addHandler(logging.NullHandler())
 
 
 class CanBus:
     """A python-can bus that outlives noise; also what `canopen` and its reading thread are given for a bus.
-
-    Args:
-        interface: As python-can names it.
-        channel: As that interface names it.
-        bitrate: Of the bus [bit/s].
-        options: More of what the interface understands, as "name=value, name=value".
 
     Attributes:
         trouble: Why the bus can no longer be used; empty while it can.

@@ -13,7 +13,7 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import can
 
@@ -31,20 +31,22 @@ IDENTIFIER = 0x1FFFFFFF
 """Bits of an identifier, without flags."""
 
 
-class Transport(Protocol):
+class Transport(ABC):
     """Frames to an adapter and from it; what the adapter or the system raises is raised."""
 
+    @abstractmethod
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
         """Hand frames over, each within a time-out [s]; after one that fails the others are tried."""
 
+    @abstractmethod
     def receive(self, timeout: float) -> Frame | None:
         """The next frame, waited for so long [s], or None. Raises ValueError for what is none, and others."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most have nothing of their own
         """Let go of what is its own; the bus is closed by python-can."""
 
 
-class PythonCanTransport:
+class PythonCanTransport(Transport):
     """Any interface, by the methods that python-can gives all of them."""
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -107,7 +109,7 @@ KINDS = {
 """First letter of a line -> digits of the identifier, and its flags; other lines answer what was sent."""
 
 
-class SlcanTransport:
+class SlcanTransport(Transport):
     """An adapter on a serial port, of which python-can's has the file descriptor of POSIX systems."""
 
     def __init__(self, port: Any) -> None:
@@ -161,7 +163,7 @@ LONGEST = 400
 """Bytes of a datagram that are read: more than any has. Python has objects of up to 512 bytes quickly."""
 
 
-class SocketTransport(ABC):
+class SocketTransport(Transport):
     """Frames over an open socket, which stays python-can's and is not closed here."""
 
     def __init__(self, link: socket.socket) -> None:
@@ -202,9 +204,6 @@ class SocketTransport(ABC):
                 return None
             frame = self._decode(datagram)
         return frame
-
-    def close(self) -> None:  # noqa: B027 - a socket of python-can's is closed by python-can
-        """As in `Transport`."""
 
 
 FRAME = struct.Struct("=IB2xB8s")

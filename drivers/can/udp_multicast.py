@@ -22,13 +22,7 @@ there are more, some were lost, or a sender stamps its frames."""
 
 
 class UdpMulticastTransport(SocketTransport):
-    """A multicast bus, on which each datagram that is sent comes back; those are not received.
-
-    Args:
-        descriptor: Of the socket of python-can's bus.
-        group: Address of the bus.
-        port: Of the bus; None for python-can's default.
-    """
+    """A multicast bus over python-can's socket; datagrams that come back to their sender are passed over."""
 
     def __init__(self, descriptor: int, group: str, port: int | None) -> None:
         super().__init__(socket.socket(fileno=os.dup(descriptor)))

@@ -71,13 +71,11 @@ def _ask(bus: CanBus, motor: int, master: int, register: Register, what: int, da
 
 @dataclass
 class Found:
-    """Data of a motor.
+    """Data of a motor: facts that explain the measurement later, and warnings, a sentence each.
 
     Attributes:
         guarded: Whether it is verified that it switches off when the host falls silent.
         timeout: Its TIMEOUT before the set-up; None if it did not answer.
-        facts: What explains the measurement later.
-        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False

@@ -49,17 +49,9 @@ MODELS: dict[str, tuple[Family, Ranges]] = {
 
 
 class Motor(NamedTuple):
-    """A motor: identifiers of its commands and answers, their ranges, and its gains.
+    """A motor: its name in messages, identifiers of its commands and answers, and their ranges.
 
-    Attributes:
-        name: For messages.
-        number: Identifier of its commands.
-        master: Identifier of its answers.
-        family: Its maker.
-        commanded: Ranges of its commands.
-        answered: Ranges of its answers.
-        kp: Gain [N m/rad].
-        kd: Gain [N m s/rad].
+    Its gains are in [N m/rad] and [N m s/rad].
     """
 
     name: str
@@ -73,14 +65,9 @@ class Motor(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a motor answers, at its output.
+    """What a motor answers, at its output: its maker's error code, and what is measured.
 
-    Attributes:
-        error: Code; its meaning is the maker's.
-        position: [rad].
-        velocity: [rad/s].
-        torque: [N m] or [A].
-        temperature: [degC]; NaN where it is not in the answer.
+    Position is in [rad], velocity in [rad/s], torque in [N m] or [A], temperature in [degC], NaN if not sent.
     """
 
     error: int

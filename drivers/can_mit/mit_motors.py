@@ -7,22 +7,9 @@ from ..can.can_bus import CanBus
 from ..can.can_driver import CanRound
 from ..can.transports import Frame
 from ..host_clock import host_time
+from . import mit_frame as mit
 from .damiao import TO_ALL, refresh
-from .mit_frame import (
-    CLEAR,
-    DAMIAO,
-    DISABLE,
-    ENABLE,
-    Family,
-    Motor,
-    State,
-    answering,
-    error_text,
-    gains,
-    pack,
-    unpack,
-    with_motion,
-)
+from .mit_frame import DAMIAO, Family, Motor, State, answering, error_text
 
 
 class Request(Enum):
@@ -59,7 +46,7 @@ class MotorRound(CanRound):
         self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
         self._others = [_others(motor) for motor in motors]
-        self._gains = [gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
+        self._gains = [mit.gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
         self._answers: dict[Family, dict[tuple[int, int], int]] = {}
         for joint, m in enumerate(motors):
             answers = self._answers.setdefault(m.family, {})
@@ -81,13 +68,13 @@ class MotorRound(CanRound):
     def _command(self, joint: int) -> Frame:
         motor = self._motors[joint]
         motion = self.target[joint], self.velocity[joint]
-        return motor.number, with_motion(motor.commanded, *motion, self._gains[joint])
+        return motor.number, mit.with_motion(motor.commanded, *motion, self._gains[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
         for family, answers in self._answers.items():
             joint = answers.get((identifier, answering(family, data))) if data else None
             if joint is not None:
-                state = unpack(self._motors[joint].answered, family, data)
+                state = mit.unpack(self._motors[joint].answered, family, data)
                 if state is not None:
                     self._take(joint, state)
                     return True
@@ -111,9 +98,9 @@ class MotorRound(CanRound):
 
 
 def _others(motor: Motor) -> dict[Request, Frame]:
-    limp = motor.number, pack(motor.commanded, 0.0, 0.0, 0.0, 0.0)
+    limp = motor.number, mit.pack(motor.commanded, 0.0, 0.0, 0.0, 0.0)
     listen = (TO_ALL, refresh(motor.number)) if motor.family.registers else limp
-    fixed = {Request.CLEAR: CLEAR, Request.ENABLE: ENABLE, Request.DISABLE: DISABLE}
+    fixed = {Request.CLEAR: mit.CLEAR, Request.ENABLE: mit.ENABLE, Request.DISABLE: mit.DISABLE}
     return {
         Request.LISTEN: listen,
         Request.LIMP: limp,

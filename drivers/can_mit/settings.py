@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..can.can_bus import bus_load, read_options, require_interface, require_room
+from ..can.can_bus import CanSettings, bus_load
 from ..driver import Arm, Info
 from ..errors import BadSettings
 from ..settings import setting
@@ -17,7 +17,7 @@ OWN = {"Damiao": DAMIAO, "T-Motor": T_MOTOR}
 
 
 @dataclass(frozen=True)
-class MitSettings:
+class MitSettings(CanSettings):
     """How the motors are reached, how stiff they are, and what their numbers mean."""
 
     model: tuple[str, ...] = setting(..., "of the motor", choices=(*MODELS, *OWN))
@@ -42,16 +42,8 @@ class MitSettings:
     torque_constant: tuple[float, ...] = setting(
         0.0, "at the output; 0 is unknown", unit="N m/A", low=0.0, high=1e3
     )
-    interface: str = setting("socketcan", "interface of python-can")
-    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
-    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
-    options: str = setting("", "more for python-can, as 'name=value, name=value'")
-    cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
     dead_man: float = setting(
         0.2, "Damiao: silence of the host after which motors switch off", unit="s", low=0.02, high=10.0
-    )
-    at_close: str = setting(
-        "hold", "after the run: hold where the arm stands, or switch off and let go", choices=("hold", "off")
     )
 
     def motors(self, names: tuple[str, ...]) -> list[Motor]:
@@ -76,13 +68,7 @@ class MitSettings:
 
     @property
     def frames(self) -> list[int]:
-        """Bytes of data of each frame in a cycle: commands and answers."""
         return [8] * (2 * len(self.ids))
-
-    @property
-    def load(self) -> float:
-        """Worst-case share of the bus that is in use [-]."""
-        return bus_load(self.frames, self.cycle, self.bitrate)
 
     @property
     def apart(self) -> float:
@@ -92,8 +78,6 @@ class MitSettings:
 
 def require_sound(s: MitSettings, arm: Arm) -> None:
     """Raise BadSettings where the settings fit neither each other, nor the arm, nor the bus."""
-    require_interface(s.interface)
-    read_options(s.options)
     _require_distinct(s)
     for joint, motor in enumerate(s.motors(arm.joints)):
         if 0.0 in motor.commanded:
@@ -104,7 +88,7 @@ def require_sound(s: MitSettings, arm: Arm) -> None:
         if s.current_range[joint] and motor.family is DAMIAO:
             raise BadSettings(f"{motor.name}: current_range is for T-Motor; Damiao motors answer with torque")
         _require_within(s, arm, joint, motor)
-    require_room(s.frames, s.cycle, s.bitrate)
+    s.require_bus()
 
 
 def _require_distinct(s: MitSettings) -> None:
@@ -184,7 +168,7 @@ def _warnings(s: MitSettings, motors: Sequence[Motor], states: Sequence[State]) 
 
 def _explained(s: MitSettings, motors: Sequence[Motor], found: Sequence[Found]) -> dict[str, str]:
     explained = {
-        "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
+        "bus": s.bus,
         "time of a sample": "when the first command was handed to the bus; a motor measures when its own "
         f"arrives, on a wire up to {1e3 * s.apart:.2f} ms after the one before it",
     }

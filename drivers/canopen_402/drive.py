@@ -145,11 +145,8 @@ ADVICE = "Set current_object to what its maker has, such as '0x30D1:2 int32', an
 class EffortWish:
     """What a user sets of one drive's current and torque; 0 for what the drive has.
 
-    Attributes:
-        current: Object of the current.
-        scale: Of that object [A per count].
-        rated_current: What a thousand counts of it mean where there is no scale [A].
-        rated_torque: What a thousand counts of 0x6077 mean, at the motor [N m].
+    `scale` is [A per count] of the current's object. Rated current [A] and torque, at the motor [N m], are
+    what a thousand counts mean.
     """
 
     current: c.Entry
@@ -159,13 +156,9 @@ class EffortWish:
 
 
 class Effort(NamedTuple):
-    """Object that measures a motor's effort.
+    """Object that measures a motor's effort; `unit` is [A] or, at the motor, [N m] a count.
 
-    Attributes:
-        entry: The object.
-        unit: What a count of it means [A] or, at the motor, [N m].
-        fact: What explains that later.
-        warnings: Warnings, a sentence each.
+    Facts explain that later; warnings are a sentence each.
     """
 
     entry: c.Entry

@@ -139,7 +139,7 @@ class Canopen402(CanDriver[Frames]):
             "torque": "of the motor by the object and scale beside each joint, times gear: at the joint",
         }
         explained = {
-            "bus": f"{s.interface} {s.channel}, {s.bitrate} bit/s, load {100.0 * s.load:.0f} % at worst",
+            "bus": s.bus,
             "time of a sample": "when SYNC was handed to the bus; on a wire it follows the targets, and "
             f"drives measure up to {1e3 * s.behind:.2f} ms later",
             made.kind: meaning[made.kind],

@@ -18,13 +18,9 @@ from .setup import Found, Wish, inspect, require_not_enabled, set_up
 
 
 class SetUp(NamedTuple):
-    """Drives once they are set up.
+    """Drives once they are set up: "current" or "torque" of all, its source and the data of each.
 
-    Attributes:
-        kind: "current" or "torque", of all drives.
-        efforts: Its source, of each.
-        found: Data of each.
-        warnings: Warnings that are of no single drive, a sentence each.
+    Warnings are of no single drive, a sentence each.
     """
 
     kind: str

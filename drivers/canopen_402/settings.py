@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..can.can_bus import bus_load, read_options, require_interface, require_room
+from ..can.can_bus import CanSettings, bus_load
 from ..driver import Arm
 from ..errors import BadSettings
 from ..settings import setting
@@ -20,7 +20,7 @@ RANGE = 2**31
 
 
 @dataclass(frozen=True)
-class CanopenSettings:
+class CanopenSettings(CanSettings):
     """How the drives are reached, and what their units mean."""
 
     nodes: tuple[int, ...] = setting(..., "node number", low=1, high=126)
@@ -52,11 +52,6 @@ class CanopenSettings:
         0.0, "rated torque of the motor; 0 for what 0x6076 has", unit="N m", low=0.0, high=1e5
     )
     ampere: str = setting("rms", "what the drive's maker means by amperes", choices=("rms", "peak", "dc"))
-    interface: str = setting("socketcan", "interface of python-can")
-    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
-    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
-    options: str = setting("", "more for python-can, as 'name=value, name=value'")
-    cycle: float = setting(0.002, "time between SYNCs", unit="s", low=0.0005, high=0.1)
     host_node: int = setting(127, "node number of the host's heartbeat", low=1, high=127)
     dead_man: float = setting(
         0.2, "silence of the host after which drives stop by themselves", unit="s", low=0.01, high=2.0
@@ -79,9 +74,6 @@ class CanopenSettings:
     )
     following_time: float = setting(0.02, "how long it may be exceeded", unit="s", low=0.0, high=10.0)
     write_limits: bool = setting(False, "write the arm's position limits to 0x607D")
-    at_close: str = setting(
-        "hold", "after the run: hold in quick stop, or off, for arms with brakes", choices=("hold", "off")
-    )
 
     @property
     def per_radian(self) -> np.ndarray:
@@ -98,7 +90,7 @@ class CanopenSettings:
 
     @property
     def frames(self) -> list[int]:
-        """Bytes of data of each frame in a cycle, at most: targets, SYNC, measurements."""
+        """Targets, SYNC, measurements."""
         objects = [c.TORQUE if self.effort == "torque" else wish.current for wish in self.efforts]
         measured = [size for entry in objects for size in measured_sizes(entry)]
         return [COMMANDED.size] * len(self.nodes) + [0] + measured
@@ -115,11 +107,6 @@ class CanopenSettings:
         return len(self.nodes) / self.heartbeat + BEATS / self.dead_man
 
     @property
-    def load(self) -> float:
-        """Worst-case share of the bus that is in use [-]."""
-        return bus_load(self.frames, self.cycle, self.bitrate, self.beats)
-
-    @property
     def behind(self) -> float:
         """Time until a SYNC that is handed over behind the targets is through a wire, at most [s]."""
         return bus_load(self.frames[: len(self.nodes) + 1], 1.0, self.bitrate)
@@ -127,8 +114,6 @@ class CanopenSettings:
 
 def require_sound(s: CanopenSettings, arm: Arm) -> None:
     """Raise BadSettings where the settings fit neither each other, nor the arm, nor the bus."""
-    require_interface(s.interface)
-    read_options(s.options)
     numbers = [*s.nodes, s.host_node]
     twice = {number for number in numbers if numbers.count(number) > 1}
     if twice:
@@ -150,4 +135,4 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
                     f"{name}: its position limit is {counts:.4g} counts, a drive has {RANGE} either way. "
                     "Check counts, gear and zero"
                 )
-    require_room(s.frames, s.cycle, s.bitrate, s.beats)
+    s.require_bus()

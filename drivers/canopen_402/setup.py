@@ -27,13 +27,9 @@ SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
 
 
 class Wish(NamedTuple):
-    """What one drive is to be set to, in its own units, besides what is set for all.
+    """What one drive is to be set to, besides what is set for all.
 
-    Attributes:
-        node: Its number.
-        settings: Of the driver.
-        following_window: Counts; None leaves the drive's own.
-        limits: Lowest and highest position in counts; None leaves the drive's own.
+    Window and limits (lowest, highest position) are in counts; None leaves the drive's own.
     """
 
     node: int
@@ -44,14 +40,11 @@ class Wish(NamedTuple):
 
 @dataclass
 class Found:
-    """Data of a drive.
+    """Data of a drive: its position in counts, facts that explain the measurement later, and warnings.
 
     Attributes:
         guarded: Whether it is verified that the drive stops by itself when the host falls silent.
         beats: Whether the drive sends a heartbeat.
-        position: Where it stands, in counts.
-        facts: What explains the measurement later.
-        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False

@@ -20,15 +20,7 @@ from ..servo.servo_units import Goals, Measured, ServoSettings
 from ..settings import setting
 from . import packet as packets
 from . import registers
-from .health import (
-    DynamixelHealth,
-    Found,
-    current_units,
-    find,
-    require_healthy,
-    require_mode,
-    set_return_delay,
-)
+from .health import DynamixelHealth, Found, current_units, find, require_healthy
 from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
 
 WARM_EVERY = 100
@@ -46,9 +38,6 @@ class DynamixelSettings(ServoSettings):
     fast_sync_read: str = setting(
         "auto", "whether all servos answer in one packet, which is shorter", choices=("auto", "on", "off")
     )
-    return_delay: float = setting(
-        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
-    )
     watchdog: float = setting(
         0.1, "silence after which servos stop by themselves; 0 for never", unit="s", low=0.0, high=2.54
     )
@@ -61,6 +50,7 @@ class Dynamixel(ServoDriver):
     codec: ClassVar[Codec] = packets
     baudrates, joining = registers.BAUDRATES, ", servos that know the fast sync read"
     torque, goal, present = registers.TORQUE, registers.GOAL, registers.PRESENT
+    return_delay = registers.RETURN_DELAY
 
     def __init__(self, settings: DynamixelSettings, arm: Arm) -> None:
         self._joined = settings.fast_sync_read != "off"
@@ -74,8 +64,8 @@ class Dynamixel(ServoDriver):
         self._reset_watchdog(bus, warnings)
         self._shutdown = bus.read(registers.SHUTDOWN)
         require_healthy(bus, self._shutdown)
-        require_mode(bus, settings.operating_mode)
-        set_return_delay(bus, settings.return_delay)
+        self._require_mode(bus)
+        self._set_return_delay(bus)
         for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
             bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion by itself
         self._current_unit = current_units(bus, found, settings.current_unit)
@@ -86,6 +76,15 @@ class Dynamixel(ServoDriver):
         return self._info(
             bus, self._signals(), warnings, self._dead_man(found), **self._identities(bus, found)
         )
+
+    def _require_mode(self, bus: ServoBus) -> None:
+        name, register = self.settings.operating_mode, registers.MODE
+        modes = ", ".join(f"{word} is {number}" for word, number in registers.MODES.items())
+        advice = (
+            f"({name}). Set its register {register.address} with DYNAMIXEL Wizard, or try another "
+            f"operating_mode: {modes}"
+        )
+        bus.require(register, registers.MODES[name], advice)
 
     def _reset_watchdog(self, bus: ServoBus, warnings: list[str]) -> None:
         """See that it takes its value, and leave it off until the drives are armed."""

@@ -9,19 +9,7 @@ from ..errors import BadSettings, NotReady
 from ..servo.servo_bus import ServoBus
 from ..servo.servo_line import Status
 from .packet import ALERT
-from .registers import (
-    BAUDRATES,
-    HARDWARE_ERROR,
-    MODE,
-    MODELS,
-    MODES,
-    RETURN_DELAY,
-    RETURN_DELAY_UNIT,
-    TORQUE,
-    TRIPPED,
-    WATCHDOG,
-    hardware_errors,
-)
+from .registers import BAUDRATES, HARDWARE_ERROR, MODELS, TORQUE, TRIPPED, WATCHDOG, hardware_errors
 
 
 class Found(NamedTuple):
@@ -45,34 +33,6 @@ def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
                 f"{bus.names[servo]} has stopped itself: {hardware_errors(bits & mask)}. Remove the cause, "
                 "support the arm, and switch its power off and on"
             )
-
-
-def require_mode(bus: ServoBus, name: str) -> None:
-    """Raise NotReady where a servo is in another operating mode."""
-    for servo, found in zip(bus.servos, bus.read(MODE), strict=True):
-        if found != MODES[name]:
-            modes = ", ".join(f"{word} is {number}" for word, number in MODES.items())
-            raise NotReady(
-                f"{bus.names[servo]} is in operating mode {found}, not {MODES[name]} ({name}). Set its "
-                f"register {MODE.address} with DYNAMIXEL Wizard, or try another operating_mode: {modes}"
-            )
-
-
-def set_return_delay(bus: ServoBus, seconds: float) -> None:
-    """Set it where it is another: servos keep it for good, and take it only while torque is off.
-
-    Raises NotReady if torque is on.
-    """
-    wanted = [round(seconds / RETURN_DELAY_UNIT)] * len(bus.servos)
-    if bus.read(RETURN_DELAY) == wanted:
-        return
-    holding = [bus.names[s] for s, on in zip(bus.servos, bus.read(TORQUE), strict=True) if on]
-    if holding:
-        raise NotReady(
-            f"{RETURN_DELAY} can be set to {1e6 * seconds:g} us only while torque is off, and "
-            f"{', '.join(holding)} has it on. Support the arm and switch its power off and on"
-        )
-    bus.settle(RETURN_DELAY, wanted, pause=0.02)
 
 
 def current_units(bus: ServoBus, found: Sequence[Found], given: Sequence[float]) -> np.ndarray:
@@ -99,10 +59,8 @@ AGAIN = 100
 class DynamixelHealth:
     """What the answers contain besides the measurements.
 
-    Args:
-        bus: Of the servos.
-        shutdown: Bits of the hardware errors for which each servo switches its torque off.
-        now: Host's clock [ns].
+    `shutdown` are the bits of hardware errors for which each servo switches its torque off; times are in
+    [ns].
     """
 
     def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:

@@ -11,7 +11,6 @@ from typing import ClassVar
 import numpy as np
 
 from ..driver import Info
-from ..errors import NotReady
 from ..servo.servo_bus import LENGTHS, ServoBus
 from ..servo.servo_driver import ServoDriver
 from ..servo.servo_line import Codec, Reading, Register, Status
@@ -55,9 +54,6 @@ a bridge that measures no current."""
 FASTEST = {True: 3400, False: 68}
 """Goal velocity where 0 means to stand still, for fine and coarse units [counts/s], [50 counts/s]."""
 
-RETURN_DELAY_UNIT = 2e-6
-"""[s] a count."""
-
 FURTHEST = 30719
 """Largest goal, either way, of servos without position limits [counts]."""
 
@@ -73,9 +69,6 @@ class FeetechSettings(ServoSettings):
     acceleration: int = setting(
         254, "with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
     )
-    return_delay: float = setting(
-        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
-    )
 
 
 class Feetech(ServoDriver):
@@ -85,12 +78,13 @@ class Feetech(ServoDriver):
     codec: ClassVar[Codec] = packets
     baudrates = BAUDRATES
     torque, goal, present = TORQUE, GOAL, PRESENT
+    return_delay, lock = RETURN_DELAY, LOCK
 
     def _set_up(self, bus: ServoBus) -> Info:
         settings, n = self.settings, self.arm.dof
         bus.find(settings.baudrate, BAUDRATES)
-        _require_position_mode(bus)
-        _set_return_delay(bus, settings.return_delay)
+        bus.require(MODE, 0, f"(position). Set its register {MODE.address} to 0")
+        self._set_return_delay(bus)
         phases = bus.read(PHASE)
         self._velocity_unit = np.array(
             [(1.0 if phase & FINE else 50.0) * 2.0 * np.pi / turn
@@ -171,30 +165,6 @@ def _signed(numbers: np.ndarray) -> np.ndarray:
 def _alarms(bits: int) -> str:
     named = [name for place, name in enumerate(ALARMS) if bits >> place & 1 and name]
     return ", ".join(named) or f"alarm {bits}"
-
-
-def _require_position_mode(bus: ServoBus) -> None:
-    for servo, mode in zip(bus.servos, bus.read(MODE), strict=True):
-        if mode:
-            raise NotReady(
-                f"{bus.names[servo]} is in operating mode {mode}, not 0 (position). Set its register "
-                f"{MODE.address} to 0"
-            )
-
-
-def _set_return_delay(bus: ServoBus, seconds: float) -> None:
-    """Set it where it is another; servos keep it for good, behind a lock."""
-    wanted = [round(seconds / RETURN_DELAY_UNIT)] * len(bus.servos)
-    if bus.read(RETURN_DELAY) == wanted:
-        return
-    if any(bus.read(TORQUE)):
-        raise NotReady(
-            f"{RETURN_DELAY} can be set to {1e6 * seconds:g} us only while torque is off. Support the arm "
-            "and switch its power off and on"
-        )
-    bus.settle(LOCK, [0] * len(wanted))
-    bus.settle(RETURN_DELAY, wanted, pause=0.02)
-    bus.settle(LOCK, [1] * len(wanted))
 
 
 def _goals_allowed(bus: ServoBus) -> Goals:

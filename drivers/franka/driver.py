@@ -11,54 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples, Remarks
+from ..controller_samples import ControllerSamples, Remarks, word
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
 from ..host_clock import WALL, host_time
 from ..values import Command, Sample
 from .fci_link import FciLink
-from .fci_messages import ENDED, FLOW, OFF, ROBOT_MODE, STATE, STOP, mode_of, obstacle, target, word
+from .fci_messages import ENDED, FLOW, OFF, ROBOT_MODE, STATE, STOP, mode_of, obstacle, target
 from .settings import FrankaSettings, info_of
 from .target_stream import CYCLE, JOINTS
-
-
-class Samples(ControllerSamples):
-    """Makes the samples of one session."""
-
-    def __init__(self) -> None:
-        super().__init__(JOINTS, len(STATE))
-        self._continued = False
-
-    def holes(self, record: np.void) -> int:
-        """States that were lost between the last one and this; none before the first."""
-        return max(self._cycles(record) - 1, 0)
-
-    def _cycles(self, record: np.void) -> int:
-        return round((int(record["time"]) - self._time) * 1e-9 / CYCLE) if self._continued else 1
-
-    def of(self, record: np.void, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
-        """Of a state; its lateness is until now."""
-        time = int(record["time"])
-        lateness = self._lateness(host_time(), time)
-        skipped = self._skipped(time, int(record["arrival"]) + WALL, self._cycles(record))
-        self._continued = True
-        return Sample(
-            host_time=self._host_time,
-            controller_time=self._time,
-            position=record["q"].copy(),
-            velocity=record["dq"].copy(),
-            current=self.unknown,
-            torque=record["tau_J"].copy(),
-            temperature=self.unknown,
-            lateness=lateness,
-            skipped=skipped,
-            stale=self.fresh,
-            events=events,
-            fault=fault,
-            sent=sent,
-            state=record["state"].copy(),
-        )
-
 
 SILENCE = 5
 """Cycles without a state after which a sample is marked; fewer are a busy network."""
@@ -84,7 +45,8 @@ class Franka(Driver):
         if arm.dof != JOINTS:
             raise BadSettings(f"driver franka: the robot has {arm.dof} joints; expected {JOINTS}")
         self._link: FciLink | None = None
-        self._samples, self._remarks = Samples(), Remarks(STATE, REPORTED)
+        self._samples = ControllerSamples(JOINTS, len(STATE), CYCLE)
+        self._remarks = Remarks(STATE, REPORTED)
         self._flowing = self._armed = self._stopped = False
         self._next: np.void | None = None
         self._holes = 0
@@ -152,10 +114,22 @@ class Franka(Driver):
         sent = self._commanded(command) or command is None
         if self._holes:
             self._holes -= 1
-            return self._samples.of_silence(1, (), self._fault, sent)
+            return self._samples.of_silence(1, fault=self._fault, sent=sent)
         self._next, self._mode = None, word(ROBOT_MODE, mode_of(record))
-        events = self._remarks.on(record["state"])
-        return self._samples.of(record, events, self._fault, sent)
+        time = int(record["time"])
+        return self._samples.of(
+            time,
+            int(record["arrival"]) + WALL,
+            self._samples.cycles(time),
+            self._samples.lateness(host_time(), time),
+            position=record["q"].copy(),
+            velocity=record["dq"].copy(),
+            torque=record["tau_J"].copy(),
+            events=self._remarks.on(record["state"]),
+            fault=self._fault,
+            sent=sent,
+            state=record["state"].copy(),
+        )
 
     def _flow(self) -> FciLink:
         link = self._opened()
@@ -173,7 +147,7 @@ class Franka(Driver):
         if self._next is None:
             return False
         self._heard = time.monotonic()
-        holes = self._samples.holes(self._next)
+        holes = max(self._samples.cycles(int(self._next["time"])) - 1, 0)
         # More than are held back cannot be made up for: the arm has been stopped.
         self._holes = holes if self._target is not None and holes * CYCLE < self.settings.buffer else 0
         return True
@@ -202,7 +176,7 @@ class Franka(Driver):
                 f"driver franka: nothing from {self.settings.address} for {quiet:.2f} s. Look at cable and "
                 "controller"
             )
-        return self._samples.of_silence(int(quiet / CYCLE), (), self._fault)
+        return self._samples.of_silence(int(quiet / CYCLE), fault=self._fault, sent=False)
 
     def _opened(self) -> FciLink:
         if self._link is None:

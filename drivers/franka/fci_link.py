@@ -32,10 +32,8 @@ class FciLink:
         version: Of the library.
         fault: Why commands are not taken any more; empty while they are.
 
-    Raises:
-        MissingPackage: The maker's library is not installed.
-        LinkLost: No connection to the controller.
-        NotReady: It refuses.
+    Raises MissingPackage without the maker's library, LinkLost without a connection, NotReady if the
+    controller refuses.
     """
 
     def __init__(self, settings: FrankaSettings) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..controller_samples import word
 from .target_stream import JOINTS
 
 ROBOT_MODE = {
@@ -80,11 +81,6 @@ STATE: Mapping[str, Mapping[int, str]] = {
     **{f"{name}{joint}": {} for name in ("tau_J_d", "theta", "dtheta") for joint in range(1, JOINTS + 1)},
 }
 """What is recorded of the controller's state, and what its codes mean."""
-
-
-def word(names: Mapping[int, str], code: int) -> str:
-    """Of a code, or the code."""
-    return names.get(code, f"code {code}")
 
 
 def error_names(text: str) -> list[str]:

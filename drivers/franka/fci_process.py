@@ -17,24 +17,8 @@ from typing import Any
 import numpy as np
 import pylibfranka as fci
 
-from .fci_messages import (
-    ASK,
-    ENDED,
-    FATAL,
-    FAULT,
-    FLOW,
-    FOLLOWING,
-    IDLE,
-    OFF,
-    READY,
-    STOP,
-    STOPPING,
-    TARGET,
-    VECTORS,
-    error_code,
-    read_target,
-    record,
-)
+from . import fci_messages as m
+from .fci_messages import error_code, read_target, record
 from .target_stream import CYCLE, JOINTS, TargetStream
 
 READ = 1 << 12
@@ -56,10 +40,10 @@ class FciProcess:
         self._robot = fci.Robot(address, config)
         self._control: Any = None
         self._stream: TargetStream | None = None
-        self._motion, self._time = IDLE, 0.0
+        self._motion, self._time = m.IDLE, 0.0
         self._flowing = self._asked = self._ended = False
         self._untold: list[bytes] = []
-        self._tell(READY, fci.__version__.encode())
+        self._tell(m.READY, fci.__version__.encode())
 
     def prepare(self, torque: float, force: float, recover: bool) -> None:
         """Thresholds of collisions, and recovery from a reflex; zero and false leave them."""
@@ -103,23 +87,23 @@ class FciProcess:
             self._take(message[:1], message[1:], state)
 
     def _take(self, kind: bytes, body: bytes, state: Any) -> None:
-        if kind == TARGET:
+        if kind == m.TARGET:
             self._follow(read_target(body), state)
-        elif kind == STOP:
+        elif kind == m.STOP:
             self._stop("")
-        elif kind == OFF:
+        elif kind == m.OFF:
             self._let_go()
-        elif kind == FLOW:
+        elif kind == m.FLOW:
             self._flowing = True
-        elif kind == ASK:
+        elif kind == m.ASK:
             self._asked = True
 
     def _follow(self, position: np.ndarray, state: Any) -> None:
-        if self._motion == IDLE:
+        if self._motion == m.IDLE:
             self._stream = TargetStream(np.array(state.q_d), self._held_back)
             try:
                 self._control = self._robot.start_joint_position_control(fci.ControllerMode.JointImpedance)
-                self._motion, self._time = FOLLOWING, self._robot_time(state)
+                self._motion, self._time = m.FOLLOWING, self._robot_time(state)
             except (fci.ControlException, fci.CommandException) as error:
                 self._over(str(error))
         if self._stream is not None:
@@ -129,14 +113,14 @@ class FciProcess:
         return float(state.time.to_sec())
 
     def _stop(self, reason: str) -> None:
-        if self._motion == FOLLOWING and self._stream is not None:
-            self._motion = STOPPING
+        if self._motion == m.FOLLOWING and self._stream is not None:
+            self._motion = m.STOPPING
             self._stream.stop(reason)
 
     def _let_go(self) -> None:
         """End the motion without a way to rest: the controller brakes as hard as it can."""
         if self._control is not None:
-            self._control, self._motion = None, ENDED
+            self._control, self._motion = None, m.ENDED
 
     def _command(self, state: Any) -> None:
         """Give out what belongs to this millisecond; what a lost state would have had is left out."""
@@ -145,9 +129,9 @@ class FciProcess:
         cycles = max(round((now - self._time) / CYCLE), 1)
         self._time = now
         step = self._stream.next(cycles)
-        if self._stream.reason and self._motion == FOLLOWING:
-            self._motion = STOPPING
-            self._tell(FAULT, self._stream.reason.encode())
+        if self._stream.reason and self._motion == m.FOLLOWING:
+            self._motion = m.STOPPING
+            self._tell(m.FAULT, self._stream.reason.encode())
         command = fci.JointPositions(step.position.tolist())
         command.motion_finished = step.finished
         try:
@@ -155,11 +139,11 @@ class FciProcess:
         except fci.ControlException as error:
             self._over(str(error))
         if step.finished:
-            self._control, self._motion = None, ENDED
+            self._control, self._motion = None, m.ENDED
 
     def _over(self, text: str) -> None:
-        self._control, self._motion = None, ENDED
-        self._tell(FAULT, text.encode())
+        self._control, self._motion = None, m.ENDED
+        self._tell(m.FAULT, text.encode())
 
     def _report(self, state: Any) -> None:
         self._tell_untold()
@@ -178,7 +162,7 @@ class FciProcess:
                 *(*state.tau_J_d, *state.theta, *state.dtheta),
             ],
             motion=self._motion,
-            **{name: getattr(state, name) for name in VECTORS},
+            **{name: getattr(state, name) for name in m.VECTORS},
         )
         with suppress(OSError):  # a driver that does not look misses some
             self._link.send(message)
@@ -210,7 +194,7 @@ def main() -> None:
         process.run()
     except REFUSED as error:
         with suppress(OSError):
-            link.send(FATAL + str(error).encode())
+            link.send(m.FATAL + str(error).encode())
         # An ordinary end would let the library wait for a controller that does not answer.
         os._exit(1)
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..controller_samples import word
 from ..driver import Arm, Info
 from ..settings import setting
-from .fci_messages import ROBOT_MODE, STATE, mode_of, word
+from .fci_messages import ROBOT_MODE, STATE, mode_of
 from .target_stream import CYCLE, LOWER, UPPER, VELOCITY
 
 

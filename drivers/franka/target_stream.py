@@ -129,14 +129,9 @@ class Step(NamedTuple):
 
 
 class TargetStream:
-    """One motion, from rest to rest.
+    """One motion from where the controller holds the arm (n,) [rad], to rest.
 
-    Args:
-        start: Where the controller holds the arm, shape (n,) [rad].
-        held_back: Commands that wait before the first is given out.
-
-    Attributes:
-        reason: Why it stops; empty while it does not.
+    So many commands are held back. `reason` is why it stops, empty while it does not.
     """
 
     def __init__(self, start: np.ndarray, held_back: int) -> None:

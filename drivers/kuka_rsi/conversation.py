@@ -120,14 +120,9 @@ def _arrival(extra: list[tuple[int, int, bytes]]) -> int:
 
 
 class Conversation:
-    """Receives from the controller and answers with the last corrections that were given.
+    """Receives from the controller and answers with the last corrections that were given, one an axis [deg].
 
-    Args:
-        link: To the controller.
-        session: Which telegram is the next.
-        answer: Writes answers.
-        corrections: At first, one an axis [deg].
-        counted: Whether the last number of a telegram is how many answers came too late.
+    Where answers that came too late are `counted`, their number is the last of a telegram.
 
     Attributes:
         silent: Whether nothing is answered, as at first.

@@ -204,8 +204,8 @@ class KukaRsi(Driver):
     def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
         self._fault = self._fault or talk.session.restarted
         sent = not (talk.refused or talk.repeated or self._fault)
-        elapsed = talk.session.elapsed
-        return self._samples.of(fresh, elapsed, self._events(talk, fresh), self._fault, sent)
+        known = {"events": self._events(talk, fresh), "fault": self._fault, "sent": sent}
+        return self._samples.of_telegram(fresh, talk.session.elapsed, **known)
 
     def _silent(self, talk: Conversation) -> Sample:
         if talk.quiet > self.settings.timeout * self._cycle:
@@ -214,7 +214,7 @@ class KukaRsi(Driver):
                 "Look at the pendant's messages, then start the program again"
             )
         gone = int(talk.quiet / self._cycle)
-        return self._samples.of_silence(gone, self._events(talk, None), self._fault)
+        return self._samples.of_silence(gone, events=self._events(talk, None), fault=self._fault, sent=False)
 
     def _events(self, talk: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
         probed = self._probe.events() if self._probe else ()

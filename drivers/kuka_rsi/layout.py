@@ -16,12 +16,12 @@ from .settings import RsiSettings
 
 @dataclass(frozen=True)
 class Axes:
-    """How the two are related.
+    """How axes and joints are related, each of shape (n,).
 
     Attributes:
-        sign: 1 or -1, shape (n,).
-        zero: Joint's position where the axis shows zero, shape (n,) [rad].
-        ampere: Amperes in the controller's unit of current, shape (n,).
+        sign: 1 or -1.
+        zero: Joint's position where the axis shows zero [rad].
+        ampere: Amperes in the controller's unit of current.
     """
 
     sign: np.ndarray

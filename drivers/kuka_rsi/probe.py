@@ -62,7 +62,7 @@ class Probe:
         cycle: Of the controller [s].
         timeout: Cycles for which the controller may go on without answers.
         lower: Most negative corrections that it takes, shape (n,) [deg].
-        upper: Most positive, likewise; an axis that has no room for the probe is not probed.
+        upper: Most positive; an axis that has no room for the probe is not probed.
 
     Attributes:
         correction: What to answer the next telegram with, shape (n,) [deg].

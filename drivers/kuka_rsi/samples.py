@@ -1,6 +1,7 @@
 """What is reported of a session: metadata at its beginning, then samples and remarks."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -141,29 +142,23 @@ class Samples(ControllerSamples):
     """Makes the samples of one session."""
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
-        super().__init__(len(layout.axes), len(layout.external))
+        super().__init__(len(layout.axes), len(layout.external), settings.cycle)
         self._axes, self._actual, self._external = axes, layout.columns(ACTUAL), layout.external_columns
         self._current, self._torque = map(layout.columns, (settings.current_tag, settings.torque_tag))
 
-    def of(self, fresh: Fresh, elapsed: float, events: tuple[str, ...], fault: str, sent: bool) -> Sample:
-        """Of a telegram, so long after the first [ms]."""
+    def of_telegram(self, fresh: Fresh, elapsed: float, **fields: Any) -> Sample:
+        """Of a telegram, so long after the first [ms], with further fields of a sample."""
         numbers = np.array(fresh.telegram.numbers)
-        skipped = self._skipped(round(1e6 * elapsed), fresh.datagram.arrival, fresh.cycles)
-        return Sample(
-            host_time=self._host_time,
-            controller_time=self._time,
+        return self.of(
+            round(1e6 * elapsed),
+            fresh.datagram.arrival,
+            fresh.cycles,
+            lateness(fresh),
             position=self._axes.joints(numbers[self._actual]),
-            velocity=self.unknown,
             current=self._scaled(numbers, self._current, self._axes.ampere),
             torque=self._scaled(numbers, self._torque, self._axes.sign),
-            temperature=self.unknown,
-            lateness=lateness(fresh),
-            skipped=skipped,
-            stale=self.fresh,
-            events=events,
-            fault=fault,
-            sent=sent,
             state=numbers[self._external],
+            **fields,
         )
 
     def _scaled(self, numbers: np.ndarray, columns: slice | None, scale: np.ndarray) -> np.ndarray:

@@ -34,13 +34,9 @@ class Datagram(NamedTuple):
 
 
 class Fresh(NamedTuple):
-    """The newest telegram.
+    """The newest telegram, and by how many cycles it is newer than the one before; 1 if none is missing.
 
-    Attributes:
-        telegram: As read.
-        datagram: As it came.
-        cycles: By how many it is newer than the one before; 1 if none is missing.
-        late: By how much it came later after the one before than by their stamps [s].
+    It is late by how much more time went by between the two than between their stamps [s].
     """
 
     telegram: Telegram

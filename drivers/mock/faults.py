@@ -51,14 +51,10 @@ class Reply:
 
 
 class Fault(NamedTuple):
-    """One fault.
+    """One fault of a joint, by its index; None for all, or for none in particular.
 
-    Attributes:
-        kind: What it does.
-        joint: Index of the joint it befalls; None for all, or for none in particular.
-        amount: How much of it, in the fault's own unit.
-        begin: From when on [s]; `START` for the first exchange.
-        length: For how long [s]; zero for one cycle.
+    Its amount is in the fault's own unit. It begins at a time [s], or at `START` with the first exchange, and
+    lasts for a length [s]; zero for one cycle.
     """
 
     kind: "Kind"

@@ -30,19 +30,13 @@ with suppress(ImportError):  # not everywhere are there terminals
 
 
 class SerialPort:
-    """An open port; a read that comes back short has met its deadline.
-
-    Args:
-        name: Such as "/dev/ttyUSB0" or "COM3".
-        baudrate: [bit/s].
-        patience: How long a read waits for its bytes [s].
+    """An open port such as "/dev/ttyUSB0" or "COM3"; a read that comes back short has met its deadline [s].
 
     Attributes:
         waited: Whether the last read had to wait for bytes.
 
-    Raises:
-        BadSettings: No such port, or a baud rate it does not have.
-        NotReady: A port that is in use, or that this user may not open.
+    Raises BadSettings without such a port or baud rate [bit/s], NotReady for a port that is in use, or that
+    this user may not open.
     """
 
     def __init__(self, name: str, baudrate: int, patience: float) -> None:

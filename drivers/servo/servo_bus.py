@@ -43,13 +43,8 @@ class ServoBus:
     ) -> list[Status | None]:
         """The answers in the order of the question; None for each that did not come or is not valid.
 
-        Args:
-            reading: The question.
-            before: Packets to send in front of it.
-            answer_time: How long this question's answers usually take; None for one that is rare.
-
-        Raises:
-            LinkLost: The port is gone.
+        Packets can be sent before the question, in the same write. `answer_time` is how long its answers
+        usually take, None for a rare one. Raises LinkLost if the port is gone.
         """
         self._port.write(before + reading.packet)
         if answer_time is not None:
@@ -139,6 +134,12 @@ class ServoBus:
         ]
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
 
+    def require(self, register: Register, value: int, advice: str) -> None:
+        """Raise NotReady where a servo has another value; LinkLost if some do not answer."""
+        for servo, found in zip(self.servos, self.read(register), strict=True):
+            if found != value:
+                raise NotReady(f"{self.names[servo]} is in {register.name} {found}, not {value} {advice}")
+
     def peek(self, register: Register) -> list[int | None]:
         """A register of all servos, asked for once; None if silent. Raises LinkLost if the port is gone."""
         return [_number(answer, register) for answer in self._answers(register)]
@@ -207,13 +208,9 @@ class ServoTalk:
     def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
         """Send packets, ask, and return the answers; None for each servo without one.
 
-        Args:
-            packets: These have no answer.
-            readings: The question, and the same with more and more bytes in front, `LENGTHS` in all.
-            events: What was noticed is added here.
-
-        Raises:
-            LinkLost: The port is gone, or there was no answer for a long time.
+        `readings` are the question, and the same with more and more bytes in front, `LENGTHS` in all. What
+        was noticed is added to `events`. Raises LinkLost if the port is gone, or after no answer for a long
+        time.
         """
         answers = self._answers(packets, readings, events)
         self._mute = 0 if any(answer is not None for answer in answers) else self._mute + 1

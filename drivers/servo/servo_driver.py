@@ -11,12 +11,21 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..driver import Arm, Driver, Info, StopLevel
-from ..errors import BadSettings, DriverError, LinkLost
+from ..errors import BadSettings, DriverError, LinkLost, NotReady
 from ..host_clock import HostClock, host_time
 from ..values import Command, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .servo_bus import ServoBus, ServoTalk
-from .servo_line import Codec, Reading, Register, Status, Traffic, require_rate, shortest_cycle
+from .servo_line import (
+    RETURN_DELAY_UNIT,
+    Codec,
+    Reading,
+    Register,
+    Status,
+    Traffic,
+    require_rate,
+    shortest_cycle,
+)
 from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
@@ -37,6 +46,9 @@ class ServoDriver(Driver):
     torque: ClassVar[Register]
     goal: ClassVar[Register]
     present: ClassVar[Register]
+    return_delay: ClassVar[Register]
+    lock: ClassVar[Register | None] = None
+    """What keeps servos from a return delay that stays; None where nothing does."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         super().__init__(settings, arm)
@@ -178,6 +190,24 @@ class ServoDriver(Driver):
         self._limits = [end.tolist() for end in self._allowed]
         self._count, self._counts, self._once = 0, where, b""
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
+
+    def _set_return_delay(self, bus: ServoBus) -> None:
+        """Set it where it is another: servos keep it for good, and take it only while torque is off."""
+        register, seconds = self.return_delay, self.settings.return_delay
+        wanted = [round(seconds / RETURN_DELAY_UNIT)] * self.arm.dof
+        if bus.read(register) == wanted:
+            return
+        holding = [bus.names[s] for s, on in zip(bus.servos, bus.read(self.torque), strict=True) if on]
+        if holding:
+            raise NotReady(
+                f"{register} can be set to {1e6 * seconds:g} us only while torque is off, and "
+                f"{', '.join(holding)} has it on. Support the arm and switch its power off and on"
+            )
+        if self.lock:
+            bus.settle(self.lock, [0] * self.arm.dof)
+        bus.settle(register, wanted, pause=0.02)
+        if self.lock:
+            bus.settle(self.lock, [1] * self.arm.dof)
 
     def _where(self, bus: ServoBus) -> np.ndarray:
         """Counts at which the servos stand, shape (n,)."""

@@ -37,14 +37,10 @@ class Parsed(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """A request and what should come of it.
+    """A request to servos, and how their answers are found in what comes.
 
-    Attributes:
-        packet: The request.
-        servos: Ids that answer, in this order.
-        answer_bytes: Length of all answers together, where no byte needs stuffing.
-        length: Of the data in each answer [bytes].
-        parse: Finds the answers in what came.
+    `answer_bytes` is the length of all answers together, where no byte needs stuffing; `length` is that of
+    the data in each.
     """
 
     packet: bytes
@@ -66,6 +62,9 @@ class Codec(Protocol):
     def sync_write(self, address: int, values: Mapping[int, bytes]) -> bytes:
         """Write the same registers, of the same length, of several servos, which do not answer."""
 
+
+RETURN_DELAY_UNIT = 2e-6
+"""[s] a count of every servo's return delay."""
 
 BITS_A_BYTE = 10
 """A start bit, eight bits, a stop bit."""

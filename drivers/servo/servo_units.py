@@ -22,6 +22,9 @@ class ServoSettings:
     zero: tuple[int, ...] = setting(
         2048, "count of the servo where the joint's position is zero", low=-(1 << 24), high=1 << 24
     )
+    return_delay: float = setting(
+        0.0, "how long a servo waits before it answers", unit="s", low=0.0, high=508e-6
+    )
     at_end: str = setting(
         "hold", "what servos do after the run: an arm without brakes drops when off", choices=("hold", "off")
     )
@@ -45,11 +48,8 @@ class Goals(NamedTuple):
 class Measured(NamedTuple):
     """What the servos answered, each of shape (n,), with the signs of the servos.
 
-    Attributes:
-        position: [counts].
-        velocity: [rad/s].
-        current: [A]; NaN where there is none.
-        temperature: [degC]; NaN where it was not asked for.
+    Position is in [counts], velocity in [rad/s], current in [A], temperature in [degC]; NaN for what is not
+    known.
     """
 
     position: np.ndarray

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import Remarks
+from ..controller_samples import ControllerSamples, Remarks, word
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
 from ..values import Command, Sample
@@ -30,7 +30,7 @@ from .program import (
 )
 from .rtde import DATA, RtdeLink, package
 from .session import Session, agree, info_of, pause, start
-from .state import JOINT_MODE, PLAYING, REPORTED, STATE, Samples, obstacle, slowed, state_of, word
+from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
 
 SILENCE = 5
 """Cycles without a package after which a sample is marked; fewer are a busy network."""
@@ -56,7 +56,7 @@ class UrRtde(Driver):
         if arm.dof != JOINTS:
             raise BadSettings(f"driver ur_rtde: the robot has {arm.dof} joints; expected {JOINTS}")
         self._registers = Registers(settings.first_register)
-        self._samples = Samples(arm.dof, settings.cycle)
+        self._samples = ControllerSamples(arm.dof, len(STATE), settings.cycle)
         self._link: RtdeLink | None = None
         self._session: Session | None = None
         self._dashboard: Dashboard | None = None
@@ -163,7 +163,8 @@ class UrRtde(Driver):
         sent = self._commanded(command) or command is None
         try:
             state = state_of(record)
-            sample = self._samples.of(record, state, arrival, self._events(state), self._fault, sent)
+            known = {"state": state, "events": self._events(state), "fault": self._fault, "sent": sent}
+            sample = sample_of(self._samples, record, arrival, **known)
         except Unreadable as error:
             return self._silent((str(error),), sent)
         self._quiet, self._heard = 0.0, time.monotonic()
@@ -220,7 +221,8 @@ class UrRtde(Driver):
                 f"{'the controller' if why else 'cable and controller'}"
             )
         gone = int(self._quiet / self.settings.cycle)
-        return self._samples.of_silence(gone, (*why, *self._events(None)), self._fault, sent)
+        events = (*why, *self._events(None))
+        return self._samples.of_silence(gone, events=events, fault=self._fault, sent=sent)
 
     def _events(self, state: np.ndarray | None) -> tuple[str, ...]:
         link, _ = self._opened()

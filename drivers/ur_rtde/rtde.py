@@ -68,14 +68,9 @@ class Unpacked:
 
 
 class Recipe:
-    """What the controller made of a list of names, by the body of its answer.
+    """What the controller made of a list of names: a number, 0 where it was refused, and types of the values.
 
-    Attributes:
-        number: Of the recipe; 0 where it was refused.
-        types: Of the values.
-
-    Raises:
-        ValueError: It is no answer to these names.
+    Raises ValueError for what is no answer to these names.
     """
 
     def __init__(self, names: Sequence[str], answer: bytes) -> None:
@@ -129,13 +124,9 @@ READ = 1 << 16
 
 
 class RtdeLink:
-    """A connection, which may take so long to be made and to answer [s].
+    """A connection, which may take so long to be made and to answer [s]. Raises LinkLost without one.
 
-    Attributes:
-        texts: Messages of the controller that were not looked at yet.
-
-    Raises:
-        LinkLost: No connection.
+    `texts` are messages of the controller that were not looked at yet.
     """
 
     def __init__(self, address: str, port: int, patience: float) -> None:

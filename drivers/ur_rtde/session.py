@@ -5,23 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..controller_samples import word
 from ..driver import Info
 from ..errors import NotReady
+from . import rtde
 from .program import Dashboard, Registers, UrSettings, require_cycle
-from .rtde import (
-    CONTROLLER,
-    IN_USE,
-    INPUTS,
-    NOT_FOUND,
-    OUTPUTS,
-    PAUSE,
-    PROTOCOL,
-    START,
-    VERSION,
-    Recipe,
-    RtdeLink,
-)
-from .state import FIELDS, FULL, ROBOT_MODE, SAFETY_MODE, STATE, word
+from .rtde import Recipe, RtdeLink
+from .state import FIELDS, FULL, ROBOT_MODE, SAFETY_MODE, STATE
 
 MEASURED = (
     "timestamp", "actual_q", "target_q", "actual_qd", "actual_current", "joint_temperatures", "joint_mode",
@@ -33,12 +23,9 @@ NEWER = "3.10 on a CB3, 5.4 on an e-Series, or newer"
 
 @dataclass(frozen=True)
 class Session:
-    """What was agreed on.
+    """What was agreed on: version of the controller, recipes of what it sends and of registers that it takes.
 
-    Attributes:
-        version: Of the controller, such as "5.12.4.1101".
-        outputs: Recipe of what it sends.
-        inputs: Recipe of the registers that it takes; None where the arm is only read.
+    There are no inputs where the arm is only read.
     """
 
     version: str
@@ -49,20 +36,18 @@ class Session:
 def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding: bool) -> Session:
     """Ask for all that the driver needs.
 
-    Raises:
-        LinkLost: No answer, or one that makes no sense.
-        NotReady: The controller is too old, or the registers are another's.
-        BadSettings: It does not keep such cycles.
+    Raises LinkLost for no answer, or one that makes no sense; NotReady if the controller is too old, or the
+    registers are another's; BadSettings if it does not keep such cycles.
     """
-    if link.ask(VERSION, struct.pack(">H", PROTOCOL)) != b"\x01":
+    if link.ask(rtde.VERSION, struct.pack(">H", rtde.PROTOCOL)) != b"\x01":
         raise NotReady(
             "driver ur_rtde: the controller does not know version 2 of RTDE: its software is too old. Try "
             f"{NEWER}"
         )
-    version = _version(link.ask(CONTROLLER))
+    version = _version(link.ask(rtde.CONTROLLER))
     require_cycle(settings.cycle, int(version.split(".")[0]))
     names = [*MEASURED, *FIELDS.values(), registers.session, registers.ended]
-    outputs = _recipe(link, OUTPUTS, names, struct.pack(">d", 1.0 / settings.cycle))
+    outputs = _recipe(link, rtde.OUTPUTS, names, struct.pack(">d", 1.0 / settings.cycle))
     _require_known(outputs, registers, version)
     if not outputs.accepted:
         raise NotReady(f"driver ur_rtde: the controller refuses to send {', '.join(names)}")
@@ -70,8 +55,8 @@ def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding
 
 
 def _inputs(link: RtdeLink, registers: Registers, version: str) -> Recipe:
-    inputs = _recipe(link, INPUTS, registers.inputs)
-    if used := inputs.refused(IN_USE):
+    inputs = _recipe(link, rtde.INPUTS, registers.inputs)
+    if used := inputs.refused(rtde.IN_USE):
         raise NotReady(
             f"driver ur_rtde: another program writes {', '.join(used)}: end it, or take other registers by "
             f"first_register = {24 - registers.first}"
@@ -90,7 +75,7 @@ def _recipe(link: RtdeLink, kind: bytes, names: list[str], before: bytes = b"") 
 
 
 def _require_known(recipe: Recipe, registers: Registers, version: str) -> None:
-    missing = recipe.refused(NOT_FOUND)
+    missing = recipe.refused(rtde.NOT_FOUND)
     lower = registers.first and any("register" in name for name in missing)
     if missing:
         raise NotReady(
@@ -108,13 +93,13 @@ def _version(answer: bytes) -> str:
 
 def start(link: RtdeLink) -> None:
     """Let data come. Raises NotReady if the controller refuses."""
-    if link.ask(START) != b"\x01":
+    if link.ask(rtde.START) != b"\x01":
         raise NotReady("driver ur_rtde: the controller refuses to send data. Try restarting it")
 
 
 def pause(link: RtdeLink) -> None:
     """Let none come until the next start: what nobody takes fills the controller's buffers."""
-    link.ask(PAUSE)
+    link.ask(rtde.PAUSE)
 
 
 SIGNALS = ("position", "velocity", "current", "temperature")

@@ -1,10 +1,11 @@
 """What a Universal Robots controller reports of itself, and the samples made of it."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples
+from ..controller_samples import ControllerSamples, word
 from ..values import Sample, nanoseconds
 
 ROBOT_MODE = {
@@ -59,11 +60,6 @@ def state_of(record: np.void) -> np.ndarray:
     return np.array([float(record[name]) for name in FIELDS.values()])
 
 
-def word(names: Mapping[int, str], code: int) -> str:
-    """Of a code, or the code."""
-    return names.get(code, f"code {code}")
-
-
 def obstacle(record: np.void) -> str:
     """Why the arm cannot be moved at all, with what to try; empty if it can be."""
     safety, mode = int(record["safety_mode"]), int(record["robot_mode"])
@@ -85,49 +81,20 @@ def slowed(record: np.void) -> str:
     return f"the speed slider is at {100 * slider:.3g} %, where servoj falls behind: set it to 100 %"
 
 
-class Samples(ControllerSamples):
-    """Makes the samples of n joints in one session with a cycle [s]."""
+def sample_of(samples: ControllerSamples, record: np.void, arrival: int, **fields: Any) -> Sample:
+    """Of a package that came at a time of the host [ns], with further fields of a sample.
 
-    def __init__(self, joints: int, cycle: float) -> None:
-        super().__init__(joints, len(STATE))
-        self._cycle = cycle
-        self.restart()
-
-    def restart(self) -> None:
-        """No cycle is missed between the last package and the next: none was asked for."""
-        self._continued = False
-
-    def of(
-        self,
-        record: np.void,
-        state: np.ndarray,
-        arrival: int,
-        events: tuple[str, ...],
-        fault: str,
-        sent: bool,
-    ) -> Sample:
-        """Of a package with the controller's state (k,), which came at a time of the host [ns].
-
-        Raises Unreadable if its own time is none.
-        """
-        time = nanoseconds("timestamp", float(record["timestamp"]))
-        lateness = self._lateness(arrival, time)
-        cycles = round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
-        skipped = self._skipped(time, arrival, cycles)
-        self._continued = True
-        return Sample(
-            host_time=self._host_time,
-            controller_time=time,
-            position=record["actual_q"].astype(float),
-            velocity=record["actual_qd"].astype(float),
-            current=record["actual_current"].astype(float),
-            torque=self.unknown,
-            temperature=record["joint_temperatures"].astype(float),
-            lateness=lateness,
-            skipped=skipped,
-            stale=self.fresh,
-            events=events,
-            fault=fault,
-            sent=sent,
-            state=state,
-        )
+    Raises Unreadable if its own time is none.
+    """
+    time = nanoseconds("timestamp", float(record["timestamp"]))
+    return samples.of(
+        time,
+        arrival,
+        samples.cycles(time),
+        samples.lateness(arrival, time),
+        position=record["actual_q"].astype(float),
+        velocity=record["actual_qd"].astype(float),
+        current=record["actual_current"].astype(float),
+        temperature=record["joint_temperatures"].astype(float),
+        **fields,
+    )

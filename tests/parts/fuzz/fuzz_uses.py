@@ -5,10 +5,11 @@ from pathlib import Path
 from exidyn.acquire.files.arm_file import read_arm
 from exidyn.acquire.files.report_files import found_files
 from exidyn.acquire.files.report_material import material
+from exidyn.drivers.controller_samples import ControllerSamples
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.session import MEASURED
-from exidyn.drivers.ur_rtde.state import FIELDS, Samples, obstacle, slowed, state_of
+from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slowed, state_of
 from exidyn.drivers.values import checked
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.fit.fit_file import read_fit
@@ -35,7 +36,7 @@ def report(path: Path) -> None:
 
 def hear(path: Path) -> None:
     """As the driver ur_rtde and the loop do with what comes from the controller."""
-    recipe, samples, arrival = None, Samples(JOINTS, CYCLE), 0
+    recipe, samples, arrival = None, ControllerSamples(JOINTS, len(STATE), CYCLE), 0
     try:
         for kind, body in Unpacked().add(path.read_bytes()):
             if kind == OUTPUTS:
@@ -44,6 +45,7 @@ def hear(path: Path) -> None:
                 continue
             record, arrival = recipe.read(body), arrival + round(1e9 * CYCLE)
             words = obstacle(record), slowed(record)
-            checked(samples.of(record, state_of(record), arrival, words, words[0], sent=False))
+            known = {"state": state_of(record), "events": words, "fault": words[0], "sent": False}
+            checked(sample_of(samples, record, arrival, **known))
     except ValueError as error:  # which the driver tells as this
         raise LinkLost(f"driver ur_rtde: {error}") from error
