@@ -90,15 +90,7 @@ def _columns(pairs: Pairs) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Pull:
-    """Gain of the sum per unit of a link's motion, fields as in `Link`.
-
-    Attributes:
-        omega: Shape (3, t).
-        alpha: Shape (3, t).
-        lift: Shape (3, t).
-        linear: Shape (3, m, t).
-        angular: Shape (3, m, t).
-    """
+    """Gain of the sum per unit of a link's motion, fields and shapes as in `Link`."""
 
     omega: np.ndarray
     alpha: np.ndarray

@@ -14,15 +14,9 @@ SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
 
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Values on an even time axis by a cubic spline through the recorded stamps.
+    """Even time axis from the first of increasing stamps (t,) [s] to the last, at a rate [Hz], and values.
 
-    Args:
-        time: Increasing stamps, shape (t,) [s].
-        values: Shape (t, n).
-        rate: Samples per second of the result [Hz].
-
-    Returns:
-        Even time axis from the first stamp to the last, and the values there.
+    Values (t, n) are those of a cubic spline through the recorded stamps.
     """
     count = int(np.floor((time[-1] - time[0]) * rate + 1e-6)) + 1
     even = time[0] + np.arange(count) / rate

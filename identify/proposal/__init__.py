@@ -1,5 +1,1 @@
-"""What a log seems to hold, and how sure that is.
-
-In: columns with names, as arrays, and the robot as described.
-Out: a `Proposal`: which column is what, in which unit, and rough drive gains, each with a probability.
-"""
+"""What a log seems to hold: which column is what, in which unit, rough drive gains, and how sure that is."""

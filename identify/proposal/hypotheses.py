@@ -72,7 +72,7 @@ def joint_odds(
     return odds
 
 
-def mounted_odds(
+def _mounted_odds(
     log: Log, robot: Robot, stated: Units, orders: Mapping[Order, float]
 ) -> dict[tuple[Units, Order, Direction | None], float]:
     """The same of units, orders and the direction of gravity, up to its sign: as described, or as found."""
@@ -91,7 +91,7 @@ def mounted_odds(
     return odds
 
 
-def orders_of(robot: Robot, by_name: bool) -> dict[Order, float]:
+def _orders_of(robot: Robot, by_name: bool) -> dict[Order, float]:
     """Orders that are weighed, and the prior of each: as numbered, sorted by name, two swapped."""
     n = robot.dof
     plain = tuple(range(n))
@@ -127,10 +127,10 @@ class Likeliest(NamedTuple):
 def units_and_order(log: Log, robot: Robot, chosen: Mapping[str, Family], clock: str) -> Likeliest:
     """The likeliest units and order, each with its own probability, whatever the others are."""
     stated = Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
-    orders = orders_of(robot, chosen["position"].by_name)
+    orders = _orders_of(robot, chosen["position"].by_name)
     likely: dict[tuple[Units, Order], float] = {}
     directions: dict[Direction, float] = {}
-    for (one, ordered, direction), p in posterior(mounted_odds(log, robot, stated, orders)).items():
+    for (one, ordered, direction), p in posterior(_mounted_odds(log, robot, stated, orders)).items():
         likely[one, ordered] = likely.get((one, ordered), 0.0) + p
         if direction is not None:
             directions[direction] = directions.get(direction, 0.0) + p

@@ -47,7 +47,7 @@ def proposal_text(proposal: Proposal) -> str:
     parts = [table(["what", "guess", "sure", "from"], rows, left=(0, 1, 3))]
     parts += [paragraph(note, "  ", "* ") for note in proposal.notes]
     for guess in proposal.open:
-        parts.append(paragraph(f"NOT DECIDED: {open_words(guess)}", "  "))
+        parts.append(paragraph(f"NOT DECIDED: {_open_words(guess)}", "  "))
     return "\n".join(line for part in parts for line in part)
 
 
@@ -56,7 +56,7 @@ def chance(probability: float) -> str:
     return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"
 
 
-def open_words(guess: Guess) -> str:
+def _open_words(guess: Guess) -> str:
     """What is not decided, and what settles it."""
     likely = f", likeliest {guess.value} ({chance(guess.probability)})" if guess.probability > 0 else ""
     return f"{guess.what}{likely}. To settle it: {guess.option}"
@@ -83,7 +83,7 @@ def robot_toml(
     gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
     head = [f"# Proposed by exidyn init from {log}; what it did not decide is said in comments."]
-    head += [f"# {open_words(guess)}" for guess in proposal.open]
+    head += [f"# {_open_words(guess)}" for guess in proposal.open]
     known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
     if gains and not known:
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")

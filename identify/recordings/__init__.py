@@ -1,5 +1,1 @@
-"""Recordings of runs.
-
-In: MCAP files and what other tools write.
-Out: `Recording`, with units, checks and warnings.
-"""
+"""From MCAP files and what other tools write to a `Recording`, with units, checks and warnings."""

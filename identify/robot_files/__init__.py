@@ -1,5 +1,1 @@
-"""Files that describe a robot.
-
-In: URDF, modified Denavit-Hartenberg tables, `robot.toml`, names of built-in robots.
-Out: `Model`; and the text of such files.
-"""
+"""Files that describe a robot, in and out: URDF, modified Denavit-Hartenberg tables, `robot.toml`."""

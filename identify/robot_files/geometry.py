@@ -166,16 +166,10 @@ def hull(points: np.ndarray) -> coal.Convex:
 
 
 def _find_mesh(name: str, urdf: Path, package_dirs: Iterable[str | Path], where: str) -> Path:
-    """Path of a mesh as a URDF names it: in a package, as a file, or beside the URDF.
+    """Path of a mesh as a URDF names it: in a package, as a file, or beside the URDF; else an error.
 
-    Args:
-        name: `package://arm/meshes/link.stl`, `file:///meshes/link.stl` or `meshes/link.stl`.
-        urdf: Path of the URDF.
-        package_dirs: Folders that hold packages, or are one; searched first.
-        where: Who asks, for the error.
-
-    Raises:
-        RobotError: It is in none of the folders, which the message lists; those around the URDF in a word.
+    Such as `package://arm/meshes/link.stl`, `file:///meshes/link.stl` or `meshes/link.stl`. `package_dirs`
+    hold packages, or are one, and are searched first.
     """
     for prefix in IN_PACKAGES:
         if name.startswith(prefix):

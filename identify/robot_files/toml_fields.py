@@ -158,28 +158,28 @@ def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
 def lines(table: Mapping[str, Any], tall: bool = False) -> str:
     """One line a key; where they are `tall`, matrices take one a row."""
     return "\n".join(
-        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else value_text(value)}"
+        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else _value_text(value)}"
         for key, value in table.items()
     )
 
 
-def value_text(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """A TOML value; `repr` of a float reads back as the same float."""
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
     if isinstance(value, str):
         return _string(value)
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{_key(key)} = {value_text(item)}' for key, item in value.items())} }}"
+        return f"{{ {', '.join(f'{_key(key)} = {_value_text(item)}' for key, item in value.items())} }}"
     if isinstance(value, Sequence | np.ndarray):
-        return f"[{', '.join(value_text(item) for item in value)}]"
+        return f"[{', '.join(_value_text(item) for item in value)}]"
     if isinstance(value, int | np.integer):
         return str(int(value))
     return repr(float(value))
 
 
 def _rows(matrix: Sequence | np.ndarray) -> str:
-    return "[\n" + "".join(f"  {value_text(row)},\n" for row in matrix) + "]"
+    return "[\n" + "".join(f"  {_value_text(row)},\n" for row in matrix) + "]"
 
 
 def _key(key: str) -> str:

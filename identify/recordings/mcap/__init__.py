@@ -1,5 +1,1 @@
-"""MCAP files.
-
-In: bytes, also of a run that was cut off.
-Out: `Recording`, and bytes again.
-"""
+"""MCAP files: from bytes, also of a run that was cut off, to a `Recording`, and back."""

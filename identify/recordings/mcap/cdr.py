@@ -194,15 +194,7 @@ def text_message(value: str) -> bytes:
 
 
 class LogMessage(NamedTuple):
-    """A rcl_interfaces/msg/Log without its line.
-
-    Attributes:
-        stamp: [ns].
-        level: `INFO`, `WARN`, `ERROR` or another number.
-        name: The sender.
-        text: The message.
-        function: Where in the program, or whatever else.
-    """
+    """A rcl_interfaces/msg/Log without its line: stamp [ns], level like `INFO`, sender, text, function."""
 
     stamp: int
     level: int

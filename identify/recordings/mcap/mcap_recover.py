@@ -64,7 +64,7 @@ def recover(source: Path, target: Path) -> Recovered:
 
 def _losses(contents: Contents) -> list[str]:
     losses = []
-    unknown = sum(not _described(contents, message) for message in contents.every_message())
+    unknown = sum(not _described(contents, message) for message in contents.messages_in_order())
     if unknown:
         losses.append(f"{unknown} messages of topics whose description is damaged")
     if not contents.finished:
@@ -113,7 +113,7 @@ def _repeat(contents: Contents, writer: Writer) -> array:
         if channel.schema_id in schemas
     }
     times = array("Q")
-    for message in contents.every_message():
+    for message in contents.messages_in_order():
         if message.channel_id in channels:
             number, logged = channels[message.channel_id], message.log_time
             writer.add_message(number, logged, message.data, message.publish_time, message.sequence)

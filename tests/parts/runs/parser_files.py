@@ -327,7 +327,7 @@ def rewritten(metadata: Mapping[str, Mapping[str, str]] = EMPTY, attachments: Fi
         )
         for number, channel in contents.channels.items()
     }
-    for message in contents.every_message():
+    for message in contents.messages_in_order():
         number = channels[message.channel_id]
         writer.add_message(number, message.log_time, message.data, message.publish_time)
     writer.finish()
