@@ -68,11 +68,7 @@ def _compared(simulated: Recording, recorded: Recording, offset: float | None, f
 
 
 def _one(path: Path, model: Model | None) -> Recording:
-    """The one recording at a path.
-
-    Raises:
-        RecordingError: There are several.
-    """
+    """The one recording at a path."""
     recordings = import_source(path, model)
     if len(recordings) != 1:
         names = ", ".join(recording.name for recording in recordings)

@@ -81,7 +81,7 @@ def _read_and_do(folder: Path | None, output: Path, given: Namespace) -> None:
     """Diagnose a case folder, or the runs of the command line where there is none."""
     with Stopwatch(QUICK if given.quick else STAGES) as progress:
         progress(f"read {folder or 'the recordings'}")
-        run(read_case(folder) if folder else recorded_case(given), output, given, progress)
+        diagnose_case(read_case(folder) if folder else recorded_case(given), output, given, progress)
 
 
 def _require_no_runs(given: Namespace) -> None:
@@ -91,11 +91,7 @@ def _require_no_runs(given: Namespace) -> None:
 
 
 def _require_no_json(given: Namespace) -> None:
-    """Raise where one JSON is asked for of several cases.
-
-    Raises:
-        ExidynError: It is.
-    """
+    """Raise where one JSON is asked for of several cases."""
     if given.json:
         raise ExidynError(
             "--json takes one case; of several, each has its diagnosis.json below --output, and --answer "
@@ -113,7 +109,7 @@ def _try(folder: Path, output: Path, given: Namespace) -> bool:
     return True
 
 
-def run(case: Case, output: Path, given: Namespace, progress: Stopwatch) -> Diagnosed:
+def diagnose_case(case: Case, output: Path, given: Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
     progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
     filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)

@@ -147,11 +147,7 @@ def excite_command(given: Namespace) -> None:
 
 
 def _require_together(given: Namespace) -> None:
-    """Make sure that the options go together.
-
-    Raises:
-        WrongUse: Two do not.
-    """
+    """Make sure that the options go together."""
     asked = [f"--kind {given.kind}"] if given.kind != OPTIMISED else []
     asked += ["--against"] if given.against else []
     useless = [f"--{name}" for name in IDENTIFY_ONLY if getattr(given, name) not in (None, [])]

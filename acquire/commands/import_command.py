@@ -157,12 +157,7 @@ def _options(given: Namespace) -> dict[str, Any]:
 
 
 def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -> None:
-    """Make sure that one file can take what was imported.
-
-    Raises:
-        RecordingError: There are several runs.
-        OSError: The file cannot be written; names the option.
-    """
+    """Make sure that one file can take what was imported."""
     if len(recordings) > 1:
         names = [recording.name for recording in recordings]
         raise RecordingError(

@@ -131,11 +131,7 @@ def _longest(log: Path, rate: float | None) -> Table:
 
 
 def _require_same(logs: Sequence[Path], names: Sequence[Sequence[str]]) -> None:
-    """Make sure that several logs have the same columns.
-
-    Raises:
-        RecordingError: One has not.
-    """
+    """Make sure that several logs have the same columns."""
     for log, own in zip(logs, names, strict=True):
         if list(own) != list(names[0]):
             apart = sorted(set(own) ^ set(names[0])) or ["in another order"]
@@ -193,11 +189,7 @@ def _urdf(path: Path, output: Path) -> str:
 
 
 def _require_free(texts: dict[Path, str], given: Namespace) -> None:
-    """Make sure that files can be written, and none is lost.
-
-    Raises:
-        OSError: One exists, and there is no --force; or it cannot be written.
-    """
+    """Make sure that files can be written, and none is lost."""
     for path in texts:
         require_file(path, "--output" if path == given.output else "--preset", [*given.logs, given.urdf])
         if path.exists() and not given.force:

@@ -159,12 +159,7 @@ def jog_command(given: Namespace) -> int:
 
 
 def _way(given: Namespace, robot: Robot) -> Way:
-    """The joint, and how far.
-
-    Raises:
-        UnknownJoint: There is no such joint.
-        NotAllowed: Degrees of a prismatic joint, millimetres of a revolute one, or too many.
-    """
+    """The joint, and how far."""
     joint = _joint(given.joint, robot)
     revolute = bool(robot.revolute[joint])
     if (given.mm if revolute else given.degrees) is not None:
@@ -190,11 +185,7 @@ def _driver(
     model: Model,
     payload: KnownPayload | None,
 ) -> Driver:
-    """The driver, and for the mock its arm.
-
-    Raises:
-        NotAllowed: Another arm for a driver that moves a real one.
-    """
+    """The driver, and for the mock its arm."""
     require_mock(given, name)
     real = with_body(read_model(given.plant), payload) if given.plant else model
     plant = standing_arm(model.robot, real, given.seed, payload.name if payload else "")

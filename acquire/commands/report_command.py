@@ -33,6 +33,7 @@ STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
 )
 def report_command(given: Namespace) -> None:
     """Read, bring together, write."""
+    # Pages take time to import, which `view` can do without.
     from exidyn.identify.pages.report_document import joined_html
 
     from ..files.report_material import material

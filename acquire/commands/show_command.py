@@ -77,11 +77,7 @@ def _require_places(given: Namespace) -> None:
 
 
 def _differences(plan: Plan, model: Model | None) -> list[str]:
-    """How the robot at hand differs from the one planned for.
-
-    Raises:
-        TrajectoryError: It has other joints, so that nothing of it can be shown.
-    """
+    """How the robot at hand differs from the one planned for."""
     if model is None:
         return []
     different = fits(plan, model)

@@ -32,7 +32,7 @@ from ..study.shelf import Shelf
 from ..study.source import Source
 from ..terminal.json_output import files_untold, hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
-from . import diagnose_command
+from .diagnose_command import QUICK, diagnose_case, diagnose_command
 from .excite_command import LIMITS, excite_command, wishes_of
 from .identify_command import identify_command
 from .record_command import record_command
@@ -104,11 +104,7 @@ def _page(choice: dict[str, Any], folder: Path) -> str:
 
 
 def _source(given: Namespace, model: Model) -> Source:
-    """The cell, or the recordings that exist.
-
-    Raises:
-        ExidynError: Both are given.
-    """
+    """The cell, or the recordings that exist."""
     if given.recordings:
         if given.controller or given.driver or given.plant:
             raise ExidynError("--from takes recordings that exist, and no controller; leave one of them out")
@@ -144,18 +140,13 @@ def identify_step(runs: Sequence[Path], folder: Path) -> None:
 
 def diagnose_step(case: Case, folder: Path) -> Diagnosed:
     """Diagnose, as `exidyn diagnose --quick` does."""
-    given = diagnose_command.diagnose_command.parser().parse_args([case.name, "--quick"])
-    with _page_into(folder / SUMMARY), Stopwatch(diagnose_command.QUICK) as progress:
-        return diagnose_command.run(case, folder, given, progress)
+    given = diagnose_command.parser().parse_args([case.name, "--quick"])
+    with _page_into(folder / SUMMARY), Stopwatch(QUICK) as progress:
+        return diagnose_case(case, folder, given, progress)
 
 
 def _record(given: Namespace, plan: Path, path: Path, body: KnownPayload | None) -> None:
-    """Record, as `exidyn record` does, its question included.
-
-    Raises:
-        RunStopped: The run was stopped before its end.
-        Unsafe: The arm still moves, or may.
-    """
+    """Record, as `exidyn record` does, its question included."""
     asked = record_command.parser().parse_args([str(plan), "--robot", given.robot, "--approach"])
     asked.output, asked.name = path, path.parent.name
     for name in RECORDED if body is not None else RECORDED - {"mass", "com", "inertia"}:

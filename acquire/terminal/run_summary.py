@@ -93,7 +93,7 @@ def _ask(question: str, nothing: str) -> None:
         answer = input()
     except EOFError:
         print(file=sys.stderr)
-        raise NotConfirmed(f"there is no terminal to type yes in,  {nothing}. Run it in a terminal") from None
+        raise NotConfirmed(f"there is no terminal to type yes in, {nothing}. Run it in a terminal") from None
     if answer.strip() != "yes":
         raise NotConfirmed(f"not confirmed, {nothing}; it takes the word yes")
 
