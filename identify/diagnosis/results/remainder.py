@@ -64,7 +64,8 @@ def _sign(run: Driven, joint: int) -> np.ndarray:
 
 
 def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
-    return [_sign(run, joint) * one for one in _position(run, joint)]
+    sign = _sign(run, joint)
+    return [sign * one for one in _position(run, joint)]
 
 
 def _load(run: Driven, joint: int) -> list[np.ndarray]:
