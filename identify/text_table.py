@@ -43,7 +43,7 @@ def percent(share: float, significant: int = 2) -> str:
     """A share in per cent, "97 %"; what is next to nothing or to all is bounded: "below 0.1 %"."""
     if 0.0 < share < 1e-3:
         return "below 0.1 %"
-    if 0.999 < share < 1.0:
+    if 0.999 < share <= 1.0:
         return "above 99.9 %"
     value = digits(100.0 * share, 3 if share > 0.99 else significant)
     return f"{value.rstrip('0').rstrip('.') if '.' in value else value} %"
