@@ -25,8 +25,7 @@ SIGNALS: dict[str, str] = {
 """What can be measured on each joint, and its unit; for joints that slide read m for rad and N for N m.
 
 `current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and `link_position`
-from a second one behind the gear, both in joint coordinates; `command` and its velocity were asked for.
-"""
+from a second one behind the gear, both in joint coordinates; `command` and its velocity were asked for."""
 RATE_AGREES = 0.02
 """Share by which samples a second may differ from one over the median period and count as the same."""
 SIMULATED = "simulated"
@@ -202,7 +201,7 @@ class Recording(InNotebook):
         timing: Of the control loop; None if that was not recorded.
         controller: Its own state; None where its driver reads none of that.
         outcome: How the run ended, by name; empty if unknown.
-        warnings: Warnings about this recording, in sentences.
+        warnings: In sentences.
         recorded: Whether exidyn wrote its file. What cannot be in it is then evidence of what went wrong, and
             a warning; in other people's files it is a wrong unit, and refused.
     """
@@ -266,10 +265,8 @@ class Recording(InNotebook):
         carried = f", payload {self.payload.name}" if self.payload else ""
         size = f"{self.duration:.4g} s, {self.robot.dof} joints{carried}"
         lines = [f"Recording {self.name} of {self.robot.name}: {size}"]
-        lines += [
-            f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]"
-            for name, signal in self.signals.items()
-        ]
+        for name, signal in self.signals.items():
+            lines.append(f"  {name:16} {len(signal):8} samples  {signal.rate:.4g} Hz  [{SIGNALS[name]}]")
         if self.warnings:
             lines.append(f"  {counted(len(self.warnings), 'warning')}, the first: {self.warnings[0]}")
         return "\n".join(lines)
