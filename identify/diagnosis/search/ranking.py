@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..blocks.prediction import Prediction
-from ..candidates import kinds
+from ..candidates import KINDS
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import competing, levelled
@@ -50,7 +50,7 @@ def ranked(
         return candidate.key not in taken and bool(np.any(np.isin(near, acting)))
 
     asked = [pair for pair in problem.asked if wanted(pair[0], pair[1].joints)]
-    for kind in kinds().values():
+    for kind in KINDS.values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
         asked += [(one, Thinned.of(one, problem.runs)) for one in rest if wanted(one, one.joints)]
     before = [one for one in shapes.values() if wanted(one.candidate, one.columns.joints)]

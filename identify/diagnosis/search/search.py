@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..candidates import kinds
+from ..candidates import KINDS
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
@@ -79,7 +79,7 @@ def search(problem: Problem) -> SearchResult:
 
 def _asked_first(problem: Problem, prediction: Prediction) -> Iterator[Candidate]:
     """Hypotheses by what the model leaves without any finding."""
-    for kind in kinds().values():
+    for kind in KINDS.values():
         if kind.ask_first is not None:
             yield from kind.ask_first(problem.model, prediction, problem.runs)
 
@@ -90,7 +90,7 @@ def _measured(problem: Problem, prediction: Prediction) -> list[Selected]:
     Where blocks show the torque of one as well, that is taken.
     """
     found = []
-    for measured in (kind.measured for kind in kinds().values() if kind.measured):
+    for measured in (kind.measured for kind in KINDS.values() if kind.measured):
         for evidence, answer in measured(problem.model, prediction, problem.runs):
             odds = odds_of(evidence, prediction.joints)
             if odds > CERTAIN_ODDS:
