@@ -45,11 +45,6 @@ class HostClock:
         self._number += 1 + skipped
         return Tick(self._number, late * 1e-9, skipped)
 
-    @property
-    def left(self) -> float:
-        """Time until the next deadline [s]; negative when it is over."""
-        return (self._deadline + self._cycle - time.monotonic_ns()) * 1e-9
-
 
 LONGER, SHORTER = 20e-6, 2e-6
 """By how much the next sleep is longer where an answer had to be waited for after it, and shorter where none

@@ -12,7 +12,8 @@ import numpy as np
 from ..driver import Arm, Driver, StopLevel
 from ..errors import LinkLost, NotReady
 from ..host_clock import AnswerTime, HostClock, Tick
-from ..values import SIGNALS, Command, Sample
+from ..samples import HostSamples
+from ..values import Command, Sample
 from .can_bus import CanBus
 from .transports import STANDARD, Frame
 
@@ -144,8 +145,7 @@ class CanDriver(Driver, Generic[Round]):
         self._clock: HostClock | None = None
         self._armed = False
         self._level = 0
-        self._unknown, self._none_stale = np.full(arm.dof, np.nan), np.zeros(arm.dof, bool)
-        self._none_stale.setflags(write=False)  # samples share it
+        self._samples = HostSamples(arm.dof)
 
     @abstractmethod
     def _aim(self, talk: Round, command: Command) -> None:
@@ -156,26 +156,8 @@ class CanDriver(Driver, Generic[Round]):
         """Look at what was answered, while joints are commanded and there was no stop."""
 
     @abstractmethod
-    def _sample(self, talk: Round, tick: Tick, sent: int) -> Sample:
-        """What was answered, in our units."""
-
-    def _answered(self, talk: Round, tick: Tick, sent: int, **values: np.ndarray) -> Sample:
-        """A sample of what is known, by name and each (n,); NaN for all else and for stale joints."""
-        stale = self._none_stale
-        if not all(talk.fresh):
-            stale = ~np.array(talk.fresh)
-            values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
-        known: dict[str, Any] = {name: values.get(name, self._unknown) for name in SIGNALS}
-        return Sample(
-            sent,
-            sent,
-            **known,
-            lateness=tick.lateness,
-            skipped=tick.skipped,
-            stale=stale,
-            events=talk.events(),
-            fault=talk.fault,
-        )
+    def _measured(self, talk: Round) -> dict[str, np.ndarray]:
+        """Signals that were answered, in our units, each of shape (n,)."""
 
     @abstractmethod
     def _position(self, talk: Round) -> np.ndarray:
@@ -205,7 +187,8 @@ class CanDriver(Driver, Generic[Round]):
             raise LinkLost(
                 f"nothing was received from any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
             )
-        return self._sample(talk, tick, sent)
+        events, measured = talk.events(), self._measured(talk)
+        return self._samples.of(sent, tick, talk.fresh, events=events, fault=talk.fault, **measured)
 
     def close(self) -> None:
         """Quick stop until at rest, then held or switched off by `at_close`."""

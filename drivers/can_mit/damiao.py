@@ -70,7 +70,7 @@ def _ask(bus: CanBus, motor: int, master: int, register: Register, what: int, da
 
 
 @dataclass
-class Found:
+class MotorData:
     """Data of a motor: facts that explain the measurement later, and warnings, a sentence each.
 
     Attributes:
@@ -84,13 +84,13 @@ class Found:
     warnings: list[str] = field(default_factory=list)
 
 
-def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> Found:
+def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> MotorData:
     """Check a motor's registers, and make it switch off after so long a silence of the host [s].
 
     Without `dead_man`, for a motor that is only read, nothing is changed. Raises NotReady if its ranges are
     not those that were set, or it does not take the MIT mode.
     """
-    found = Found()
+    found = MotorData()
     if _reading(bus, motor, MODE) is None:
         found.warnings.append(
             f"{motor.name} does not show its registers: its ranges could not be checked, and it goes on with "
@@ -137,7 +137,7 @@ def _set_mode(bus: CanBus, motor: Motor) -> None:
         raise NotReady(f"{motor.name} was set to mode {MIT_MODE} (MIT) and is in mode {mode}")
 
 
-def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, found: Found) -> None:
+def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, found: MotorData) -> None:
     before = _reading(bus, motor, TIMEOUT)
     found.timeout = None if before is None else int(before)
     wanted = round(dead_man / TIMEOUT_UNIT)

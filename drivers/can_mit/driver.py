@@ -12,9 +12,8 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
-from ..host_clock import Tick
-from ..values import Command, Sample
-from .damiao import Found, leave, set_up
+from ..values import Command
+from .damiao import MotorData, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import MotorRound, Request
 from .settings import MitSettings, info_of, require_sound
@@ -41,7 +40,7 @@ class CanMit(CanDriver[MotorRound]):
         self._motors = settings.motors(arm.joints)
         self._sign, self._zero = np.array(settings.sign, float), np.array(settings.zero)
         self._to_torque, self._to_current = self._scales()
-        self._found: list[Found] = []
+        self._found: list[MotorData] = []
         self._attempts = [0] * arm.dof
 
     def open(self) -> Info:
@@ -86,7 +85,8 @@ class CanMit(CanDriver[MotorRound]):
         bus = self._open_bus()
         try:
             self._found = [
-                set_up(bus, motor, dead_man) if motor.family.registers else Found() for motor in self._motors
+                set_up(bus, motor, dead_man) if motor.family.registers else MotorData()
+                for motor in self._motors
             ]
             self._round = MotorRound(bus, self._motors)
             self._read_all(self._round)
@@ -208,19 +208,16 @@ class CanMit(CanDriver[MotorRound]):
     def _look(self, talk: MotorRound) -> None:
         pass
 
-    def _sample(self, talk: MotorRound, tick: Tick, sent: int) -> Sample:
+    def _measured(self, talk: MotorRound) -> dict[str, np.ndarray]:
         # One array of five rows would take longer than these of one row each.
         _, position, velocity, effort, temperature = map(np.array, zip(*talk.state, strict=True))
-        return self._answered(
-            talk,
-            tick,
-            sent,
-            position=position * self._sign + self._zero,
-            velocity=velocity * self._sign,
-            current=effort * self._to_current,
-            torque=effort * self._to_torque,
-            temperature=temperature,
-        )
+        return {
+            "position": position * self._sign + self._zero,
+            "velocity": velocity * self._sign,
+            "current": effort * self._to_current,
+            "torque": effort * self._to_torque,
+            "temperature": temperature,
+        }
 
     def _position(self, talk: MotorRound) -> np.ndarray:
         return np.array([state.position for state in talk.state]) * self._sign + self._zero

@@ -45,7 +45,7 @@ class MotorRound(CanRound):
         self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
         self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
-        self._others = [_others(motor) for motor in motors]
+        self._constant = [_constant_frames(motor) for motor in motors]
         self._gains = [mit.gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
         self._answers: dict[Family, dict[tuple[int, int], int]] = {}
         for joint, m in enumerate(motors):
@@ -58,7 +58,7 @@ class MotorRound(CanRound):
         now = host_time()
         self._bus.send_frames(
             [
-                self._command(joint) if request is Request.COMMAND else self._others[joint][request]
+                self._command(joint) if request is Request.COMMAND else self._constant[joint][request]
                 for joint, request in enumerate(self.request)
             ]
         )
@@ -97,7 +97,7 @@ class MotorRound(CanRound):
             self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
 
 
-def _others(motor: Motor) -> dict[Request, Frame]:
+def _constant_frames(motor: Motor) -> dict[Request, Frame]:
     limp = motor.number, mit.pack(motor.commanded, 0.0, 0.0, 0.0, 0.0)
     listen = (TO_ALL, refresh(motor.number)) if motor.family.registers else limp
     fixed = {Request.CLEAR: mit.CLEAR, Request.ENABLE: mit.ENABLE, Request.DISABLE: mit.DISABLE}

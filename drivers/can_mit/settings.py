@@ -9,7 +9,7 @@ from ..can.can_bus import CanSettings, bus_load
 from ..driver import Arm, Info
 from ..errors import BadSettings
 from ..settings import setting
-from .damiao import TIMEOUT_UNIT, Found
+from .damiao import TIMEOUT_UNIT, MotorData
 from .mit_frame import DAMIAO, KD, KP, MODELS, T_MOTOR, Motor, Ranges, State, error_text
 
 OWN = {"Damiao": DAMIAO, "T-Motor": T_MOTOR}
@@ -120,7 +120,7 @@ def _require_within(s: MitSettings, arm: Arm, joint: int, motor: Motor) -> None:
 def info_of(
     s: MitSettings,
     motors: Sequence[Motor],
-    found: Sequence[Found],
+    found: Sequence[MotorData],
     states: Sequence[State],
     to_current: np.ndarray,
     to_torque: np.ndarray,
@@ -166,7 +166,7 @@ def _warnings(s: MitSettings, motors: Sequence[Motor], states: Sequence[State]) 
             yield f"{motor.name} has {text}; it is cleared when the motors are switched on"
 
 
-def _explained(s: MitSettings, motors: Sequence[Motor], found: Sequence[Found]) -> dict[str, str]:
+def _explained(s: MitSettings, motors: Sequence[Motor], found: Sequence[MotorData]) -> dict[str, str]:
     explained = {
         "bus": s.bus,
         "time of a sample": "when the first command was handed to the bus; a motor measures when its own "

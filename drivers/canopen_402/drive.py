@@ -142,7 +142,7 @@ ADVICE = "Set current_object to what its maker has, such as '0x30D1:2 int32', an
 
 
 @dataclass(frozen=True)
-class EffortWish:
+class EffortSettings:
     """What a user sets of one drive's current and torque; 0 for what the drive has.
 
     `scale` is [A per count] of the current's object. Rated current [A] and torque, at the motor [N m], are
@@ -201,7 +201,9 @@ def read_object(text: str, name: str) -> c.Entry:
     return entry
 
 
-def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str) -> tuple[str, list[str]]:
+def effort_kind(
+    drives: Sequence[Drive], wishes: Sequence[EffortSettings], kind: str
+) -> tuple[str, list[str]]:
     """What all drives have an object of, "current" or "torque", and the facts about it.
 
     With "auto", torque is used where a drive has no current object. Raises NotReady, with what to set, if one
@@ -209,7 +211,11 @@ def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str
     """
     if kind != "auto":
         return kind, []
-    poor = [(d, wish.current) for d, wish in zip(drives, wishes, strict=True) if d.size(wish.current) is None]
+    poor = [
+        (d, wanted.current)
+        for d, wanted in zip(drives, wishes, strict=True)
+        if d.size(wanted.current) is None
+    ]
     if not poor:
         return "current", []
     drive, current = poor[0]
@@ -221,7 +227,7 @@ def kind_of_all(drives: Sequence[Drive], wishes: Sequence[EffortWish], kind: str
     raise NotReady(f"{drive.name} has no {current}, {poorer.name} no {c.TORQUE} in its stead. {ADVICE}")
 
 
-def find_effort(drive: Drive, wish: EffortWish, kind: str) -> Effort:
+def find_effort(drive: Drive, wanted: EffortSettings, kind: str) -> Effort:
     """The object of a drive that measures "current" or "torque", and its unit.
 
     Raises NotReady, with what to set, if there is none, it has another size, or its meaning is unknown, and
@@ -229,11 +235,11 @@ def find_effort(drive: Drive, wish: EffortWish, kind: str) -> Effort:
     """
     if kind == "torque":
         _require_object(drive, c.TORQUE, 'Set effort = "current"')
-        return _in_thousandths(drive, c.TORQUE, c.RATED_TORQUE, wish.rated_torque, TORQUE_WORDS)
-    _require_object(drive, wish.current, f'{ADVICE}, or effort = "torque"')
-    if wish.scale:
-        return Effort(wish.current, wish.scale, f"{wish.current}, {wish.scale:g} A per count")
-    return _in_thousandths(drive, wish.current, c.RATED_CURRENT, wish.rated_current, CURRENT_WORDS)
+        return _in_thousandths(drive, c.TORQUE, c.RATED_TORQUE, wanted.rated_torque, TORQUE_WORDS)
+    _require_object(drive, wanted.current, f'{ADVICE}, or effort = "torque"')
+    if wanted.scale:
+        return Effort(wanted.current, wanted.scale, f"{wanted.current}, {wanted.scale:g} A per count")
+    return _in_thousandths(drive, wanted.current, c.RATED_CURRENT, wanted.rated_current, CURRENT_WORDS)
 
 
 def _require_object(drive: Drive, entry: c.Entry, advice: str) -> None:

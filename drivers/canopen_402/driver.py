@@ -12,13 +12,12 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
-from ..host_clock import Tick
-from ..values import Command, Sample
+from ..values import Command
 from . import cia402 as c
 from .frames import Frames
 from .network import DriveNetwork, SetUp
 from .settings import BEATS, RANGE, CanopenSettings, require_sound
-from .setup import Found
+from .setup import DriveData
 
 ENABLING = 5.0
 """How long drives may take to be enabled [s]; brakes take part of it."""
@@ -38,7 +37,7 @@ class Canopen402(CanDriver[Frames]):
         self._names = [f"{joint} (node {n})" for joint, n in zip(arm.joints, settings.nodes, strict=True)]
         self._per_radian, self._zero = settings.per_radian.tolist(), list(settings.zero)
         self._network: DriveNetwork | None = None
-        self._unit = self._unknown
+        self._unit = self._samples.unknown
         self._kind = ""
 
     def open(self) -> Info:
@@ -122,7 +121,7 @@ class Canopen402(CanDriver[Frames]):
             ),
         )
 
-    def _suspicious_positions(self, found: list[Found]) -> list[str]:
+    def _suspicious_positions(self, found: list[DriveData]) -> list[str]:
         position = self.settings.from_counts(np.array([one.position for one in found]))
         lower, upper = self.arm.position_lower, self.arm.position_upper
         return [
@@ -189,14 +188,15 @@ class Canopen402(CanDriver[Frames]):
             return
         for joint, status in enumerate(frames.status):
             if not _enabled(status):
+                lost = ": its power stage has lost its supply (voltage enabled is off)"
                 frames.fail(
                     f"{self._names[joint]}: left operation enabled for {frames.state(joint)} "
-                    f"(statusword 0x{status:04X}){_without_power(status)}"
+                    f"(statusword 0x{status:04X}){'' if status & c.VOLTAGE else lost}"
                 )
 
-    def _sample(self, frames: Frames, tick: Tick, sent: int) -> Sample:
-        effort = {self._kind: np.array(frames.effort, float) * self._unit}
-        return self._answered(frames, tick, sent, position=self._position(frames), **effort)
+    def _measured(self, frames: Frames) -> dict[str, np.ndarray]:
+        effort = np.array(frames.effort, float) * self._unit
+        return {"position": self._position(frames), self._kind: effort}
 
     def _position(self, frames: Frames) -> np.ndarray:
         counts = zip(frames.position, self._per_radian, self._zero, strict=True)
@@ -219,7 +219,3 @@ def _enabled(status: int) -> bool:
 
 def _all_enabled(frames: Frames) -> bool:
     return all(map(_enabled, frames.status))
-
-
-def _without_power(statusword: int) -> str:
-    return "" if statusword & c.VOLTAGE else ": its power stage has lost its supply (voltage enabled is off)"

@@ -107,7 +107,7 @@ class Frames(CanRound):
         now = host_time()
         self._bus.send_frames(self._sync)
         self._collect(time.monotonic() + patience)
-        self._look_for_lost()
+        self._check_heartbeats()
         return now
 
     def send(self) -> None:
@@ -201,7 +201,7 @@ class Frames(CanRound):
         """Time of the last message of each; one without heartbeat is missed where it is stale, not here."""
         return [self.received if beats else math.inf for beats in self._beating]
 
-    def _look_for_lost(self) -> None:
+    def _check_heartbeats(self) -> None:
         if self.fault:
             return
         oldest = min(self._alive)

@@ -12,9 +12,9 @@ from ..can.can_bus import CanBus
 from ..driver import Arm
 from ..errors import DriverError, LinkLost, NotReady
 from . import cia402 as c
-from .drive import Drive, Effort, find_effort, kind_of_all
+from .drive import Drive, Effort, effort_kind, find_effort
 from .settings import CanopenSettings
-from .setup import Found, Wish, inspect, require_not_enabled, set_up
+from .setup import DriveData, DriveSettings, inspect, require_not_enabled, set_up
 
 
 class SetUp(NamedTuple):
@@ -25,7 +25,7 @@ class SetUp(NamedTuple):
 
     kind: str
     efforts: list[Effort]
-    found: list[Found]
+    found: list[DriveData]
     warnings: list[str]
 
 
@@ -57,10 +57,10 @@ class DriveNetwork:
             drives = [self._drive(joint) for joint in range(arm.dof)]
             found = [inspect(drive) for drive in drives]
             wishes = self._settings.efforts
-            kind, warnings = kind_of_all(drives, wishes, self._settings.effort)
-            efforts = [find_effort(d, wish, kind) for d, wish in zip(drives, wishes, strict=True)]
+            kind, warnings = effort_kind(drives, wishes, self._settings.effort)
+            efforts = [find_effort(d, wanted, kind) for d, wanted in zip(drives, wishes, strict=True)]
             for joint, drive in enumerate(drives):
-                set_up(drive, self._wish(arm, joint), efforts[joint], found[joint])
+                set_up(drive, self._settings_of(arm, joint), efforts[joint], found[joint])
             self._start([one.beats for one in found])
         return SetUp(kind, efforts, found, warnings)
 
@@ -86,13 +86,13 @@ class DriveNetwork:
         node = self._network[self._settings.nodes[joint]]
         return Drive(cast(canopen.RemoteNode, node), self._names[joint])
 
-    def _wish(self, arm: Arm, joint: int) -> Wish:
+    def _settings_of(self, arm: Arm, joint: int) -> DriveSettings:
         s = self._settings
         low, high = sorted(s.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
         bounded = s.write_limits and math.isfinite(low) and math.isfinite(high)
         window = round(abs(s.following_error[joint] * s.per_radian[joint]))
         limits = (math.ceil(low), math.floor(high)) if bounded else None
-        return Wish(s.nodes[joint], s, window or None, limits)
+        return DriveSettings(s.nodes[joint], s, window or None, limits)
 
     def _start(self, beating: Sequence[bool]) -> None:
         """Start all, and see by their heartbeats that all take part."""

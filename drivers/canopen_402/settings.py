@@ -10,7 +10,7 @@ from ..driver import Arm
 from ..errors import BadSettings
 from ..settings import setting
 from . import cia402 as c
-from .drive import EffortWish, read_object
+from .drive import EffortSettings, read_object
 from .frames import COMMANDED, measured_sizes
 
 BEATS = 8
@@ -91,15 +91,15 @@ class CanopenSettings(CanSettings):
     @property
     def frames(self) -> list[int]:
         """Targets, SYNC, measurements."""
-        objects = [c.TORQUE if self.effort == "torque" else wish.current for wish in self.efforts]
+        objects = [c.TORQUE if self.effort == "torque" else wanted.current for wanted in self.efforts]
         measured = [size for entry in objects for size in measured_sizes(entry)]
         return [COMMANDED.size] * len(self.nodes) + [0] + measured
 
     @property
-    def efforts(self) -> list[EffortWish]:
+    def efforts(self) -> list[EffortSettings]:
         """What is set of each drive's current and torque."""
         objects = [read_object(text, "current") for text in self.current_object]
-        return list(map(EffortWish, objects, self.current_scale, self.rated_current, self.rated_torque))
+        return list(map(EffortSettings, objects, self.current_scale, self.rated_current, self.rated_torque))
 
     @property
     def beats(self) -> float:
@@ -118,8 +118,8 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
     twice = {number for number in numbers if numbers.count(number) > 1}
     if twice:
         raise BadSettings(f"node number {min(twice)} is used twice, among nodes and host_node")
-    for name, wish in zip(arm.joints, s.efforts, strict=True):
-        if wish.scale and wish.rated_current:
+    for name, wanted in zip(arm.joints, s.efforts, strict=True):
+        if wanted.scale and wanted.rated_current:
             raise BadSettings(
                 f"{name}: current_scale and rated_current are both set; either of them gives what a count of "
                 "current is. Leave one at 0"

@@ -26,7 +26,7 @@ SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
 """RPDOs by which frames of others could command the drive."""
 
 
-class Wish(NamedTuple):
+class DriveSettings(NamedTuple):
     """What one drive is to be set to, besides what is set for all.
 
     Window and limits (lowest, highest position) are in counts; None leaves the drive's own.
@@ -39,7 +39,7 @@ class Wish(NamedTuple):
 
 
 @dataclass
-class Found:
+class DriveData:
     """Data of a drive: its position in counts, facts that explain the measurement later, and warnings.
 
     Attributes:
@@ -54,19 +54,19 @@ class Found:
     warnings: list[str] = field(default_factory=list)
 
 
-def inspect(drive: Drive) -> Found:
+def inspect(drive: Drive) -> DriveData:
     """Ask a drive what it is; of what is old in it only the error history is cleared.
 
     Raises NotReady if it is no such drive or in use elsewhere, LinkLost if it does not answer.
     """
-    found = Found()
+    found = DriveData()
     _identify(drive, found)
-    _look_at_state(drive, found)
+    _check_state(drive, found)
     found.position = drive.read(c.POSITION)
     return found
 
 
-def set_up(drive: Drive, wish: Wish, effort: Effort, found: Found) -> None:
+def set_up(drive: Drive, wanted: DriveSettings, effort: Effort, found: DriveData) -> None:
     """Set a pre-operational drive up, and add to its data; nothing moves and nothing is powered.
 
     Raises NotReady if it does not take what it must, LinkLost if it does not answer.
@@ -74,13 +74,13 @@ def set_up(drive: Drive, wish: Wish, effort: Effort, found: Found) -> None:
     found.facts.append(effort.fact)
     found.warnings += effort.warnings
     _set_mode(drive, found)
-    _set_cycle(drive, wish, found)
-    _set_guard(drive, wish, found)
-    _set_limits(drive, wish, found)
-    _map_pdos(drive, wish, effort.entry, found)
+    _set_cycle(drive, wanted, found)
+    _set_guard(drive, wanted, found)
+    _set_limits(drive, wanted, found)
+    _map_pdos(drive, wanted, effort.entry, found)
 
 
-def _identify(drive: Drive, found: Found) -> None:
+def _identify(drive: Drive, found: DriveData) -> None:
     profile = drive.read(c.DEVICE_TYPE) & 0xFFFF
     if profile != c.PROFILE:
         raise NotReady(f"{drive.name} has device profile {profile}; drives have {c.PROFILE} (CiA 402)")
@@ -106,7 +106,7 @@ def require_not_enabled(drive: Drive) -> None:
         )
 
 
-def _look_at_state(drive: Drive, found: Found) -> None:
+def _check_state(drive: Drive, found: DriveData) -> None:
     require_not_enabled(drive)
     state = c.state(drive.read(c.STATUSWORD))
     if state == c.FAULT:
@@ -116,7 +116,7 @@ def _look_at_state(drive: Drive, found: Found) -> None:
     _read_history(drive, found)
 
 
-def _read_history(drive: Drive, found: Found) -> None:
+def _read_history(drive: Drive, found: DriveData) -> None:
     """Report old errors and clear them, so that those of the next run are its own."""
     count = drive.look_up(c.ERROR_COUNT)
     if not count:
@@ -132,7 +132,7 @@ def _read_history(drive: Drive, found: Found) -> None:
         found.warnings.append(str(error))
 
 
-def _set_mode(drive: Drive, found: Found) -> None:
+def _set_mode(drive: Drive, found: DriveData) -> None:
     modes = drive.look_up(c.SUPPORTED_MODES)
     if modes is not None and not modes >> (c.CYCLIC_POSITION - 1) & 1:
         raise NotReady(
@@ -148,60 +148,60 @@ def _set_mode(drive: Drive, found: Found) -> None:
         raise NotReady(f"{drive.name} was set to mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
 
 
-def _set_cycle(drive: Drive, wish: Wish, found: Found) -> None:
+def _set_cycle(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
     """Set the time of the drive from target to target: 0x60C2, or 0x1006 where it takes that instead."""
     if drive.look_up(c.SYNC_ID) not in (None, c.SYNC):
         drive.set(c.SYNC_ID, c.SYNC)
     refused = ""
     known = drive.look_up(c.SYNC_PERIOD) is not None
     if known:
-        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wish.settings.cycle))
+        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wanted.settings.cycle))
         found.warnings += filter(None, [refused])
     if drive.size(c.PERIOD_VALUE) is None:
         found.warnings.append(
             f"{drive.name} has no {c.PERIOD_VALUE}: it must know by itself that targets come every "
-            f"{1e3 * wish.settings.cycle:g} ms{', or by 0x1006' * (known and not refused)}"
+            f"{1e3 * wanted.settings.cycle:g} ms{', or by 0x1006' * (known and not refused)}"
         )
         return
-    period = c.period_of(wish.settings.cycle)
+    period = c.period_of(wanted.settings.cycle)
     assert period is not None  # the driver has seen to that
     for entry, value in zip((c.PERIOD_VALUE, c.PERIOD_POWER), period, strict=True):
         drive.set(entry, value)
 
 
-def _set_guard(drive: Drive, wish: Wish, found: Found) -> None:
+def _set_guard(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
     """Make the drive stop by itself when the host dies, and return whether it will."""
     missing = [
         drive.offer(
-            c.CONSUMER_HEARTBEAT, wish.settings.host_node << 16 | round(1e3 * wish.settings.dead_man)
+            c.CONSUMER_HEARTBEAT, wanted.settings.host_node << 16 | round(1e3 * wanted.settings.dead_man)
         ),
-        drive.offer(c.ABORT_CONNECTION, wish.settings.abort_connection),
+        drive.offer(c.ABORT_CONNECTION, wanted.settings.abort_connection),
     ]
     found.guarded = not any(missing)
     if not found.guarded:
         why = f"{', '.join(filter(None, missing))}: nothing makes it stop by itself when this computer dies"
-        if wish.settings.require_dead_man:
+        if wanted.settings.require_dead_man:
             raise NotReady(f"{why}. Set require_dead_man = false to go on, with a hand on the emergency stop")
         found.warnings.insert(0, why)
     stops = [
-        drive.offer(c.QUICK_STOP_OPTION, wish.settings.quick_stop),
-        drive.offer(c.FAULT_REACTION, wish.settings.fault_reaction),
+        drive.offer(c.QUICK_STOP_OPTION, wanted.settings.quick_stop),
+        drive.offer(c.FAULT_REACTION, wanted.settings.fault_reaction),
     ]
     found.warnings += filter(None, stops)
-    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wish.settings.heartbeat))
+    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wanted.settings.heartbeat))
     found.beats = not silent
     if silent:
         found.warnings.append(f"{silent}: only by its measurements is it known to be there")
 
 
-def _set_limits(drive: Drive, wish: Wish, found: Found) -> None:
-    if wish.following_window is not None:
-        _set_or_advise(drive, c.FOLLOWING_WINDOW, wish.following_window, "following_error = 0")
+def _set_limits(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
+    if wanted.following_window is not None:
+        _set_or_advise(drive, c.FOLLOWING_WINDOW, wanted.following_window, "following_error = 0")
         found.warnings += filter(
-            None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wish.settings.following_time))]
+            None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wanted.settings.following_time))]
         )
-    if wish.limits is not None:
-        for entry, value in zip((c.LOWER_LIMIT, c.UPPER_LIMIT), wish.limits, strict=True):
+    if wanted.limits is not None:
+        for entry, value in zip((c.LOWER_LIMIT, c.UPPER_LIMIT), wanted.limits, strict=True):
             _set_or_advise(drive, entry, value, "write_limits = false")
 
 
@@ -211,7 +211,7 @@ def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> No
         raise NotReady(f"{why}. Set {without} to go on without")
 
 
-def _map_pdos(drive: Drive, wish: Wish, effort: c.Entry, found: Found) -> None:
+def _map_pdos(drive: Drive, wanted: DriveSettings, effort: c.Entry, found: DriveData) -> None:
     for index in SPARE_TPDOS:
         _switch_off(drive, index)
     for index in SPARE_RPDOS:
@@ -219,12 +219,12 @@ def _map_pdos(drive: Drive, wish: Wish, effort: c.Entry, found: Found) -> None:
             _switch_off(drive, index)
         except NotReady as refusal:
             found.warnings.append(f"{refusal}: frames of others with that identifier command it")
-    _map(drive, 0x1400, 0x1600, c.RPDO1 + wish.node, (c.CONTROLWORD, c.TARGET))
+    _map(drive, 0x1400, 0x1600, c.RPDO1 + wanted.node, (c.CONTROLWORD, c.TARGET))
     if beside(effort):
-        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wish.node, (c.STATUSWORD, c.POSITION, effort))
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wanted.node, (c.STATUSWORD, c.POSITION, effort))
     else:
-        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wish.node, (c.STATUSWORD, c.POSITION))
-        _map(drive, 0x1801, 0x1A01, c.TPDO2 + wish.node, (effort,))
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wanted.node, (c.STATUSWORD, c.POSITION))
+        _map(drive, 0x1801, 0x1A01, c.TPDO2 + wanted.node, (effort,))
 
 
 def _switch_off(drive: Drive, communication: int) -> None:

@@ -20,7 +20,7 @@ from ..servo.servo_units import Goals, Measured, ServoSettings
 from ..settings import setting
 from . import packet as packets
 from . import registers
-from .health import DynamixelHealth, Found, current_units, find, require_healthy
+from .health import DynamixelHealth, ServoData, current_units, find, require_healthy
 from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
 
 WARM_EVERY = 100
@@ -98,11 +98,11 @@ class Dynamixel(ServoDriver):
         self._guard(bus)
         self._unguard(bus)
 
-    def _choose_reading(self, bus: ServoBus, found: Sequence[Found]) -> None:
+    def _choose_reading(self, bus: ServoBus, found: Sequence[ServoData]) -> None:
         """Whether the answers come joined, and whether there is time for temperatures."""
         asked = self.settings.fast_sync_read
         self._joined = asked == "on" or (asked == "auto" and all(joins_answers(*one) for one in found))
-        if self._joined and not _whole(bus, self._ask(MEASURED.itemsize)):
+        if self._joined and not _all_answer(bus, self._ask(MEASURED.itemsize)):
             if asked == "on":
                 raise NotReady(
                     "the servos do not answer a fast sync read; X430 and X540 know it from firmware 45, X330 "
@@ -119,13 +119,13 @@ class Dynamixel(ServoDriver):
         current = ["current"] * bool(np.any(self._current_unit))
         return ("position", "velocity", *current, *["temperature"] * self._has_time)
 
-    def _dead_man(self, found: Sequence[Found]) -> str:
+    def _dead_man(self, found: Sequence[ServoData]) -> str:
         if not self._watchdog or not all(stops_in_silence(*one) for one in found):
             return ""
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _warnings(self, bus: ServoBus, found: Sequence[Found]) -> list[str]:
+    def _warnings(self, bus: ServoBus, found: Sequence[ServoData]) -> list[str]:
         warnings = []
         if not np.all(self._current_unit):
             warnings.append("some servos measure no current; their joints cannot be identified")
@@ -146,7 +146,7 @@ class Dynamixel(ServoDriver):
             )
         return warnings
 
-    def _identities(self, bus: ServoBus, found: Sequence[Found]) -> dict[str, str]:
+    def _identities(self, bus: ServoBus, found: Sequence[ServoData]) -> dict[str, str]:
         servos = (
             f"{servo} {model_name(one.model)} firmware {one.firmware}"
             for servo, one in zip(bus.servos, found, strict=True)
@@ -177,7 +177,7 @@ class Dynamixel(ServoDriver):
     def _decode(self, data: bytes, length: int) -> Measured:
         warm = length == WARM.itemsize
         rows = np.frombuffer(data, WARM if warm else MEASURED)
-        temperature = rows["temperature"].astype(float) if warm else self._nothing
+        temperature = rows["temperature"].astype(float) if warm else self._samples.unknown
         return Measured(
             rows["position"].astype(float),
             rows["velocity"] * registers.VELOCITY_UNIT,
@@ -209,7 +209,7 @@ class Dynamixel(ServoDriver):
         bus.settle(registers.WATCHDOG, [0] * self.arm.dof)
 
 
-def _whole(bus: ServoBus, reading: Reading) -> bool:
+def _all_answer(bus: ServoBus, reading: Reading) -> bool:
     """Whether all servos answer a question."""
     for _ in range(TRIES):
         bus.drain()

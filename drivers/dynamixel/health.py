@@ -12,17 +12,17 @@ from .packet import ALERT
 from .registers import BAUDRATES, HARDWARE_ERROR, MODELS, TORQUE, TRIPPED, WATCHDOG, hardware_errors
 
 
-class Found(NamedTuple):
+class ServoData(NamedTuple):
     """Data of a servo: number of its model, a key of `MODELS` if it is known, and version of its firmware."""
 
     model: int
     firmware: int
 
 
-def find(bus: ServoBus, baudrate: int) -> list[Found]:
+def find(bus: ServoBus, baudrate: int) -> list[ServoData]:
     """All servos, in the order of the joints. Raises LinkLost if some do not answer."""
     data = bus.find(baudrate, BAUDRATES)
-    return [Found(int.from_bytes(one[:2], "little"), one[2]) for one in data]
+    return [ServoData(int.from_bytes(one[:2], "little"), one[2]) for one in data]
 
 
 def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
@@ -35,7 +35,7 @@ def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
             )
 
 
-def current_units(bus: ServoBus, found: Sequence[Found], given: Sequence[float]) -> np.ndarray:
+def current_units(bus: ServoBus, found: Sequence[ServoData], given: Sequence[float]) -> np.ndarray:
     """[A] a count, shape (n,), as given or else by model; zero for servos that measure none.
 
     Raises BadSettings for an unknown model if no unit is given.

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples, Remarks, word
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
 from ..host_clock import WALL, host_time
+from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
 from .fci_link import FciLink
 from .fci_messages import ENDED, FLOW, OFF, ROBOT_MODE, STATE, STOP, mode_of, obstacle, target
@@ -110,7 +110,7 @@ class Franka(Driver):
             return self._silent()
         record = self._next
         assert record is not None
-        self._fault = self._fault or self._found(record)
+        self._fault = self._fault or self._fault_in(record)
         sent = self._commanded(command) or command is None
         if self._holes:
             self._holes -= 1
@@ -162,7 +162,7 @@ class Franka(Driver):
         self._target = position
         return command is not None
 
-    def _found(self, record: np.void) -> str:
+    def _fault_in(self, record: np.void) -> str:
         reason = self._opened().fault or obstacle(record)
         if reason or self._target is None or self._stopped:
             return reason

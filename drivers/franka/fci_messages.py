@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import word
+from ..samples import word
 from .target_stream import JOINTS
 
 ROBOT_MODE = {

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..controller_samples import word
 from ..driver import Arm, Info
+from ..samples import word
 from ..settings import setting
 from .fci_messages import ROBOT_MODE, STATE, mode_of
 from .target_stream import CYCLE, LOWER, UPPER, VELOCITY
@@ -51,6 +51,8 @@ def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -
             f"buffer is {settings.buffer:g} s: the arm follows later than that, which `--tracking` may take "
             "for an error"
         )
+    torque, force = settings.collision_torque, settings.collision_force
+    thresholds = f"torque {torque:g} N m, force {force:g} N; 0 is 100"
     return Info(
         cycle=CYCLE,
         clock="controller",
@@ -62,18 +64,12 @@ def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -
             "library": f"pylibfranka {version}",
             "buffer": f"{settings.buffer:g} s",
             "torque": "tau_J: measured behind the gears, with gravity; tau_J_d, commanded, without gravity",
-            "collision": _thresholds(settings),
+            "collision": thresholds if torque or force else "as the controller has it",
             "robot_mode": word(ROBOT_MODE, mode_of(record)),
         },
         warnings=tuple(warnings),
         state=STATE,
     )
-
-
-def _thresholds(settings: FrankaSettings) -> str:
-    if not settings.collision_torque and not settings.collision_force:
-        return "as the controller has it"
-    return f"torque {settings.collision_torque:g} N m, force {settings.collision_force:g} N; 0 is 100"
 
 
 def _wider(arm: Arm) -> list[str]:

@@ -114,7 +114,7 @@ def read_config(path: Path | str) -> RsiConfig:
         ) from error
     config = RsiConfig(
         address=_text(path, root, "IP_NUMBER"),
-        port=_whole(f"{path}: PORT", _text(path, root, "PORT"), 1, 65535),
+        port=_integer(f"{path}: PORT", _text(path, root, "PORT"), 1, 65535),
         sentype=_text(path, root, "SENTYPE"),
         only_send=_flag(f"{path}: ONLYSEND", _text(path, root, "ONLYSEND", "FALSE")),
         send=_elements(path, root, "SEND"),
@@ -135,7 +135,7 @@ def _text(path: Path | str, root: ElementTree.Element, name: str, default: str |
     return text or str(default)
 
 
-def _whole(where: str, text: str, low: int, high: int) -> int:
+def _integer(where: str, text: str, low: int, high: int) -> int:
     if not text.isascii() or not text.isdigit() or not low <= int(text[:9]) <= high:
         raise BadSettings(f"{where} is '{text}'; valid are {low} to {high}")
     return int(text)
@@ -165,7 +165,7 @@ def _element(where: str, element: ElementTree.Element) -> Element:
     if kind not in TYPES:
         raise BadSettings(f"{where} has TYPE '{kind}'. Valid: {', '.join(TYPES)}")
     index = element.get("INDX", "").strip()
-    number = 0 if index.upper() == INTERNAL else _whole(f"{where}: INDX", index, 1, CHANNELS)
+    number = 0 if index.upper() == INTERNAL else _integer(f"{where}: INDX", index, 1, CHANNELS)
     return Element(tag, kind, number, _flag(f"{where}: HOLDON", element.get("HOLDON", "0").strip()))
 
 

@@ -178,8 +178,10 @@ class Conversation:
         self.received = time.monotonic()
         return fresh
 
-    def answer_again(self) -> None:
-        """Answer the last telegram, which was not answered or whose answer was lost."""
+    def count_answers(self) -> None:
+        """Answer the telegram that a simulator waits with, and all that come; stamps count answers then."""
+        self.session.count_answers()
+        self.silent = False
         if self.session.last:
             self._reply(self.session.last)
 
@@ -187,7 +189,7 @@ class Conversation:
         # A correction that was not taken, and then the next one, would be two steps in one cycle.
         self.repeated = bool(self._answered) and self._was_late(fresh) and not self.stopping
         self._answered = self._answered if self.repeated else self._head
-        whole = self._answer.whole(self._answered, fresh.telegram.stamp)
+        whole = self._answer.complete(self._answered, fresh.telegram.stamp)
         self.refused = not self.link.answer(whole, fresh.datagram.port)
 
     def _was_late(self, fresh: Fresh) -> bool:

@@ -22,7 +22,7 @@ from .probe import Probe
 from .samples import Remarks, Samples, info_of, simulated
 from .session import Fresh, Session
 from .settings import RsiSettings, config_of
-from .start import cycle_of, first_telegrams, look_at
+from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
 SILENCE = 5
@@ -105,7 +105,7 @@ class KukaRsi(Driver):
             here = f"{address}:{port}"
             first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, here, self._commanding)
             counting = talk.session.counting
-            beginning = look_at(first, layout, None if counting else self._cycle, self._commanding)
+            beginning = check_start(first, layout, None if counting else self._cycle, self._commanding)
             self._cycle = cycle_of(first) if counting else self._cycle
         except BaseException:
             talk.link.close()

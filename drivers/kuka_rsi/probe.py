@@ -116,7 +116,10 @@ class Probe:
         size, rise = 0.0, self._rest
         for size in self._sizes(still.std(axis=0)):
             half = self._half(size)
-            self._report_begin(size, 4 * len(half))
+            seconds = 4 * len(half) * self._cycle
+            self._messages.append(
+                f"seeing what corrections do, by motions of {size:g} degrees, for {seconds:.1f} s"
+            )
             up = _last((yield from self._played(half)))
             back = _last((yield from self._played(-half)))
             self._require_unmoved(up, back, size, half[0])
@@ -125,7 +128,11 @@ class Probe:
             rise = self._way * (top - 0.5 * (back + self._rest))
             wrong = rise[self._wrong(rise, size)]
             if wrong.size == 0:
-                self._report_end(rise, size)
+                probed = rise[self._way != 0.0]
+                self._messages.append(
+                    "corrections are distances from the start (RSI_ON(#ABSOLUTE)): axes moved by "
+                    f"{probed.min():.4f} to {probed.max():.4f} degrees when corrected by {size:g}"
+                )
                 return
             if np.abs(wrong).max() > MOVED * size:  # it moved, and not as it was corrected
                 break
@@ -209,18 +216,6 @@ class Probe:
             f"{self._axes[int(away.argmax())]} moved by {away.max():.2g} degrees, limit {BOUND:g}, while "
             f"corrections were {SIZES[-1]:g} at most: they add up (RSI_ON(#ABSOLUTE) is required), or "
             "something else moves the arm"
-        )
-
-    def _report_begin(self, size: float, cycles: int) -> None:
-        self._messages.append(
-            f"seeing what corrections do, by motions of {size:g} degrees, for {cycles * self._cycle:.1f} s"
-        )
-
-    def _report_end(self, rise: np.ndarray, size: float) -> None:
-        probed = rise[self._way != 0.0]
-        self._messages.append(
-            "corrections are distances from the start (RSI_ON(#ABSOLUTE)): axes moved by "
-            f"{probed.min():.4f} to {probed.max():.4f} degrees when corrected by {size:g}"
         )
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples
 from ..driver import Info
+from ..samples import ControllerSamples
 from ..values import Sample
 from .config import RsiConfig
 from .conversation import Conversation, lateness

@@ -70,7 +70,7 @@ def config_of(settings: RsiSettings) -> RsiConfig:
 
     Raises BadSettings if the file cannot be read or differs from the settings, or they contradict each other.
     """
-    _look_over(settings)
+    _check(settings)
     if not settings.config:
         if not settings.bind:
             raise BadSettings(
@@ -94,7 +94,7 @@ def config_of(settings: RsiSettings) -> RsiConfig:
     return config
 
 
-def _look_over(settings: RsiSettings) -> None:
+def _check(settings: RsiSettings) -> None:
     try:
         ip_address(settings.controller)
     except ValueError:

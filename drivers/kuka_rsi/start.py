@@ -49,7 +49,7 @@ def first_telegrams(
             found.append(fresh)
             last = time.monotonic()
         elif answering and conversation.session.waits and not conversation.session.counting:
-            _answer_from_now_on(conversation)
+            conversation.count_answers()
             found, count = [], COUNT
         elif time.monotonic() - last >= seconds:
             raise NotReady(_what_came(conversation, len(found), seconds, controller, here))
@@ -57,13 +57,6 @@ def first_telegrams(
             log.warning("waiting for %s at %s: start the RSI program on the controller", controller, here)
             asked = True
     return found
-
-
-def _answer_from_now_on(conversation: Conversation) -> None:
-    """Answer the telegram that a simulator waits with, and all that come."""
-    conversation.session.count_answers()
-    conversation.silent = False
-    conversation.answer_again()
 
 
 def _what_came(conversation: Conversation, found: int, seconds: float, controller: str, here: str) -> str:
@@ -164,19 +157,21 @@ class Beginning:
         ]
 
 
-def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, commanding: bool) -> Beginning:
+def check_start(
+    telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, commanding: bool
+) -> Beginning:
     """Look at least two telegrams over, of a controller with a cycle [s]; None for a simulator without one.
 
     Raises NotReady for another cycle, or for an arm that is not where it may be commanded from.
     """
     if cycle is not None:
-        _look_at_clock(telegrams, cycle)
+        _check_clock(telegrams, cycle)
     numbers = np.array([fresh.telegram.numbers for fresh in telegrams])
     actual = numbers[:, layout.columns(ACTUAL)]
     columns = layout.columns(PROGRAMMED)
     start = actual[0] if columns is None else numbers[0, columns]
     if commanding:
-        _look_at_rest(actual, start, layout)
+        _check_rest(actual, start, layout)
     return Beginning(
         start=start,
         reference=ACTUAL if columns is None else PROGRAMMED,
@@ -186,7 +181,7 @@ def look_at(telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, com
     )
 
 
-def _look_at_clock(telegrams: Sequence[Fresh], cycle: float) -> None:
+def _check_clock(telegrams: Sequence[Fresh], cycle: float) -> None:
     stamps = [fresh.telegram.time for fresh in telegrams]
     step = min(after - before for before, after in zip(stamps, stamps[1:], strict=False))
     if step != round(cycle * 1e3):
@@ -196,7 +191,7 @@ def _look_at_clock(telegrams: Sequence[Fresh], cycle: float) -> None:
         )
 
 
-def _look_at_rest(actual: np.ndarray, start: np.ndarray, layout: Layout) -> None:
+def _check_rest(actual: np.ndarray, start: np.ndarray, layout: Layout) -> None:
     moved = np.abs(actual[-1] - actual[0])
     if moved.max() > RESTING:
         axis = layout.axes[int(moved.argmax())]

@@ -159,7 +159,7 @@ class Answer:
         """All that does not depend on the telegram answered, so that it can be written before that comes."""
         return self._template % {**dict(zip(self._tags, corrections, strict=True)), self._switch: stop}
 
-    def whole(self, head: bytes, stamp: bytes) -> bytes:
+    def complete(self, head: bytes, stamp: bytes) -> bytes:
         return head + stamp + _END
 
 

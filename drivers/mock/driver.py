@@ -5,6 +5,7 @@ before its deadline is waited for, so that a sample comes back as quickly as fro
 """
 
 import time
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -191,16 +192,13 @@ class Mock(Driver):
         )
         reply = Reply(position, velocity, current, temperature, self._fresh)
         if self._faults:
-            before, self._time = self._time, self._since_start(number)
-            reply = reply.copy()
+            before = self._time
+            self._time = START if self._began is None else (number - self._began) * self.settings.cycle
+            reply = deepcopy(reply)
             for fault in self._faults:
                 if fault.acts(before, self._time):
                     fault.kind.act(fault, reply, drives)
         return reply
-
-    def _since_start(self, number: int) -> float:
-        """Time from the first command to a tick [s], as faults count it."""
-        return START if self._began is None else (number - self._began) * self.settings.cycle
 
     def _take(self, drives: MockDrives, command: Command | None) -> None:
         """Pass a command on, unless it is out of the window."""

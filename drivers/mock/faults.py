@@ -38,11 +38,6 @@ class Reply:
     lost: str = ""
     events: list[str] = field(default_factory=list)
 
-    def copy(self) -> "Reply":
-        arrays = (self.position, self.velocity, self.current, self.temperature, self.stale)
-        position, velocity, current, temperature, stale = (array.copy() for array in arrays)
-        return Reply(position, velocity, current, temperature, stale)
-
     def silence(self, joint: int | slice) -> None:
         """Nothing came from a joint, or from several."""
         self.stale[joint] = True
@@ -73,7 +68,7 @@ class Fault(NamedTuple):
         return slice(None) if self.joint is None else self.joint
 
     @property
-    def one(self) -> int:
+    def first_joint(self) -> int:
         return self.joint or 0
 
 
@@ -114,7 +109,7 @@ def _delay(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 def _trip(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A drive stops itself."""
-    drives.trip(f"joint {fault.one + 1}: the drive has stopped itself (overcurrent)")
+    drives.trip(f"joint {fault.first_joint + 1}: the drive has stopped itself (overcurrent)")
 
 
 def _stand_away(fault: Fault, drives: MockDrives) -> None:
@@ -126,7 +121,7 @@ def _stand_away(fault: Fault, drives: MockDrives) -> None:
 
 def _spike(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A current of some amount is measured [A]."""
-    reply.current[fault.one] = fault.amount
+    reply.current[fault.first_joint] = fault.amount
 
 
 def _no_number(fault: Fault, reply: Reply, drives: MockDrives) -> None:
@@ -136,7 +131,7 @@ def _no_number(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 def _jump(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """An encoder slips by an amount [rad]."""
-    reply.position[fault.one] += fault.amount
+    reply.position[fault.first_joint] += fault.amount
 
 
 def _scale(fault: Fault, reply: Reply, drives: MockDrives) -> None:
@@ -148,7 +143,7 @@ def _scale(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 def _exchange(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """What a joint does is measured of the next one, and the other way round; where both stood is right."""
-    here, other = fault.one, (fault.one + 1) % len(reply.stale)
+    here, other = fault.first_joint, (fault.first_joint + 1) % len(reply.stale)
     reply.position -= drives.stood
     for values in (reply.position, reply.velocity, reply.current, reply.temperature):
         values[[here, other]] = values[[other, here]]
@@ -157,7 +152,7 @@ def _exchange(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 def _block(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A joint no longer follows its commands."""
-    drives.blocked[fault.one] = True
+    drives.blocked[fault.first_joint] = True
 
 
 def _heat(fault: Fault, reply: Reply, drives: MockDrives) -> None:
@@ -172,7 +167,7 @@ def _lose(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 def _run_away(fault: Fault, reply: Reply, drives: MockDrives) -> None:
     """A joint runs away with a speed [rad/s], whatever is commanded, until it is stopped."""
-    drives.runaway[fault.one] = fault.amount
+    drives.runaway[fault.first_joint] = fault.amount
 
 
 def _add(fault: Fault, reply: Reply, drives: MockDrives) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
 from ..host_clock import HostClock, host_time
+from ..samples import HostSamples
 from ..values import Command, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .servo_bus import ServoBus, ServoTalk
@@ -62,11 +63,8 @@ class ServoDriver(Driver):
         self._bus: ServoBus | None = None
         self._port: SerialPort | None = None
         self._armed = False
-        self._nothing = np.full(arm.dof, np.nan)
-        self._allowed = Goals(self._nothing, self._nothing)
-        self._none_stale = np.zeros(arm.dof, bool)
-        for shared in (self._nothing, self._none_stale):  # by samples
-            shared.setflags(write=False)
+        self._samples = HostSamples(arm.dof)
+        self._allowed = Goals(self._samples.unknown, self._samples.unknown)
         self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
         self._held: np.ndarray | None = None
         self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
@@ -113,27 +111,18 @@ class ServoDriver(Driver):
         self._count += 1
         answers = self._talk.exchange(packets, readings, events)
         now = host_time()
-        whole = None not in answers
-        stale = self._none_stale if whole else np.array([answer is None for answer in answers])
         measured, units = self._decode(_joined(answers, length), length), self._units
-        values: dict[str, Any] = {
-            "position": units.position(measured.position),
-            "velocity": units.velocity(measured.velocity),
-            "current": measured.current * units.sign,
-            "torque": self._nothing,
-            "temperature": measured.temperature,
-        }
-        if not whole:
-            values = {name: np.where(stale, np.nan, value) for name, value in values.items()}
-        self._counts = measured.position if whole else np.where(stale, self._counts, measured.position)
+        answered = [answer is not None for answer in answers]
+        self._counts = np.where(answered, measured.position, self._counts)
         self._fault = self._fault or self._look(answers, now, events)
-        return Sample(
+        return self._samples.of(
             now,
-            now,
-            **values,
-            lateness=tick.lateness,
-            skipped=tick.skipped,
-            stale=stale,
+            tick,
+            answered,
+            position=units.position(measured.position),
+            velocity=units.velocity(measured.velocity),
+            current=measured.current * units.sign,
+            temperature=measured.temperature,
             events=tuple(events),
             fault=self._fault,
         )

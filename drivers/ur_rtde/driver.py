@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples, Remarks, word
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
+from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
 from .program import (
     ASKED,
@@ -159,7 +159,7 @@ class UrRtde(Driver):
         body, arrival = newest
         record = self._read(session, body)
         self._joint_mode = record["joint_mode"]
-        self._fault = self._fault or self._found(record)
+        self._fault = self._fault or self._fault_in(record)
         sent = self._commanded(command) or command is None
         try:
             state = state_of(record)
@@ -194,7 +194,7 @@ class UrRtde(Driver):
         values |= {registers.count: self._count, registers.demand: self._demand}
         return link.send(package(DATA, session.inputs.written(values)))
 
-    def _found(self, record: np.void) -> str:
+    def _fault_in(self, record: np.void) -> str:
         reason = obstacle(record)
         if reason or not self._armed or self._demand != FOLLOW:
             return reason

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..controller_samples import word
 from ..driver import Info
 from ..errors import NotReady
+from ..samples import word
 from . import rtde
 from .program import Dashboard, Registers, UrSettings, require_cycle
 from .rtde import Recipe, RtdeLink

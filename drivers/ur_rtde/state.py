@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_samples import ControllerSamples, word
+from ..samples import ControllerSamples, word
 from ..values import Sample, nanoseconds
 
 ROBOT_MODE = {

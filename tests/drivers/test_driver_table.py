@@ -35,16 +35,25 @@ SOMETHING_ELSE = 3
 """
 
 
+def rows(page, header):
+    """Driver -> the rest of its row, of a table in the docs."""
+    text = (DOCS / page).read_text()
+    lines = text[text.index(header) :].split("\n\n")[0].splitlines()[2:]
+    cells = [line.strip("| ").split(" | ", 1) for line in lines]
+    return {name: rest for names, rest in cells for name in re.findall("`(.+?)`", names)}
+
+
 def test_every_driver_has_a_row_in_the_docs_whose_page_is_about_it():
-    text = (DOCS / "record.md").read_text()
-    table = text[text.index("| driver | page |") :].split("\n\n")[0]
-    rows = [line.strip("| ").split(" | ", 1) for line in table.splitlines()[2:]]
-    pages = {name: cell for names, cell in rows for name in re.findall("`(.+?)`", names)}
+    pages = rows("record.md", "| driver | page |")
     assert set(pages) == set(DRIVERS)
     for name, cell in pages.items():
         linked = re.findall(r"\]\((.+?)\)", cell)
         assert linked or driver_class(name).simulated, name
         assert all(f"`{name}`" in (DOCS / page).read_text() for page in linked), name
+
+
+def test_the_docs_state_of_every_driver_what_is_sent_while_it_is_read():
+    assert set(rows("commissioning.md", "| driver | sent | so |")) == set(DRIVERS)
 
 
 @pytest.mark.parametrize("name", DRIVERS)

@@ -20,7 +20,7 @@ def context(**changes):
 
 def answer(stamp, *corrections, stop=False):
     padded = [*corrections, *[0.0] * (6 - len(corrections))]
-    return ANSWER.whole(ANSWER.head(padded, stop), str(stamp).encode())
+    return ANSWER.complete(ANSWER.head(padded, stop), str(stamp).encode())
 
 
 def test_an_answer_counts_from_the_next_cycle_on():

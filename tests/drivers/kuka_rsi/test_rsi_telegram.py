@@ -117,19 +117,19 @@ def test_the_answer_is_what_the_controller_expects():
     others = (Element("DEF_EStr", "STRING"), Element("RKorr.X", "DOUBLE", 9), Element("Out.1", "BOOL", 10))
     answer = Answer(config.sentype, (*others, *config.receive), [f"AK.{axis}" for axis in AXES], "Stop")
     head = answer.head([1.5, -1e-7, 0.1234567, 0.0, -4.999999, 1e-3])
-    text = answer.whole(head, b"0012").decode()
+    text = answer.complete(head, b"0012").decode()
     assert text == (
         '<Sen Type="Own %d"><EStr></EStr><RKorr X="0.0000"/><Out 1="0"/><AK A1="1.500000" A2="-0.000000" '
         'A3="0.123457" A4="0.000000" A5="-4.999999" A6="0.001000"/><Stop>0</Stop><IPOC>0012</IPOC></Sen>'
     )
-    stopping = answer.whole(answer.head([0.0] * 6, stop=True), b"1")
+    stopping = answer.complete(answer.head([0.0] * 6, stop=True), b"1")
     assert b"<Stop>1</Stop>" in stopping
-    assert ElementTree.fromstring(answer.whole(answer.head([0.0] * 6), b"1").replace(b"Out 1", b"Out o1"))
+    assert ElementTree.fromstring(answer.complete(answer.head([0.0] * 6), b"1").replace(b"Out 1", b"Out o1"))
 
 
 def test_joints_without_a_channel_of_their_own_leave_the_others_at_zero():
     answer = Answer("ImFree", standard_config("127.0.0.1").receive, ["AK.A1", "AK.A6"])
-    text = answer.whole(answer.head([1.0, 2.0]), b"1").decode()
+    text = answer.complete(answer.head([1.0, 2.0]), b"1").decode()
     assert '<AK A1="1.000000" A2="0.0000" A3="0.0000" A4="0.0000" A5="0.0000" A6="2.000000"/>' in text
 
 

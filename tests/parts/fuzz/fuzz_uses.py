@@ -5,8 +5,8 @@ from pathlib import Path
 from exidyn.acquire.files.arm_file import read_arm
 from exidyn.acquire.files.report_files import found_files
 from exidyn.acquire.files.report_material import material
-from exidyn.drivers.controller_samples import ControllerSamples
 from exidyn.drivers.errors import LinkLost
+from exidyn.drivers.samples import ControllerSamples
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slowed, state_of

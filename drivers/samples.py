@@ -1,4 +1,4 @@
-"""What drivers share whose controller has the only clock: times of samples, and reports of its state."""
+"""Samples: of drivers by a host's clock or by a controller's, and reports of a controller's state."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .host_clock import host_time
+from .host_clock import Tick, host_time
 from .values import SIGNALS, Sample
 
 DRIFT = 1e-4
@@ -16,6 +16,24 @@ DRIFT = 1e-4
 def word(names: Mapping[int, str], code: int) -> str:
     """Of a code, or the code."""
     return names.get(code, f"code {code}")
+
+
+class HostSamples:
+    """Makes the samples of n joints that answer in the cycles of a host's clock."""
+
+    def __init__(self, joints: int) -> None:
+        self.unknown, self._none_stale = np.full(joints, np.nan), np.zeros(joints, bool)
+        for shared in (self.unknown, self._none_stale):  # by samples
+            shared.setflags(write=False)
+
+    def of(self, now: int, tick: Tick, answered: Sequence[bool], **fields: Any) -> Sample:
+        """Of a cycle at a time [ns], with further fields of `Sample`; NaN for joints without an answer."""
+        stale, known = self._none_stale, {name: fields.pop(name, self.unknown) for name in SIGNALS}
+        if not all(answered):
+            stale = ~np.array(answered)
+            known = {name: np.where(stale, np.nan, value) for name, value in known.items()}
+        fields |= known | {"lateness": tick.lateness, "skipped": tick.skipped}
+        return Sample(now, now, stale=stale, **fields)
 
 
 class ControllerSamples:
