@@ -18,7 +18,7 @@ from exidyn.identify.simulation.comparison import Comparison, compare
 
 from ..arguments.command import Command, Option, number
 from ..arguments.options import JSON, require_json, robot_option
-from ..files.comparison_schema import comparison_table
+from ..files.report_files import comparison_table
 from ..terminal.json_output import hand_over, json_text
 
 

@@ -22,9 +22,8 @@ from exidyn.identify.preparation.prepare import Filtering
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
 from ..arguments.options import JSON, VALIDATE, filters, make_folder, output_option, require_json
-from ..files.diagnosis_case import COMPARISON_CUTOFF, Case, case_folders, read_case, recorded_case
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
-from ..files.payload_runs import PAYLOADS
+from ..files.given_runs import COMPARISON_CUTOFF, PAYLOADS, Case, case_folders, read_case, recorded_case
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 

@@ -12,8 +12,7 @@ from exidyn.identify.errors import ExidynError
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
 from ..examples import example_balancer, example_files, example_gains
-from ..examples.example_arm import ExampleArm
-from ..examples.example_steps import Step
+from ..examples.example_arm import ExampleArm, Step
 from . import command
 
 SHORTEST = 20.0

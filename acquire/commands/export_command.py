@@ -16,7 +16,7 @@ from exidyn.identify.text_table import digits, paragraph
 
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import JSON, output_option, require_file, require_json
-from ..files.arm_file import ARM_HELP, read_arm
+from ..files.given_runs import ARM_HELP, read_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 

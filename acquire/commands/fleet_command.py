@@ -13,11 +13,9 @@ from exidyn.identify.notebook import counted
 from ..arguments.command import Command, Option, WrongUse, print_warning, whole
 from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option, require_json
 from ..fleet.analysis import change_rows, differences, reports, write_tables
-from ..fleet.arm_reports import last_runs, report_path, write_reports
-from ..fleet.executors import LOCAL, executor_of
 from ..fleet.source import Source
 from ..fleet.store import Store
-from ..fleet.work import identify_new, left_out
+from ..fleet.work import LOCAL, executor_of, identify_new, last_runs, left_out, report_path, write_reports
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 PAGE = "fleet.html"

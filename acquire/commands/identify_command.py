@@ -26,7 +26,7 @@ from ..arguments.options import (
     require_json,
     robot_option,
 )
-from ..files.payload_runs import PAYLOADS, carrying, distinct_bodies
+from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
 from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
 

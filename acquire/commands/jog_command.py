@@ -24,14 +24,14 @@ from ..arguments.options import BODY, JSON, output_option, require_json, robot_o
 from ..arguments.run_options import DRIVING, STOPS, body_of, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
+from ..jog.effort import FlangeWay, flange_way
 from ..jog.judgements import Judgement, Verdict, judge
-from ..jog.kept import Kept
-from ..jog.nominal_arm import FlangeWay, flange_way
 from ..jog.there_and_back import (
     MOST_SLIDE,
     MOST_TURN,
     USUAL_SLIDE,
     USUAL_TURN,
+    Kept,
     Way,
     duration,
     require_room,
@@ -40,8 +40,7 @@ from ..jog.there_and_back import (
 )
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.before import StartRules
-from ..run.errors import NotAllowed
-from ..run.lines import print_line
+from ..run.errors import NotAllowed, print_line
 from ..run.perform import FEWEST, LISTEN, Job, Outcome
 from ..run.recorder import require_free
 from ..terminal import run_summary
@@ -86,7 +85,7 @@ class Jog:
         position = _standing(self.driver, info)
         require_room(robot, self.way, position)
         self.flange = flange_way(robot, position, self.way)
-        print_line(jog_text.found(robot, self.way, position, self.flange))
+        print_line(jog_text.before_motion(robot, self.way, position, self.flange))
         limits = run_limits(robot)
         watch, current = stops_of(self.given, robot)
         motion = there_and_back(position, self.way, limits, info.cycle)

@@ -7,7 +7,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
 from ..arguments.options import output_option, require_apart, require_file, robot_option
-from ..files.payload_runs import PAYLOADS
+from ..files.given_runs import PAYLOADS
 from ..files.report_files import VALID, found_files
 from ..terminal.json_output import print_written, write_whole
 from ..terminal.stopwatch import Stopwatch

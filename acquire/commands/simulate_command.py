@@ -31,7 +31,7 @@ from ..arguments.options import (
     seed_option,
 )
 from ..arguments.run_options import PAYLOAD
-from ..files.arm_file import ARM_HELP, read_arm
+from ..files.given_runs import ARM_HELP, read_arm
 from ..run.simulated import simulated
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import with_bar

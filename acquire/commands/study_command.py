@@ -22,14 +22,12 @@ from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, UNSAFE
 from ..arguments.options import BODY, JSON, make_folder, output_option, require_json
 from ..arguments.run_options import DRIVING, STOPS, body_of, require_mock
-from ..files.diagnosis_case import Case
+from ..files.given_runs import Case
 from ..run.errors import RunStopped, Unsafe
-from ..study.cell import Cell
 from ..study.loop import Study
 from ..study.notebook import ENDED
 from ..study.rounds import NOTEBOOK, forget_end
-from ..study.shelf import Shelf
-from ..study.source import Source
+from ..study.sources import Cell, Shelf, Source
 from ..terminal.json_output import files_untold, hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
 from .diagnose_command import QUICK, diagnose_case, diagnose_command

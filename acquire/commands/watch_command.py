@@ -28,7 +28,7 @@ from ..terminal.run_summary import confirm_reading
 from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
 if TYPE_CHECKING:
-    from ..fleet.residual_alarm import ResidualAlarm
+    from ..fleet.analysis import ResidualAlarm
 
 REDRAW, LINES = 0.2, 1.0
 """Time between readings of a table, which an eye follows, and of lines, which fill a screen [s]."""
@@ -84,9 +84,9 @@ def watch_command(given: Namespace) -> None:
 def _alarm(given: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
     if given.arm is None:
         return None
-    from ..fleet.executors import process_apart
-    from ..fleet.residual_alarm import ResidualAlarm
+    from ..fleet.analysis import ResidualAlarm
     from ..fleet.store import Store
+    from ..fleet.work import process_apart
 
     store, executor = Store(given.fleet.resolve()), stack.enter_context(process_apart())
     return ResidualAlarm(store, given.arm, given.alarms_per_arm_year, executor)

@@ -1,5 +1,1 @@
-"""What `exidyn example` writes and prints.
-
-In: nothing.
-Out: robots, plans and steps.
-"""
+"""What `exidyn example` writes and prints: robots, plans and steps."""

@@ -11,8 +11,7 @@ from exidyn.identify.simulation.simulate import as_built, simulate
 from exidyn.identify.text_table import table
 from exidyn.trajectories.random_motion import random_fourier
 
-from .example_arm import NOMINAL, TRUTH, ExampleArm
-from .example_steps import Step
+from .example_arm import NOMINAL, TRUTH, ExampleArm, Step
 
 LOG = "log.csv"
 FILES = (NOMINAL, LOG, TRUTH)

@@ -11,8 +11,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import at_point, digits, table
 
-from .example_arm import MASS, TRUTH, ExampleArm
-from .example_steps import LEAST, Step, excited, recorded, step
+from .example_arm import LEAST, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
 """By how much the nominal drive gains are too large; the paper found data sheets 8 to 19 % off."""

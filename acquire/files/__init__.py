@@ -1,5 +1,1 @@
-"""Files that commands read and write together.
-
-In: paths.
-Out: recordings, reports, traces.
-"""
+"""Files that commands read and write together."""

@@ -14,8 +14,8 @@ from exidyn.identify.recordings.recording import KnownPayload
 
 from ..arguments.command import complaint
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
+from ..run.errors import print_line
 from ..run.frames import END, text_frame
-from ..run.lines import print_line
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe import PipeSink, Sink
 from ..run.realtime import realtime
@@ -45,10 +45,10 @@ def run_head(
 
     Args:
         info: Metadata of the driver.
-        name: Of the run.
+        name: Name of the run.
         model: The nominal arm, without what it carries.
-        driver: Its name.
-        payload: What it carries.
+        driver: Name of the driver.
+        payload: What the arm carries.
         trajectory: Text of the plan's file.
         more: What else is known of the run, by name; what is empty is left out.
     """
@@ -87,8 +87,8 @@ def run_recorded(
 
     Args:
         driver: Not open yet.
-        job: As `perform` takes it.
-        path: Of the recording.
+        job: What to do, see `perform`.
+        path: Where to record.
         head: What explains the run to them.
         viewers: Starts who else is to see it.
         also: Who else is handed every cycle, in this process.

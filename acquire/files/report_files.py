@@ -1,23 +1,25 @@
 """What `exidyn report` is given: which kind each file is, and what is read of it."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from exidyn.identify.diagnosis.words.diagnosis_file import array_of
 from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit_file import read_json
+from exidyn.identify.pages.compared_document import verdict
 from exidyn.identify.pages.diagnosis_document import Diagnosed
 from exidyn.identify.pages.report_material import Compared
 from exidyn.identify.recordings.importers import kind_of
-from exidyn.identify.schema import checked
-from exidyn.identify.simulation.comparison import Comparison, Mismatch, Regions
+from exidyn.identify.schema import Name, Number, NumberOrNull, Size, check_length, check_rows, checked
+from exidyn.identify.simulation.comparison import THIRDS, Comparison, Mismatch, Regions
 
-from .comparison_schema import BY_JOINT, ComparisonFile, MismatchTable
-from .traces_file import Traces, traces_beside
+from .diagnosis_files import Traces, traces_beside
 
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
@@ -29,6 +31,54 @@ VALID = (
 )
 FORMAT = 1
 """Of the JSON files of a diagnosis and of a comparison."""
+BY_JOINT = ("rms", "mean", "size", "noise")
+"""A number a joint."""
+Row = tuple[NumberOrNull, ...]
+
+
+class _RegionsTable(Struct, frozen=True):
+    """Mismatch in thirds of what the arm did."""
+
+    edges: tuple[Row, ...]
+    rms: tuple[Row, ...]
+
+
+class _MismatchTable(Struct, frozen=True):
+    """How far two recordings differ in one quantity."""
+
+    units: tuple[str, ...]
+    rms: Row
+    mean: Row
+    size: Row
+    noise: Row
+    regions: dict[str, _RegionsTable]
+
+
+class _ComparisonFile(Struct, frozen=True, kw_only=True):
+    """A comparison."""
+
+    simulated: str
+    recorded: str
+    joints: tuple[Name, ...]
+    offset: Number
+    duration: Size
+    filter_hz: Size
+    mismatch: dict[Name, _MismatchTable]
+    verdict: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for quantity, one in self.mismatch.items():
+            for name in ("units", *BY_JOINT):
+                self._by_joint(getattr(one, name), f"mismatch.{quantity}.{name}")
+            for kind, regions in one.regions.items():
+                where = f"mismatch.{quantity}.regions.{kind}"
+                for name, count in (("edges", THIRDS + 1), ("rms", THIRDS)):
+                    rows = getattr(regions, name)
+                    self._by_joint(rows, f"{where}.{name}")
+                    check_rows(rows, f"{where}.{name}", count, f"of {THIRDS} regions")
+
+    def _by_joint(self, values: tuple, field: str) -> None:
+        check_length(values, field, len(self.joints), "one a joint")
 
 
 class Found(NamedTuple):
@@ -52,59 +102,39 @@ def _found(path: Path) -> list[Found]:
     if not path.exists():
         raise NotAFile(f"{path} does not exist")
     if path.suffix == ".json":
-        return [Found(_kind(path), path)]
+        if kind := _kind(path):
+            return [Found(kind, path)]
+        raise _unknown(path)
     if not path.is_dir() or (path / "case.toml").exists() or (path / "metadata.yaml").exists():
-        return [Found(RECORDING, _importable(path))]
-    inside = [Found(kind, file) for file in sorted(path.glob("*.json")) if (kind := _known_kind(file))]
+        try:
+            kind_of(path)
+        except NotAFile as error:
+            raise _unknown(path) from error
+        return [Found(RECORDING, path)]
+    inside = []
+    for file in sorted(path.glob("*.json")):
+        with suppress(NotAFile):  # what is none of ours
+            inside += [Found(kind, file)] if (kind := _kind(file)) else []
     inside += [Found(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
     if not inside:
         raise NotAFile(f"{path} holds nothing that a report is made of. Valid: {VALID}")
     return inside
 
 
-def _importable(path: Path) -> Path:
-    """The path of a recording.
-
-    Raises:
-        NotAFile: It is none.
-    """
-    try:
-        kind_of(path)
-    except NotAFile as error:
-        raise NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}") from error
-    return path
+def _unknown(path: Path) -> NotAFile:
+    return NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
 
 
 def _kind(path: Path) -> str:
-    """Which kind of JSON file this is.
-
-    Raises:
-        NotAFile: None that is known.
-    """
-    if kind := _known_kind(path):
-        return kind
-    read_table(path)  # raises with the damaged place
-    raise NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
-
-
-def _known_kind(path: Path) -> str:
-    """The kind of a JSON file; empty for others, as folders may hold."""
-    try:
-        table = read_table(path)
-    except NotAFile:
-        return ""
+    """The kind of a JSON file; empty for those of other programs, as folders may hold."""
+    table = _read_table(path)
     return next((kind for key, kind in KEYS.items() if key in table), "")
 
 
-def read_table(path: Path) -> dict[str, Any]:
-    """A JSON file.
-
-    Raises:
-        NotAFile: It is none.
-    """
+def _read_table(path: Path) -> dict[str, Any]:
     table = read_json(path)
     if not isinstance(table, dict):
-        raise NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
+        raise _unknown(path)
     return table
 
 
@@ -130,13 +160,37 @@ def read_diagnosis(path: Path) -> DiagnosisFile:
     return checked(_of_format(path, "exidyn_diagnosis"), DiagnosisFile, str(path))
 
 
+def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]:
+    """A comparison and commands that go on from it, for JSON; what is no number is null."""
+    return {
+        "exidyn_comparison": FORMAT,
+        "simulated": comparison.simulated,
+        "recorded": comparison.recorded,
+        "joints": list(comparison.joints),
+        "offset": comparison.offset,
+        "duration": comparison.duration,
+        "filter_hz": comparison.cutoff,
+        "mismatch": {one.quantity: _numbers(one) for one in comparison.mismatches},
+        "verdict": verdict(comparison),
+        "go_on": go_on,
+    }
+
+
+def _numbers(mismatch: Mismatch) -> dict[str, Any]:
+    return {
+        "units": list(mismatch.units),
+        **{name: getattr(mismatch, name) for name in BY_JOINT},
+        "regions": {kind: regions._asdict() for kind, regions in mismatch.regions.items()},
+    }
+
+
 def read_compared(path: Path) -> Compared:
     """A comparison.
 
     Raises:
         NotAFile: It is damaged or of a later format.
     """
-    file = checked(_of_format(path, "exidyn_comparison"), ComparisonFile, str(path))
+    file = checked(_of_format(path, "exidyn_comparison"), _ComparisonFile, str(path))
     comparison = Comparison(
         simulated=file.simulated,
         recorded=file.recorded,
@@ -150,13 +204,13 @@ def read_compared(path: Path) -> Compared:
 
 
 def _of_format(path: Path, key: str) -> dict[str, Any]:
-    table = read_table(path)
+    table = _read_table(path)
     if table.get(key) != FORMAT:
         raise NotAFile(f"{path} has format {table.get(key)}; this version reads {FORMAT}; update exidyn")
     return table
 
 
-def _mismatches(table: Mapping[str, MismatchTable]) -> Iterator[Mismatch]:
+def _mismatches(table: Mapping[str, _MismatchTable]) -> Iterator[Mismatch]:
     for quantity, one in table.items():
         numbers = {name: _array(getattr(one, name)) for name in BY_JOINT}
         regions = {

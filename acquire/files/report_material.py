@@ -19,10 +19,9 @@ from exidyn.identify.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
-from .names import renamed, role_words
-from .payload_runs import PayloadRun, carrying
+from .diagnosis_files import Traces
+from .given_runs import PayloadRun, carrying, renamed, role_words
 from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_diagnosed
-from .traces_file import Traces
 
 
 def material(
@@ -31,7 +30,7 @@ def material(
     """Read all files, and predict the runs by the fits.
 
     Args:
-        files: Of known kinds.
+        files: Files of known kinds.
         loaded: Recordings with a payload, as on the command line.
         model: The robot of tables, which do not name their robot.
         progress: Called with a sentence at each stage.
@@ -74,11 +73,7 @@ def material(
 
 
 def _diagnosis(paths: Sequence[Path]) -> tuple[Diagnosed | None, Traces | None]:
-    """The diagnosis and its samples, if there is one.
-
-    Raises:
-        NotAFile: There are several.
-    """
+    """The diagnosis and its samples, if there is one."""
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
     return read_diagnosed(paths[0]) if paths else (None, None)
@@ -113,11 +108,7 @@ def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> Non
 
 
 def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:
-    """The joints that all have.
-
-    Raises:
-        DifferentRobot: They have others.
-    """
+    """The joints that all have."""
     first, joints = named[0]
     for other, theirs in named:
         if theirs != joints:

@@ -51,11 +51,11 @@ class Row:
 
     Attributes:
         key: Hash of its content.
-        found: Its file.
+        found: Where its file is.
         date: When it began.
         kind: Type of its arm.
         error: Why it could not be identified; empty if it was.
-        summary: What it says.
+        summary: What it says of the arm.
     """
 
     key: str

@@ -1,32 +1,100 @@
-"""Identify what is new, on any executor; each run is kept by the process that identified it."""
+"""Work on runs in a pool of processes or a cluster of Dask; the process that identified a run keeps it."""
 
+import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
+from exidyn.identify.child_processes import process_pool
 from exidyn.identify.errors import ExidynError
+from exidyn.identify.file_names import unique_stem
+from exidyn.identify.fit.estimators.bayesian import posterior
+from exidyn.identify.fit.identification import identify
 from exidyn.identify.fleet.kind import Kind, kind_key
 from exidyn.identify.fleet.summary import summarised
+from exidyn.identify.notebook import optional
+from exidyn.identify.pages.fit_document import report_html
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
+from ..terminal.json_output import write_whole
 from .source import Found, Source, content_hash, date_of
 from .store import Row, Store
 
+LOCAL = "local"
+MEMORY = "500MB"
+"""Of a worker of Dask; at 95 % of that it starts anew."""
+NO_PAUSE = {f"distributed.worker.memory.{name}": False for name in ("target", "spill", "pause")}
+"""A worker holds no results that could be spilled, and two thirds of its memory are libraries: one that
+pauses at 80 %, as is usual, would do so for ever."""
+THREADS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Linear algebra of a worker stays on its core."""
 NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 """Of a recording that cannot be read."""
+REPORTS = "reports"
+"""Their folder in the store's."""
+
+
+@contextmanager
+def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
+    """An executor for as long as the context lasts.
+
+    Args:
+        cluster: Address of a Dask scheduler, or `LOCAL` for one started here; None for a pool of processes.
+        workers: Processes on this machine; as many as cores by default.
+
+    Raises:
+        MissingPackage: A cluster is asked for, and Dask is not installed.
+    """
+    os.environ.update({name: os.environ.get(name, one) for name, one in THREADS.items()})
+    count = workers or os.cpu_count() or 1
+    if cluster is None:
+        with process_pool(count) as pool:
+            yield pool
+        return
+    if cluster == LOCAL:
+        with local_cluster(count) as client:
+            yield client.get_executor()
+        return
+    with optional("distributed", "--cluster", "cluster").Client(cluster) as client:
+        yield client.get_executor()
+
+
+@contextmanager
+def local_cluster(count: int) -> Iterator[Any]:
+    """A client of so many workers of Dask on this machine."""
+    distributed, dask = (optional(name, "--cluster", "cluster") for name in ("distributed", "dask"))
+    with (
+        dask.config.set(NO_PAUSE),
+        distributed.LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=MEMORY, dashboard_address=None
+        ) as local,
+        distributed.Client(local) as client,
+    ):
+        yield client
+
+
+@contextmanager
+def process_apart() -> Iterator[Executor]:
+    """One process beside this one, which Ctrl-C does not end before it."""
+    with process_pool(1, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        yield pool
 
 
 def identify_new(
     source: Source, store: Store, executor: Executor, note: Callable[[int, int], None] = lambda done, of: None
 ) -> int:
-    """Identify each recording that the store does not have; returns how many there were.
+    """Identify each recording that the store, which all workers see, does not have; how many there were.
 
     Args:
         source: The recordings.
-        store: Where results are kept, a folder that all workers see.
+        store: Where results are kept.
         executor: Where to work.
         note: Called with the number done, and of how many.
 
@@ -123,3 +191,44 @@ def left_out(store: Store) -> Iterator[tuple[str, str]]:
     for row in store.index().values():
         if row["error"]:
             yield row["file"], row["error"]
+
+
+def last_runs(store: Store) -> dict[str, dict[str, Any]]:
+    """The last run of each arm that could be identified, a row of `Store.index`."""
+    rows = sorted(store.index().values(), key=lambda row: row["date"])
+    return {row["arm"]: row for row in rows if not row["error"]}
+
+
+def report_path(store: Store, row: dict[str, Any]) -> Path:
+    """Where the report of a run is; another run of the arm has another name."""
+    return store.folder / REPORTS / unique_stem(row["arm"], "arm") / f"{row['key']}.html"
+
+
+def write_reports(
+    source: Source, store: Store, executor: Executor, note: Callable[[int, int], None]
+) -> list[tuple[str, str]]:
+    """Make those that are missing; returns the arms of which none can be made, and why."""
+    missing = [row for row in last_runs(store).values() if not report_path(store, row).exists()]
+    futures = {executor.submit(_write, source, store, row): row["arm"] for row in missing}
+    failed = []
+    for done, future in enumerate(as_completed(futures), 1):
+        if why := future.result():
+            failed.append((futures[future], why))
+        note(done, len(missing))
+    return sorted(failed)
+
+
+def _write(source: Source, store: Store, row: dict[str, Any]) -> str:
+    """Make one in place of those of earlier runs; returns why it cannot be made."""
+    path, kind = report_path(store, row), known_kind(store, row["kind"])
+    try:
+        with source.local(Found(row["file"], row["arm"], row["size"], row["modified"])) as copy:
+            run = read_recording(copy)
+        fit = identify([run], model=kind.model, estimator=posterior, filtering=kind.filtering)
+    except (ExidynError, OSError) as error:
+        return str(error)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for old in path.parent.glob("*.html"):
+        old.unlink()
+    write_whole(path, report_html(fit))
+    return ""

@@ -1,5 +1,1 @@
-"""One joint a little way and back, and what that shows of its sign, scale, gain and zero.
-
-In: a model, cycles of a run.
-Out: judgements.
-"""
+"""One joint a little way and back, and what that shows of its sign, scale, gain and zero."""

@@ -5,13 +5,17 @@ and back the first is the same and the second changes sign: they are the mean an
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import pinocchio as pin
 
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.newton_euler import flange_position
+from exidyn.identify.arm.robot import Robot
 from exidyn.identify.model import Model
 
-from .kept import Course
-from .there_and_back import Way
+from .there_and_back import Course, Way
 
 STEADY = 0.95
 """Share of the crawl above which the speed counts as constant [-]."""
@@ -29,9 +33,9 @@ class Effort:
 
     Attributes:
         gravity: Torque in which there and back agree [N m].
-        gravity_std: Its standard deviation, by noise alone.
+        gravity_std: Standard deviation of that, by noise alone [N m].
         friction: By how much more it is with the motion [N m].
-        friction_std: Likewise.
+        friction_std: Standard deviation of that [N m].
         middle: Where, shape (n,) [rad] or [m].
         unit: "N m", or "N" for a joint that slides.
         source: What it was made from, for messages.
@@ -110,3 +114,42 @@ def _least_squares(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     variance = left @ left / (len(torque) - 3)
     covariance = variance * np.linalg.pinv((matrix / scale).T @ (matrix / scale))
     return values, np.sqrt(np.diag(covariance)) / scale
+
+
+def torque_at_rest(model: Model, positions: np.ndarray, payload: str = "") -> np.ndarray:
+    """Gravity, springs and balancers as the drives feel them, (t, n) [N m], or [N] where a joint slides.
+
+    Args:
+        model: Nominal.
+        positions: Shape (t, n) [rad] or [m].
+        payload: Name of the body on the flange; empty for none.
+    """
+    still = np.zeros_like(positions)
+    motion = Motion.of(np.arange(len(positions), dtype=float), positions, still, still, payload=payload)
+    torque = model.torque(model.loaded(motion), model.nominal_values)
+    at_drives: np.ndarray = torque @ model.robot.to_motors.T
+    return at_drives
+
+
+@dataclass(frozen=True)
+class FlangeWay:
+    """Where the flange should go, in the base frame.
+
+    Attributes:
+        moved: Displacement, shape (3,) [m].
+        axis: Axis about which the joint turns, or along which it slides, shape (3,) [-].
+    """
+
+    moved: np.ndarray
+    axis: np.ndarray
+
+
+def flange_way(robot: Robot, position: np.ndarray, way: Way) -> FlangeWay:
+    """Where the flange goes by the robot's geometry, from a position (n,)."""
+    far = position.copy()
+    far[way.joint] += way.distance
+    flange = partial(flange_position, robot.kinematics, robot.flange)
+    moved = flange(far) - flange(position)
+    data = robot.kinematics.createData()
+    jacobian = pin.computeJointJacobians(robot.kinematics, data, position)[:, way.joint]
+    return FlangeWay(moved, jacobian[3:] if robot.revolute[way.joint] else jacobian[:3])

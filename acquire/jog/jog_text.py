@@ -10,8 +10,8 @@ from exidyn.identify.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import plain
+from .effort import FlangeWay
 from .judgements import OF_WAY, Judgement, Verdict
-from .nominal_arm import FlangeWay
 from .there_and_back import BEFORE, Way, duration
 
 LOOK = (
@@ -33,7 +33,7 @@ def before(robot: Robot, way: Way, facts: Mapping[str, str]) -> str:
     return "\n".join([*lines, *(f"  {name + ':':<{width}}{text}" for name, text in facts.items())])
 
 
-def found(robot: Robot, way: Way, position: np.ndarray, flange: FlangeWay) -> str:
+def before_motion(robot: Robot, way: Way, position: np.ndarray, flange: FlangeWay) -> str:
     """Where the arm stands and what it should do, before its drives are powered."""
     units, joint = JointUnits.of(robot), way.joint
     target = position.copy()

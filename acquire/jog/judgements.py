@@ -7,10 +7,8 @@ import numpy as np
 
 from exidyn.identify.model import Model
 
-from .effort import Effort, effort_of
-from .kept import Course
-from .nominal_arm import torque_at_rest
-from .there_and_back import Way
+from .effort import Effort, effort_of, torque_at_rest
+from .there_and_back import Course, Way
 
 NO_PART = 0.1
 """Share of the way up to which a joint counts as standing, and by which the one that moves may miss it [-].
@@ -30,8 +28,6 @@ OF_WAY = "of the way"
 """Unit of what is a share of the commanded way."""
 ROUNDING = 1e-9
 """Torque that is none [N m]: what is left where terms cancel."""
-
-
 NOT_GONE = "it did not go as commanded, so that its torque is of another motion"
 
 
@@ -48,11 +44,11 @@ class Judgement:
     """One thing that was looked at.
 
     Attributes:
-        name: Of it.
+        name: What it is.
         value: Measured; NaN where nothing was.
         low: Smallest value that is in order.
         high: Largest.
-        unit: Of all three.
+        unit: Unit of these.
         verdict: The verdict.
         text: Why, and what to look at; empty where the numbers suffice.
     """
@@ -67,19 +63,10 @@ class Judgement:
 
 
 def judge(course: Course, way: Way, model: Model, payload: str = "") -> list[Judgement]:
-    """All results of a jog for its joint.
-
-    Args:
-        course: What was commanded and measured.
-        way: That was to be gone.
-        model: Nominal, with what it carries.
-        payload: Name of the body that it carries; empty for none.
-    """
+    """All results of a jog, by the nominal model with the body that it carries, whose name may be empty."""
     joints = model.robot.joints
-    enough = len(course.commanded) > 0 and np.ptp(course.commanded[:, way.joint]) >= FEWEST * abs(
-        way.distance
-    )
-    if not enough:
+    commanded = course.commanded[:, way.joint] if len(course.commanded) else np.zeros(1)
+    if np.ptp(commanded) < FEWEST * abs(way.distance):
         why = f"stopped before a quarter of the way was commanded ({joints[way.joint]})"
         return [Judgement("way", np.nan, 1 - NO_PART, 1 + NO_PART, OF_WAY, Verdict.UNKNOWN, why)]
     shares = _shares(course, way.joint)
@@ -155,9 +142,7 @@ def _gravity(
 ) -> tuple[Judgement, tuple[float, float]]:
     """The mean of there and back, in which friction cancels, against the nominal torque at rest.
 
-    Returns:
-        The judgement, and the interval in which the torque at rest really is [N m]: as measured, give or
-        take the friction, which may be different each way.
+    And the interval in which that torque is [N m]: give or take the friction, which may differ each way.
     """
     name, unit = "gravity torque", effort.unit
     nominal = float(torque_at_rest(model, effort.middle[None], payload)[0, way.joint])

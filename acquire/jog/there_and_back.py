@@ -1,4 +1,4 @@
-"""There and back: one joint slowly, from where the arm stands and to there again."""
+"""There and back: one joint slowly, from where the arm stands and to there again; and the cycles of it."""
 
 from dataclasses import dataclass, replace
 
@@ -12,6 +12,8 @@ from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.trajectory import State, whole_ticks
 
 from ..run.errors import CannotStart, NotAllowed
+from ..run.frames import SAMPLE, Unframed, read_cycle
+from ..run.player import BRAKING, RUNNING
 from ..terminal.joint_units import JointUnits
 
 TURN, SLIDE = float(np.radians(2.0)), 0.01
@@ -31,13 +33,7 @@ BEFORE, BETWEEN = 2.0, 0.5
 
 @dataclass(frozen=True)
 class Way:
-    """What one joint is to do.
-
-    Attributes:
-        joint: Column.
-        distance: Signed [rad] or [m].
-        speed: [rad/s] or [m/s].
-    """
+    """What one joint, by its column, is to do: a signed distance [rad] or [m] at a speed [rad/s] or [m/s]."""
 
     joint: int
     distance: float
@@ -84,14 +80,7 @@ def require_room(robot: Robot, way: Way, position: np.ndarray) -> None:
 
 
 def there_and_back(position: np.ndarray, way: Way, limits: Limits, tick: float) -> Sequence:
-    """Rest, the way, rest, the way back.
-
-    Args:
-        position: Where the arm stands, shape (n,) [rad] or [m].
-        way: Of one joint.
-        limits: Of `run_limits`.
-        tick: Cycle of the controller [s].
-    """
+    """Rest, the way, rest, the way back, from a position (n,) within `run_limits`; tick in [s]."""
     slow = _crawling(limits, way)
     far = position.copy()
     far[way.joint] += way.distance
@@ -128,3 +117,49 @@ def _crawling(limits: Limits, way: Way) -> Limits:
         for name in ("velocity", "acceleration")
     }
     return replace(limits, **upper, **lower)
+
+
+@dataclass(frozen=True)
+class Course:
+    """What was commanded and measured while the motion was played, up to the end of a stop.
+
+    Attributes:
+        commanded: Positions, shape (t, n) [rad] or [m].
+        speed: Commanded velocities, shape (t, n) [rad/s] or [m/s].
+        position: Measured, shape (t, n); NaN where a joint was silent.
+        velocity: Shape (t, n); NaN where it is not measured.
+        current: Shape (t, n) [A].
+        torque: Shape (t, n) [N m].
+    """
+
+    commanded: np.ndarray
+    speed: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    torque: np.ndarray
+
+
+class Kept:
+    """A sink that keeps every cycle; a jog is short."""
+
+    failure = ""
+
+    def __init__(self) -> None:
+        self._frames: list[bytes] = []
+
+    def put(self, frame: bytes) -> None:
+        """Keep a frame, and look at it later: the loop has no time."""
+        self._frames.append(frame)
+
+    def close(self) -> None:
+        """Nothing to do."""
+
+    def course(self) -> Course:
+        """What was kept; without cycles where nothing was commanded."""
+        frames = Unframed()
+        cycles = [read_cycle(body) for kind, body in frames.add(b"".join(self._frames)) if kind == SAMPLE]
+        moved = [one for one in cycles if one.stage in (RUNNING, BRAKING)]
+        sent = [one for one in moved if np.isfinite(one.array("command_position")).all()]
+        names = ("command_position", "command_velocity", "position", "velocity", "current", "torque")
+        return Course(*(np.array([one.array(name) for one in sent]) for name in names))

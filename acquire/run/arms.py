@@ -13,7 +13,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.simulation.plant import typical_plant
 
-from .lines import explained_if_slow
+from .errors import explained_if_slow
 
 SHARE = 0.3
 """Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
@@ -41,14 +41,7 @@ def standing_pose(robot: Robot) -> np.ndarray:
 
 
 def standing_arm(nominal: Robot, real: Model, seed: int = 0, payload: str = "") -> Callable[[], Plant]:
-    """What makes the arm of the mock, at rest at `standing_pose` of the nominal one.
-
-    Args:
-        nominal: Robot whose limits give the pose.
-        real: What the arm really is.
-        seed: Of its noise.
-        payload: Name of the body that it carries; empty for none.
-    """
+    """What makes the arm of the mock: the real one with a body by name, at `standing_pose` of the nominal."""
     return lambda: simulated_arm(real, standing_pose(nominal), seed=seed, payload=payload)
 
 

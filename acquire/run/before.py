@@ -24,8 +24,6 @@ from .stopping.stop import UnitOf, turning
 
 NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
 RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
-
-
 SOME = 3
 """Sentences that are enough to see what is wrong."""
 
@@ -36,7 +34,7 @@ class Checked:
 
     Attributes:
         plan: At the speed at which it is to be played.
-        model: Of the robot, with what it carries.
+        model: The robot with what it carries.
         limits: The robot's; those that are not given as the planner assumes them, or as the motion uses them.
         torque: Torque of the motion by the nominal model.
         warnings: What may be different than when it was planned, a sentence each.
@@ -50,13 +48,7 @@ class Checked:
 
 
 def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None) -> Checked:
-    """The plan at a share of its speed, if the robot may run it.
-
-    Args:
-        plan: What is to be run.
-        model: Of the robot at hand.
-        speed: Share of the planned speed [-].
-        payload: What the robot carries.
+    """The plan at a share of its speed [-], if the robot at hand may run it with what it carries.
 
     Raises:
         NotAllowed: It is for another robot, or goes beyond the limits of this one.
@@ -131,11 +123,11 @@ def plan_start(
     info: Info,
     unit_of: UnitOf = turning,
 ) -> Phases:
-    """The way from where the arm stands, at rest, to where the motion begins.
+    """The way from where the arm stands, at rest at `measured` (n,) [rad] or [m], to where the motion begins.
 
     Args:
         player: Has the motion.
-        measured: Position of the arm, shape (n,) [rad].
+        measured: Position of the arm.
         joints: Names.
         limits: Finite ones of the arm.
         rules: What is allowed.

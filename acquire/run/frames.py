@@ -17,11 +17,9 @@ from exidyn.drivers.values import SIGNALS
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
 """Kinds: once at the start, every cycle, what happened, once at the end."""
-
 KINDS = (HEAD, SAMPLE, EVENT, END)
 LONGEST = 64 << 20
 """Bytes that no frame has: a head with the largest robot and plan is a hundredth of that."""
-
 _FRAME = struct.Struct("<cI")
 _FIXED = struct.Struct("<qqdIII")
 ARRAYS = (*SIGNALS, "command_position", "command_velocity")

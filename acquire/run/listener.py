@@ -23,9 +23,9 @@ class Reading:
     Attributes:
         host_time: Host's clock at the last sample [ns since 1970].
         position: Last fresh one of each joint, shape (n,) [rad] or [m]; NaN where none came.
-        velocity: Likewise [rad/s].
+        velocity: Last fresh one, shape (n,) [rad/s] or [m/s].
         current: Mean of the fresh ones, shape (n,) [A].
-        torque: Likewise [N m].
+        torque: Mean of the fresh ones, shape (n,) [N m].
         temperature: Last fresh one, shape (n,) [degC].
         states: What each drive reports about itself; empty where it does not.
         cycles: Exchanges since the last look.

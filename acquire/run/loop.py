@@ -1,7 +1,4 @@
-"""The only loop: exchange, hand over, look, command.
-
-It runs from before the first command until after the last stop, and hands over every cycle on the way.
-"""
+"""The only loop, from before the first command to after the last stop: exchange, hand over, look, command."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -40,9 +37,9 @@ class Counts:
         cycles: Exchanges made.
         skipped: Cycles that went by without one.
         stale: Samples in which a joint was silent.
-        lateness: Of each exchange [s].
+        lateness: Lateness of each exchange [s].
         work: Processor time of this thread in each cycle, from one exchange to the next [s].
-        driver_work: Of that, within the exchange [s].
+        driver_work: Processor time within each exchange [s].
     """
 
     cycles: int = 0
@@ -100,19 +97,14 @@ class Loop:
         self.stops = Stops(driver, self.report)
         self.last: Sample | None = None
 
-    @property
-    def stop(self) -> Stop | None:
-        """Why the run ends before its time; None as long as it does not."""
-        return self.stops.reason
-
     def listen(self, until: Callable[[], bool]) -> None:
         """Exchange nothing but samples until something is so, or there is a reason to stop."""
-        while not until() and self.stop is None:
+        while not until() and self.stops.reason is None:
             self._cycle(None)
 
     def play(self, player: Player, check: CommandCheck, way: Trajectory) -> None:
         """Command the way to a motion and the motion, to its end or to a stop; nothing after a stop."""
-        if self.stop is not None:
+        if self.stops.reason is not None:
             return
         self._player, self._check = player, check
         player.begin(way)
@@ -135,7 +127,7 @@ class Loop:
 
     def fail(self, error: BaseException) -> None:
         """Stop by the controller's own means, for this program has failed; the arm is listened to further."""
-        self._to_stop(Stop(StopLevel.QUICK, "program failed", f"exidyn failed: {of_failure(error)}"))
+        self.begin_stop(Stop(StopLevel.QUICK, "program failed", f"exidyn failed: {of_failure(error)}"))
         self.report("failure", of_failure(error), {"traceback": "".join(format_exception(error))})
 
     def lose(self, why: str) -> None:
@@ -151,10 +143,6 @@ class Loop:
         self.report("standstill", seen.text, seen.details())
         return seen
 
-    def end(self, stop: Stop) -> None:
-        """Stop for a reason found elsewhere."""
-        self._to_stop(stop)
-
     def _next(self) -> Command | None:
         """The next command, or where that is not in order, the first of a stop."""
         assert self._player is not None
@@ -166,8 +154,8 @@ class Loop:
         if wrong is None:
             return command
         self._player.take_back()
-        again = self.stop is not None  # a stop that is itself not in order is left to the controller
-        self._to_stop(replace(wrong, level=StopLevel.QUICK) if again else wrong)
+        again = self.stops.reason is not None  # a stop that is itself not in order is left to the controller
+        self.begin_stop(replace(wrong, level=StopLevel.QUICK) if again else wrong)
         return None if again else self._next()
 
     def _cycle(self, command: Command | None) -> bool:
@@ -187,7 +175,11 @@ class Loop:
         self._hand_over(sample_frame(sample, command, self._stage))
         for text in sample.events:
             self.report("driver", text)
-        self._to_stop(harder(self._asked(), harder(self._watch.look(sample, command), self._recording())))
+        found = harder(self._asked(), self._watch.look(sample, command))
+        if self._sinks and (failure := self._sinks[0].failure):
+            text = f"the recording cannot go on: {failure}"
+            found = harder(found, Stop(StopLevel.BRAKE, "recorder", text))
+        self.begin_stop(found)
         if sample.fault:
             self.stops.explain(sample.fault)
         self._escalate(sample, command)
@@ -215,17 +207,12 @@ class Loop:
         text = str(error) if lost else f"the driver failed: {of_failure(error)}"
         if lost or self._failures >= FAILURES:
             self.lose(text)
-        if not self._to_stop(Stop(StopLevel.QUICK, "link lost" if lost else "driver failed", text)) and lost:
+        found = Stop(StopLevel.QUICK, "link lost" if lost else "driver failed", text)
+        if not self.begin_stop(found) and lost:
             self.report("driver", f"whether the stop works is no longer known: {text}")
 
-    def _recording(self) -> Stop | None:
-        failure = self._sinks[0].failure if self._sinks else ""
-        return (
-            Stop(StopLevel.BRAKE, "recorder", f"the recording cannot go on: {failure}") if failure else None
-        )
-
-    def _to_stop(self, found: Stop | None) -> bool:
-        """Begin a stop, unless one as hard is under way; whether it is begun."""
+    def begin_stop(self, found: Stop | None) -> bool:
+        """Stop for a reason, unless a stop as hard is under way; whether it is begun."""
         if found is None or not self.stops.begin(found):
             return False
         self._listened = 0

@@ -30,10 +30,8 @@ LISTEN = 0.1
 """How long the arm is listened to before anything is commanded [s]; its position is the median of that."""
 FEWEST = 5
 """Samples that at least are taken of it."""
-
 TO_START = 60.0
 """What a person is given to start the motion at the controller, where it is only listened to [s]."""
-
 T = TypeVar("T")
 
 
@@ -124,7 +122,7 @@ def perform(
         standstill = loop.standstill()
         if standstill is not None:
             ended(standstill)
-        return Outcome(info, loop.counts, loop.stop, tuple(loop.stops.escalated), standstill)
+        return Outcome(info, loop.counts, loop.stops.reason, tuple(loop.stops.escalated), standstill)
     finally:
         driver.close()
 
@@ -163,25 +161,27 @@ def _play_to_rest(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
 def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
     """Record what something else moves, for as long as the motion lasts and a while to start it in.
 
-    Returns:
-        Why it ended before; that the controller has ended its session is no reason to complain.
+    Gives why it ended before; that the controller has ended its session is no reason to complain.
     """
     end = round((job.motion.duration + TO_START) / info.cycle)
     loop.listen(lambda: loop.counts.cycles + loop.counts.skipped >= end)
-    ended = loop.stop is not None and loop.stop.kind == "link lost" and loop.counts.cycles > 0
-    return None if ended else loop.stop
+    stop = loop.stops.reason
+    ended = stop is not None and stop.kind == "link lost" and loop.counts.cycles > 0
+    return None if ended else stop
 
 
 def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     loop.listen(lambda: driver.ready)
     measured = _standing(loop, info)
-    if loop.stop is not None:
+    if loop.stops.reason is not None:
         return
     commanded = driver.held()
     held = measured if commanded is None else commanded
 
     def work() -> tuple[Player, Phases]:
-        return _prepared(job, info, held)
+        player = Player(job.motion, job.limits, info.cycle, job.settle)
+        unit = job.robot.unit
+        return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info, unit)
 
     try:
         _require_near(held, measured, job)
@@ -191,7 +191,7 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
             return
         _require_still(loop, measured, job)
     except ExidynError as error:
-        loop.end(Stop(StopLevel.BRAKE, "start", str(error)))
+        loop.begin_stop(Stop(StopLevel.BRAKE, "start", str(error)))
         return
     player, way = prepared
     lower = None if info.window_lower is None else held + info.window_lower
@@ -214,11 +214,6 @@ def _standing(loop: Loop, info: Info) -> np.ndarray:
     loop.listen(enough)
     known = [position for position in seen if np.isfinite(position).all()] or seen
     return np.median(known, axis=0) if known else np.empty(0)
-
-
-def _prepared(job: Job, info: Info, held: np.ndarray) -> tuple[Player, Phases]:
-    player = Player(job.motion, job.limits, info.cycle, job.settle)
-    return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info, job.robot.unit)
 
 
 def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
@@ -265,7 +260,7 @@ def _meanwhile(loop: Loop, work: Callable[[], T]) -> T | None:
     thread = Thread(target=worker, daemon=True)
     thread.start()
     loop.listen(lambda: not thread.is_alive())
-    if loop.stop is not None:
+    if loop.stops.reason is not None:
         return None
     if errors:
         raise errors[0]

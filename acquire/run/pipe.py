@@ -15,18 +15,13 @@ from .frames import SAMPLE, Unframed
 HELD = 1 << 20
 """Bytes that wait for a slow reader before the sink fails: five seconds of six joints at 500 Hz, in the
 pipe where the operating system makes it that large, and else in memory."""
-
 START = 60.0
 """How long a process may take to be ready [s]: one or two, but for a loaded machine with a cold disk."""
-
 FINISH = 60.0
 """How long a process may take to finish when it has got everything [s]."""
-
 READY, FAILURE, DONE = "ready", "failure", "done"
 """What a process reports, each in a line with some text behind it: at its start, when its work can no longer
 be trusted, and at its end."""
-
-
 PIECE = 1 << 16
 """Bytes that are read at once."""
 
@@ -50,36 +45,35 @@ class Sink(Protocol):
 
 
 class Nobody:
-    """A sink without a process: in place of a recorder that is not wanted, or of a sink that has failed.
-
-    Args:
-        failure: Why; empty where none is wanted.
-    """
+    """A sink without a process: in place of a recorder that is not wanted, or of a sink that has failed."""
 
     def __init__(self, failure: str = "") -> None:
         self.failure = failure
 
     def put(self, frame: bytes) -> None:
-        """Drop the frame."""
+        """Drop it."""
 
     def close(self) -> None:
         """Nothing waits."""
 
 
 class PipeSink:
-    """Hands frames to a process of its own; see `Sink`. A context manager that closes it.
+    """A sink that hands frames to a process of its own. A context manager that closes it.
 
     The process is in a session of its own, so that Ctrl-C in a terminal does not reach it, and is scheduled
-    as usual even where the loop is not. It outlives the loop's process if that dies, and then has all that
-    was handed over until then.
+    as usual even where the loop is not. It outlives the loop's process, and has all that was handed over.
 
     Args:
         name: What the process is called in errors.
         module: What it runs; it opens its end as a `PipeSource`.
         arguments: Handed to it.
-        lossy: Whether to drop samples that it is too slow for, instead of keeping them and failing.
-        waits: Whether to wait for it instead: for a loop that is not in real time.
+        lossy: Drop samples that it is too slow for, instead of keeping them and failing.
+        waits: Wait for it instead: for a loop that is not in real time.
         patience: How long it may take to be ready [s].
+
+    Attributes:
+        failure: Why the run is no longer recorded or shown; empty while it is.
+        dropped: Frames that it was too slow for.
 
     Raises:
         SinkFailed: It is not ready in time, or reports why it cannot be.
@@ -96,12 +90,12 @@ class PipeSink:
     ) -> None:
         self.name, self.dropped, self.message, self.outcome = name, 0, "", ""
         self._lossy, self._waits = lossy, waits
-        self._failure = ""
+        self.failure = ""
         self._waiting = bytearray()
         self._received = bytearray()
         self._start(module, arguments)
         if not self._listen(patience, until=READY):
-            why = self._failure or f"is not ready after {patience:g} s"
+            why = self.failure or f"is not ready after {patience:g} s"
             self.close(patience=0.0)
             raise SinkFailed(f"{name}: {why}")
 
@@ -124,11 +118,6 @@ class PipeSink:
         _schedule_as_usual(self._process.pid)
 
     @property
-    def failure(self) -> str:
-        """Why the run is no longer recorded or shown; empty while it is."""
-        return self._failure
-
-    @property
     def process_id(self) -> int:
         """Of the process."""
         return self._process.pid
@@ -139,7 +128,7 @@ class PipeSink:
             return
         self._waiting += frame
         self._drain()
-        if self._waits and self._waiting and not self._failure:
+        if self._waits and self._waiting and not self.failure:
             self._wait_for_room(FINISH)
         if self._lossy:
             self._drop(frame)
@@ -176,7 +165,8 @@ class PipeSink:
                 select.select([self._report], [], [], left)
                 continue
             if not data:
-                self._ended()
+                if self._pipe >= 0:  # it has ended without being asked to
+                    self._fail(self.outcome or "its process has ended without a word")
                 return not until
             self._received += data
             if self._take_in() == until and until:
@@ -197,12 +187,8 @@ class PipeSink:
                 self.message = text
         return kind
 
-    def _ended(self) -> None:
-        if self._pipe >= 0:  # without being asked to
-            self._fail(self.outcome or "its process has ended without a word")
-
     def _fail(self, why: str) -> None:
-        self._failure = self._failure or why
+        self.failure = self.failure or why
 
     def _wait_for_room(self, patience: float) -> None:
         """Until nothing waits any more, or that takes too long."""
@@ -212,11 +198,7 @@ class PipeSink:
             self._drain()
 
     def close(self, patience: float = FINISH) -> None:
-        """Hand over what waits, and wait until the process has done its work; `outcome` is its report.
-
-        Args:
-            patience: How long to wait before it is killed [s].
-        """
+        """Hand over what waits, and wait until the process has done its work, at most for so long [s]."""
         if self._report < 0:
             return
         deadline = time.monotonic() + patience
@@ -224,11 +206,11 @@ class PipeSink:
         os.close(self._pipe)
         self._pipe = -1
         self._listen(max(deadline - time.monotonic(), 0.0))
-        self._wait(max(deadline - time.monotonic(), 0.0))
+        self._wait_for_end(max(deadline - time.monotonic(), 0.0))
         os.close(self._report)
         self._report = -1
 
-    def _wait(self, patience: float) -> None:
+    def _wait_for_end(self, patience: float) -> None:
         try:
             code = self._process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -265,12 +247,12 @@ def _schedule_as_usual(process: int) -> None:
 
 
 class PipeSource:
-    """Gives the frames of a run, and reports to their sender.
+    """Gives the frames of a run to the process that a `PipeSink` started, and reports to that.
 
     Signals that ask to end are ignored from here on: the process ends when the run does.
 
     Args:
-        arguments: Of the process: two file numbers, then what `PipeSink` was given.
+        arguments: Arguments of the process: two file numbers, then what `PipeSink` was given.
 
     Attributes:
         arguments: What `PipeSink` was given.
@@ -288,14 +270,7 @@ class PipeSource:
             signal.signal(asked, signal.SIG_IGN)
 
     def read(self, patience: float) -> list[tuple[bytes, bytes]]:
-        """Kind and body of the frames that are there; waits for the first.
-
-        Args:
-            patience: How long to wait [s].
-
-        Returns:
-            Frames in order; none after that time, or when there will be no more and `ended` is so.
-        """
+        """Kind and body of the frames that are there, in order; waits for the first, at most so long [s]."""
         found: list[tuple[bytes, bytes]] = []
         select.select([self._frames], [], [], patience)
         while not self.ended:

@@ -14,7 +14,6 @@ from exidyn.trajectories.trajectory import State, States, Trajectory
 from .frames import STAGES
 
 LISTENING, APPROACHING, RUNNING, BRAKING, HOLDING = range(len(STAGES))
-
 STILL = 1e-9
 """Step a cycle below which the arm is commanded to rest [rad]: rounding of a stop's last piece."""
 

@@ -13,6 +13,8 @@ from .errors import RunError
 from .frames import HEAD, frame
 from .pipe import PipeSink
 
+NOT_OVER = "recordings are not written over"
+
 
 def part_of(path: Path) -> Path:
     """What a recording is called until it is whole."""
@@ -25,7 +27,7 @@ def start_recorder(path: Path, waits: bool = False) -> PipeSink:
     The content of the end, and what the recorder counts itself, is the recording's outcome.
 
     Args:
-        path: Of the recording, which is called so when it is whole; an existing one is not written over.
+        path: Name of the recording once it is whole; an existing one is not written over.
         waits: Whether the loop may be made to wait, because nothing real moves.
 
     Raises:
@@ -42,19 +44,16 @@ def require_free(path: Path) -> None:
     Raises:
         RunError: There is such a file already, or no folder for it, or it would not be known for a recording.
     """
-    for existing in (path, part_of(path)):
-        if existing.exists():
-            raise RunError(f"{existing} exists, and recordings are not written over. {_advice(existing)}")
+    part = part_of(path)
+    if path.exists():
+        raise RunError(f"{path} exists, and {NOT_OVER}. Choose another name (--output)")
+    if part.exists():
+        rescue = f"Rescue what an earlier run left with 'exidyn recover {part}', or remove it"
+        raise RunError(f"{part} exists, and {NOT_OVER}. {rescue}")
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}. Create it, or choose another (--output)")
     if path.suffix != ".mcap":
         raise RunError(f"{path}: recordings end in .mcap. Call it {path.stem}.mcap (--output)")
-
-
-def _advice(existing: Path) -> str:
-    if existing.suffix == ".part":
-        return f"Rescue what an earlier run left with 'exidyn recover {existing}', or remove it"
-    return "Choose another name (--output)"
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class RunHead:
     """The first frame of a run.
 
     Attributes:
-        name: What people call the run.
+        name: What people call it.
         model: The nominal robot, with its effects.
         signals: What the controller measures: of position, velocity, current, torque, temperature.
         epoch: Host's clock at the first sample, where the recording's time begins [ns since 1970].

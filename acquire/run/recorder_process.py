@@ -31,9 +31,9 @@ class Course:
     Attributes:
         cycles: Number of samples.
         skipped: Cycles that were missed.
-        lateness: Of each [s].
-        host_time: Of the last [ns since 1970].
-        controller_time: Of the last [ns].
+        lateness: Lateness of each sample [s].
+        host_time: Host's clock at the last sample [ns since 1970].
+        controller_time: Controller's clock at the last sample [ns].
         end: The loop's result at its end; None until then.
         unreadable: Frames that made no sense.
     """
@@ -72,12 +72,7 @@ class Course:
 
 
 class Recorder:
-    """Writes the frames of one run.
-
-    Args:
-        source: Where they come from.
-        file: Where they go.
-    """
+    """Writes the frames of one run from a pipe to a file."""
 
     def __init__(self, source: PipeSource, file: DiskFile) -> None:
         self._source, self._file = source, file

@@ -41,8 +41,6 @@ from .recorder import RunHead
 
 IN_FRAMES = {"command": "command_position"}
 """Signals that frames call otherwise than recordings do."""
-
-
 KEPT_BACK = 4 << 20
 """Bytes of disk that are kept back: some ten seconds of an arm's run, enough to brake and write the end."""
 SYNC = 1.0
@@ -177,8 +175,8 @@ class DiskFile:
         full: Why nothing but what was kept back is left; empty while there is room.
 
     Args:
-        path: Of a file that is not there yet.
-        kept_back: Bytes.
+        path: A file that is not there yet.
+        kept_back: Bytes of disk to keep back.
 
     Raises:
         OSError: It is there, cannot be created, or the disk has less room than is kept back.

@@ -24,9 +24,8 @@ from exidyn.trajectories.trajectory import Trajectory
 
 from .arms import make_driver, simulated_arm
 from .before import NO_MARGIN
-from .errors import NotAllowed
+from .errors import NotAllowed, explained_if_slow
 from .frames import END, text_frame
-from .lines import explained_if_slow
 from .perform import Job, Outcome, perform
 from .pipe import Nobody, Sink
 from .player import Player
@@ -49,16 +48,16 @@ def simulated(
     """The run that an arm with typical drives and sensors, tuned to what it is, makes of a plan.
 
     Args:
-        arm: As in the recording.
+        arm: The arm as it is described in the recording.
         plan: The motion.
         loaded: The arm with what hangs on its flange.
-        payload: Of that, as in the recording.
+        payload: What hangs there, as it is described in the recording.
         gears: Between motors and links.
         speed: Over the planned one [-].
         tick: From sample to sample [s].
-        seed: Of the sensors' noise.
+        seed: Seed of the sensors' noise.
+        name: Name of the recording.
         exact: Sensors without noise and steps.
-        name: Of the run.
         watched: Hands on the commands one by one, and may show how far that is.
 
     Raises:
@@ -108,9 +107,9 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Seq
     Args:
         job: What to do.
         model: The nominal arm, with its payload.
-        cycle: Of the controller that is rehearsed for [s].
+        cycle: Cycle of the controller that is rehearsed for [s].
         payload: Name of the body that it carries; empty for none.
-        shown: Who shows how far it is; closed in the end.
+        shown: Sinks that show how far it is; closed in the end.
 
     Raises:
         NotAllowed: The simulated arm had to be stopped.

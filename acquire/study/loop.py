@@ -12,22 +12,18 @@ from exidyn.identify.diagnosis.belief.suspects import suspects_of
 from exidyn.identify.diagnosis.diagnose import Diagnosed
 from exidyn.identify.diagnosis.search.selected import shapes_of
 from exidyn.identify.errors import ExidynError
-from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.model import Model
 from exidyn.trajectories.next_run.choice import RUN, choose
 from exidyn.trajectories.next_run.offers import Offer
 
-from ..files.diagnosis_case import Case
-from ..files.payload_runs import distinct_bodies
+from ..files.given_runs import Case, distinct_bodies
 from ..run.errors import RunStopped
 from ..terminal.json_output import json_text, plain, write_whole
 from ..terminal.stopwatch import with_bar
-from .asking import tell
-from .choice_table import believed_findings, choice_table, read_shapes, shape_table
-from .notebook import notebook
-from .rounds import CHOICE, NOTEBOOK, Round, made_whole, next_round, rounds
-from .source import Source
+from .notebook import believed_findings, choice_table, notebook, read_shapes, shape_table
+from .rounds import CHOICE, NOTEBOOK, Round, fill_folder, next_round, rounds, tell
+from .sources import Source
 
 Identify = Callable[[Sequence[Path], Path], None]
 Diagnose = Callable[[Case, Path], Diagnosed]
@@ -38,10 +34,10 @@ class Study:
     """What a study is about, and how its steps are done.
 
     Attributes:
-        folder: Of its files.
+        folder: Where its files are.
         model: Nominal.
-        source: Of its runs.
-        seconds: Of motion, at most [s].
+        source: Where its runs come from.
+        seconds: Longest time in motion [s].
         identify: Makes the files of a fit from runs, as `exidyn identify` does.
         diagnose: Makes the files of a diagnosis, as `exidyn diagnose` does.
         asked: What was asked for, by name; a study that ended is continued where that has changed.
@@ -64,7 +60,7 @@ class Study:
         while True:
             one = next_round(self.folder)
             try:
-                choice = self._done(one)
+                choice = self._complete(one)
             except RunStopped as stopped:
                 self._write_notebook(str(stopped))
                 raise
@@ -74,9 +70,10 @@ class Study:
 
     def _write_notebook(self, stopped: str = "") -> None:
         """The account so far, and why the last run ended before its time."""
-        write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, self._pages(), stopped))
+        choices = [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
+        write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped))
 
-    def _done(self, one: Round) -> dict[str, Any]:
+    def _complete(self, one: Round) -> dict[str, Any]:
         """All steps of a round of which there is no result yet, and its choice."""
         before = rounds(self.folder)[: one.number - 1]
         one.folder.mkdir(parents=True, exist_ok=True)
@@ -86,8 +83,8 @@ class Study:
             print(f"{one.name}: {what}", file=sys.stderr)
             self.source.make(one, None if last is None else last["chosen"])
         every = [*before, one]
-        made_whole(one.fit, lambda part: self._fitted(every, part))
-        made_whole(one.diagnosis, lambda part: self._believed(every, part))
+        fill_folder(one.fit, lambda part: self._fitted(every, part))
+        fill_folder(one.diagnosis, lambda part: self._believed(every, part))
         choice = one.choice
         assert choice is not None
         return choice
@@ -107,7 +104,8 @@ class Study:
         before = read_shapes(last)
         case = Case(self.model.robot.name, self.model, [("identify", one) for one in recordings], before)
         diagnosis, search = self.diagnose(case, part)
-        offers = self.source.offers(every, diagnosis, _fit(every[-1].fit))
+        file = every[-1].fit / "fit.json"
+        offers = self.source.offers(every, diagnosis, read_fit(file) if file.exists() else None)
         suspects, found = suspects_of(search), [one.answer for one in search.selected]
         usable: list[Offer] = []
         columns: list[RunColumns] = []
@@ -129,11 +127,3 @@ class Study:
         chosen = choice.chosen
         table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)
         write_whole(part / CHOICE, json_text(plain(table)))
-
-    def _pages(self) -> list[tuple[str, dict[str, Any]]]:
-        """Name and choice of each round."""
-        return [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
-
-
-def _fit(folder: Path) -> Fit | None:
-    return read_fit(folder / "fit.json") if (folder / "fit.json").exists() else None

@@ -2,16 +2,22 @@
 
 import os
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from tqdm import tqdm
 
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.fit.fit_file import read_json
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.trajectories.next_run.choice import RUN
+
+from ..arguments.command import complaint
+from ..run.errors import NotConfirmed
 
 CHOICE, NEXT, NOTEBOOK = "choice.json", "next.toml", "notebook.html"
 """Files: of a choice, of the motion that was chosen, of the whole study."""
@@ -21,12 +27,7 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Round:
-    """One run and what came of it.
-
-    Attributes:
-        number: From 1.
-        folder: Of its files.
-    """
+    """One run and what came of it, numbered from 1, in a folder."""
 
     number: int
     folder: Path
@@ -58,11 +59,7 @@ class Round:
 
     @property
     def choice(self) -> dict[str, Any] | None:
-        """What was chosen behind it; None before.
-
-        Raises:
-            NotAFile: A choice of another version.
-        """
+        """What was chosen behind it; None before. Raises `NotAFile` for a choice of another version."""
         path = self.diagnosis / CHOICE
         if not path.exists():
             return None
@@ -74,11 +71,7 @@ class Round:
         return table
 
     def recording(self) -> Recording:
-        """Its run.
-
-        Raises:
-            NotAFile: It is none.
-        """
+        """Its run; raises `NotAFile` where it is none."""
         [recording] = import_source(self.run)
         return recording
 
@@ -111,17 +104,33 @@ def _round(folder: Path, number: int) -> Round:
     return Round(number, folder / f"round-{number:02d}")
 
 
-def made_whole(result: Path, make: Callable[[Path], None]) -> None:
-    """Make a folder that appears under its name only when it is whole; nothing where it is there.
-
-    Args:
-        result: Its path.
-        make: Called with the path of a folder to be filled.
-    """
+def fill_folder(result: Path, fill: Callable[[Path], None]) -> None:
+    """Fill a folder that appears under its name only when it is complete, unless it is there already."""
     if result.exists():
         return
     part = result.with_name(result.name + ".part")
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
-    make(part)
+    fill(part)
     os.replace(part, result)
+
+
+def tell(words: object) -> None:
+    """Print a sentence on standard error, above a bar that is there, in one line for scripts."""
+    tqdm.write(complaint(f"exidyn: {' '.join(str(words).split())}"), sys.stderr)
+
+
+def ask(request: str) -> None:
+    """Ask for something in one sentence, and wait until it is done.
+
+    Raises:
+        NotConfirmed: There is no terminal to answer in.
+    """
+    print(f"{request}, then press Enter: ", end="", file=sys.stderr, flush=True)
+    try:
+        input()
+    except EOFError:
+        print(file=sys.stderr)
+        raise NotConfirmed(
+            "there is no terminal to answer in, nothing was moved. The same command goes on from here"
+        ) from None

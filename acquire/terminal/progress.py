@@ -4,8 +4,8 @@ import sys
 import time
 from collections.abc import Sequence
 
+from ..run.errors import CLEAR
 from ..run.frames import END, EVENT, SAMPLE, STAGES, read_cycle, read_event
-from ..run.lines import CLEAR
 from ..run.pipe import PipeSink, PipeSource, SinkFailed
 from ..run.player import BRAKING, HOLDING, RUNNING
 

@@ -11,8 +11,8 @@ from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.pages.diagnosis_document import Diagnosed, diagnosis_document
 
-from ..files.names import role_words
-from ..files.traces_file import Traces
+from ..files.diagnosis_files import Traces
+from ..files.given_runs import role_words
 from .parts import (
     GREY,
     TIMELINE,
@@ -47,12 +47,7 @@ COLUMNS = rrb.TextLogColumns(
 
 
 def diagnosis_view(diagnosis: Diagnosed, traces: Traces | None) -> View:
-    """A view of a diagnosis.
-
-    Args:
-        diagnosis: As its pages show it.
-        traces: The samples behind it; without them there are words only.
-    """
+    """A view of a diagnosis and of the samples behind it; without them, of words only."""
     table = diagnosis.file
     known = [] if traces is None else suspects(table, traces)
     sections = [section for section in diagnosis_document(diagnosis).sections if section.blocks]

@@ -55,14 +55,14 @@ def fit_view(fit: Fit) -> View:
 
 def _layout(fit: Fit, runs: list[Agreement]) -> rrb.Blueprint:
     """One screen: a tab a run on the left, what was identified on the right."""
-    verdict = rrb.TextDocumentView(origin="verdict", name="verdict")
+    words = rrb.TextDocumentView(origin="verdict", name="verdict")
     parameters = rrb.TextDocumentView(origin="parameters/table", name="parameters")
     intervals = rrb.BarChartView(origin="parameters/interval", name="95 % interval [% of value]")
     if not runs:
         arm = rrb.Vertical(arm_view(fit.model), intervals, row_shares=[3, 2])
-        layout = rrb.Horizontal(arm, parameters, verdict)
+        layout = rrb.Horizontal(arm, parameters, words)
         return rrb.Blueprint(layout, rrb.TimePanel(state="hidden"), collapse_panels=True)
-    beside = rrb.Vertical(verdict, rrb.Tabs(parameters, intervals), row_shares=[2, 3])
+    beside = rrb.Vertical(words, rrb.Tabs(parameters, intervals), row_shares=[2, 3])
     tabs = rrb.Tabs(*(_run_tab(fit, run) for run in runs), active_tab=0)
     return screen(rrb.Horizontal(tabs, beside, column_shares=[3, 1]))
 

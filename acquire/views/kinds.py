@@ -9,7 +9,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.simulation.predicted import predicted
 
-from ..files.names import renamed
+from ..files.given_runs import renamed
 from ..files.report_files import FORMAT, read_diagnosed
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view

@@ -38,13 +38,7 @@ LIMITS = 0.25
 
 
 class LiveLog:
-    """Logs one run.
-
-    Args:
-        recording: Where to.
-        head: What explains the run.
-        first: The run's first cycles, from which the controller's own is learnt.
-    """
+    """Logs one run, explained by its head; from its first cycles the length of the controller's is learnt."""
 
     def __init__(self, recording: rr.RecordingStream, head: RunHead, first: Sequence[Cycle]) -> None:
         self._recording, self._model = recording, head.model
@@ -146,24 +140,14 @@ def usual_cycle(cycles: Sequence[Cycle]) -> float:
 
 
 class DrawnLimits(NamedTuple):
-    """Limits of one quantity that are finite, the lower ones before the upper.
-
-    Attributes:
-        joints: Which joint each belongs to, shape (k,).
-        values: Shape (k,) in the unit of the quantity.
-    """
+    """Finite limits of one quantity, in its unit, and the joint of each, both (k,); the lower ones first."""
 
     joints: np.ndarray
     values: np.ndarray
 
 
 def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:
-    """Limits that are drawn, by quantity; without those that are not given.
-
-    Args:
-        robot: The arm.
-        effort: "torque", or "current" for those that make the largest torque.
-    """
+    """Limits that are given, by quantity; effort "current" has those that make the largest torque."""
     limits = robot.limits
     largest = limits.torque / np.abs(robot.drive_gain) if effort == "current" else limits.torque
     both = {
@@ -180,13 +164,7 @@ def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:
 
 
 def _layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
-    """Plots on the left, the arm and what happened on the right.
-
-    Args:
-        model: What the arm looks like.
-        effort: What the controller measures of it: "current" or "torque".
-        delay: Age of velocity and residual [s].
-    """
+    """Plots on the left, the arm and events on the right; velocity and residual are `delay` [s] old."""
     revolute = bool(model.robot.revolute.all())
     angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
     torque = "/".join(dict.fromkeys(model.robot.units("N m")))

@@ -33,7 +33,7 @@ class Address(NamedTuple):
 
     Attributes:
         host: An address of this machine; "0.0.0.0" or "::" for all of them.
-        port: Of the page; the data come from the next one.
+        port: Port of the page; the data come from the next one.
     """
 
     host: str
@@ -115,7 +115,7 @@ def start_view(targets: Targets) -> "list[LiveView]":
     """Start the view of a run, ready for its frames, and print where it is; none if there is no target.
 
     Raises:
-        CannotShow: As `require_showable`.
+        CannotShow: See `require_showable`.
         SinkFailed: A viewer or a server does not start.
     """
     require_showable(targets)
@@ -138,17 +138,11 @@ def require_showable(targets: Targets) -> None:
     if targets.save is not None and not targets.save.absolute().parent.is_dir():
         raise CannotShow(f"--save {targets.save}: there is no folder {targets.save.absolute().parent}")
     if targets.any and find_spec("rerun") is None:
-        raise CannotShow(
-            "live view: Rerun is not installed. Try pip install rerun-sdk, or go without the view"
-        )
+        raise CannotShow("view: Rerun is not installed. Try pip install rerun-sdk, or go without the view")
 
 
 class LiveView(PipeSink):
-    """The view of a run: a sink that drops what it is too slow for.
-
-    Args:
-        targets: Where to show it; one at least.
-    """
+    """The view of a run, at one target at least: a sink that drops what it is too slow for."""
 
     def __init__(self, targets: Targets) -> None:
         self._began = False
@@ -158,17 +152,13 @@ class LiveView(PipeSink):
     def close(self, patience: float = FINISH) -> None:
         """Wait until the last frames are shown; what a view that was killed has left behind ends too."""
         super().close(patience)
-        for text in self._lacks():
+        lacks = [self.failure] if self.failure else []
+        if self.dropped:
+            lacks.append(f"it was too slow for {self.dropped} cycles and events, which it does not show")
+        for text in lacks if self._began else ():
             print(f"exidyn: warning: live view: {text}; the recording does not depend on it", file=sys.stderr)
         self._began = False
         try:
             os.killpg(self.process_id, signal.SIGTERM)
         except (ProcessLookupError, PermissionError):
             pass  # nothing is left
-
-    def _lacks(self) -> list[str]:
-        """What of the run was not shown, in words."""
-        lacks = [self.failure] if self.failure and self._began else []
-        if self.dropped and self._began:
-            lacks.append(f"it was too slow for {self.dropped} cycles and events, which it does not show")
-        return lacks

@@ -121,10 +121,7 @@ def screen(
 class Arm:
     """An arm that is drawn once, each link in the colour of the joint that moves it, and moved.
 
-    Args:
-        stream: Where to.
-        model: What the arm looks like.
-        name: One part of an entity path, and the prefix of the link frames.
+    Its name is one part of an entity path, and the prefix of the link frames.
     """
 
     def __init__(self, stream: rr.RecordingStream, model: Model, name: str = ARM) -> None:

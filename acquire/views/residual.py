@@ -36,7 +36,7 @@ class Samples(NamedTuple):
 
     Attributes:
         stamp: What to call them, shape (t,).
-        time: Of the clock by which they were measured, shape (t,) [s].
+        time: Clock by which they were measured, shape (t,) [s].
         position: Shape (t, n) [rad]; NaN for a joint that was silent.
         torque: Measured joint torque, shape (t, n) [N m]; see `joint_torque`.
     """
@@ -51,7 +51,7 @@ class Torques(NamedTuple):
     """What the arm did and what moved it; NaN where a window has holes.
 
     Attributes:
-        stamp: Of the samples in the middle, shape (r,).
+        stamp: Stamp of the samples in the middle, shape (r,).
         velocity: Shape (r, n) [rad/s].
         measured: Shape (r, n) [N m].
         nominal: Shape (r, n) [N m].
@@ -69,12 +69,7 @@ class Torques(NamedTuple):
 
 
 class LiveResidual:
-    """Takes samples as they come, in pieces of any length.
-
-    Args:
-        model: The nominal arm.
-        cycle: Time between samples [s].
-        payload: What it carries; None for nothing.
+    """Takes samples of the nominal arm as they come, in pieces of any length, a cycle [s] from each other.
 
     Attributes:
         delay: Age of the latest torques when the sample comes that completes them [s].
@@ -158,25 +153,16 @@ class _Windows:
 def joint_torque(model: Model, current: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Joint torque by the nominal drive gains; the controller's own where it sends no current.
 
-    Args:
-        model: Has the drive gains, and how the wrist's motors are coupled.
-        current: Shape (t, n) [A]; NaN where there is none.
-        torque: Likewise, shape (t, n) [N m].
-
-    Returns:
-        Shape (t, n) [N m].
+    All are of shape (t, n), in [A] and [N m]; NaN where there is none. The model has gains and coupling.
     """
     by_current = (current * model.robot.drive_gain) @ model.robot.coupling
     return np.where(np.isnan(by_current), torque, by_current)
 
 
 class Scale:
-    """The power of ten at which an axis of some past is marked, on both sides of zero.
+    """The power of ten at which an axis of some past [s] is marked, on both sides of zero.
 
     Rerun numbers an axis without limits at powers of ten, and at zero alone if none is near.
-
-    Args:
-        past: That is shown [s].
     """
 
     def __init__(self, past: float) -> None:
@@ -184,12 +170,7 @@ class Scale:
         self._ranges: deque[tuple[float, float, float]] = deque()
 
     def add(self, time: np.ndarray, values: np.ndarray) -> float:
-        """The mark once these are shown too; NaN while nothing but NaN is.
-
-        Args:
-            time: In order, shape (t,) [s].
-            values: Shape (t, n).
-        """
+        """The mark once values (t, n) at times (t,) [s] are shown too; NaN while nothing but NaN is."""
         known = values[np.isfinite(values)]
         if len(known):
             self._ranges.append((float(time[-1]), float(known.min()), float(known.max())))

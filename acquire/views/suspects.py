@@ -11,8 +11,8 @@ from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower, named
 from exidyn.identify.text_table import digits
 
-from ..files.names import distinct_names
-from ..files.traces_file import Traces
+from ..files.diagnosis_files import Traces
+from ..files.given_runs import distinct_names
 from .parts import COLOURS
 
 SUSPECTS = (COLOURS[4], COLOURS[2], COLOURS[1])
@@ -47,8 +47,8 @@ class Suspect(NamedTuple):
         name: In words.
         short: The effect alone.
         joint: On which it shows most, from 0.
-        place: Of the finding in the traces; None for what has no name.
-        colour: Of its torque and its moments.
+        place: Index of the finding in the traces; None for what has no name.
+        colour: Colour of its torque and its moments.
     """
 
     name: str
@@ -75,11 +75,7 @@ class Suspect(NamedTuple):
     def sentence(self, moment: Moment, trace: Trace, robot: Robot, noise: float = 0.0) -> str:
         """A moment in words: how much, and where the joint was on the average and how fast.
 
-        Args:
-            moment: When.
-            trace: Of the run.
-            robot: Whose joint it is.
-            noise: Its scale, where that was not measured and the torque itself is given [N m]; else zero.
+        A noise scale [N m] is given where none was measured, so that the torque itself is stated; else zero.
         """
         within = (trace.time >= moment.begin) & (trace.time <= moment.end)
         position = float(np.mean(trace.position[within, self.joint]))
@@ -126,10 +122,7 @@ def _clearest(traces: Traces, place: int) -> int:
 def lasting(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Root mean square within a window around each row, shape (r, n); NaN where nothing counts.
 
-    Args:
-        time: Shape (r,) [s].
-        over_noise: Torque over its noise floor, shape (r, n) [-].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
+    Of torque over its noise floor (r, n) [-] at times (r,) [s]; weight is 0 where a joint sticks, else 1.
     """
     sums, counts = (_near(time, values) for values in (weight * over_noise**2, weight))
     some = counts > 1e-9  # of what rounding leaves of nothing
@@ -144,11 +137,9 @@ def _near(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def moments(time: np.ndarray, over_noise: np.ndarray) -> list[Moment]:
-    """The strongest moments, in order of time.
+    """The strongest moments, in order of time [s].
 
-    Args:
-        time: Shape (r,) [s].
-        over_noise: Torque over its noise floor, zero where it does not count, shape (r,) [-].
+    Of torque over its noise floor, zero where it does not count, shape (r,) [-], at times (r,) [s].
     """
     power = over_noise**2
     if len(time) < 2 or not np.any(power > 0.0):

@@ -44,7 +44,7 @@ def main(arguments: Sequence[str]) -> int:
         return 1
     _warm_up()
     source.ready(where)
-    View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
+    _View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
     _finish(recording)
     if targets.serve is not None:
         time.sleep(LAST_PAGE)
@@ -54,11 +54,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _start(targets: Targets) -> tuple[rr.RecordingStream, str]:
-    """A recording that goes to all targets, and in words where it is seen.
-
-    Raises:
-        CannotShow: A target cannot be opened.
-    """
+    """A recording that goes to all targets, and in words where it is seen; raises `CannotShow`."""
     try:
         opened = viewers.open_targets(targets)
     except OSError as error:
@@ -79,13 +75,8 @@ def _warm_up() -> None:
     recording.disconnect()
 
 
-class View:
-    """What has come so far.
-
-    Args:
-        recording: Where to show it.
-        batch: How long frames are gathered [s].
-    """
+class _View:
+    """What has come so far; shown in batches of some time [s]."""
 
     def __init__(self, recording: rr.RecordingStream, batch: float = BATCH) -> None:
         self._recording, self._batch = recording, batch

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -34,13 +35,7 @@ PATIENCE = 60.0
 
 
 class View(NamedTuple):
-    """What is shown.
-
-    Attributes:
-        kind: A word; viewers keep a layout by it.
-        log: Writes everything to an open recording.
-        blueprint: The layout.
-    """
+    """What is shown: its kind, by which viewers keep a layout, what logs it to a recording, its layout."""
 
     kind: str
     log: Callable[[rr.RecordingStream], None]
@@ -83,13 +78,7 @@ def _log(view: View, opened: "Opened") -> None:
 
 
 class Opened(NamedTuple):
-    """Targets that take data.
-
-    Attributes:
-        sinks: One a target.
-        server: Of the pages; None without.
-        page: What to open in a browser; empty without.
-    """
+    """Targets that take data: a sink each, the server of pages if any, and what to open in a browser."""
 
     sinks: list[rr.GrpcSink | rr.FileSink]
     server: "subprocess.Popen[bytes] | None" = None
@@ -122,7 +111,8 @@ def open_window() -> str:
     Raises:
         CannotShow: It does not open.
     """
-    port = _free_port(LOCAL)
+    with socket.create_server((LOCAL, 0)) as probe:  # a port that is free just now
+        port = int(probe.getsockname()[1])
     options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
     try:
         _start_program("the viewer", options, [(LOCAL, port)], lives_on=True)
@@ -135,9 +125,6 @@ def _serve(address: Address) -> "subprocess.Popen[bytes]":
     """Serve pages that show the data sent to `address.data`, until this process or that one ends.
 
     Rerun can also do this within a process, but then its page listens on every address of the machine.
-
-    Raises:
-        CannotShow: It cannot listen there.
     """
     ports = (address.port, address.port + 1)
     for port in ports:
@@ -154,12 +141,6 @@ def end_servers() -> None:
     """End what `_serve` has started: it is in the group of this process, which ignores the signal."""
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGTERM)
-
-
-def _free_port(host: str) -> int:
-    """A port that is not in use."""
-    with socket.create_server((host, 0)) as probe:
-        return int(probe.getsockname()[1])
 
 
 def _require_free(host: str, port: int) -> None:
@@ -184,8 +165,10 @@ def _start_program(
             if process.poll() is not None or time.monotonic() > deadline:
                 raise CannotShow(f"{name} does not start: {_last_line(output)}")
             time.sleep(0.05)
-        if lives_on and _ends_within(process, SETTLE):
-            raise CannotShow(f"{name} does not start: {_last_line(output)}")
+        if lives_on:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(SETTLE)
+                raise CannotShow(f"{name} does not start: {_last_line(output)}")
     return process
 
 
@@ -196,14 +179,6 @@ def _rerun_program() -> Path:
     folder = Path(rerun_cli.__file__).parent
     bundled = folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun"
     return bundled if bundled.exists() else folder / ("rerun.exe" if sys.platform == "win32" else "rerun")
-
-
-def _ends_within(process: "subprocess.Popen[bytes]", patience: float) -> bool:
-    try:
-        process.wait(patience)
-    except subprocess.TimeoutExpired:
-        return False
-    return True
 
 
 def _listening(host: str, port: int) -> bool:

@@ -1,5 +1,1 @@
-"""What stops a run.
-
-In: samples, commands, signals, what a driver refuses.
-Out: reasons to stop, and how hard.
-"""
+"""What stops a run, and how hard."""

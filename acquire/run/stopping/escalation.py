@@ -50,7 +50,6 @@ class Sign(Enum):
 
 UNITS = {Sign.FASTER: "rad/s", Sign.FLANGE_CREEPS: "m"}
 """Of value and limit of a sign on a revolute joint; all others are in rad."""
-
 SURE = 0.1
 """Twice the time over which a speed is a mean [s]: no jump of an encoder is taken for motion."""
 SETTLING = 0.2
@@ -98,9 +97,9 @@ class Sight(NamedTuple):
     Attributes:
         joint: Name of the joint that has shown it for longest.
         value: In `unit`.
-        limit: What it is beyond.
+        limit: Limit that the value is beyond.
         seconds: For how long without a break [s].
-        unit: Of value and limit.
+        unit: Unit of value and limit.
     """
 
     joint: str
@@ -111,12 +110,7 @@ class Sight(NamedTuple):
 
 
 def state_of(level: int, stage: int) -> State:
-    """The state of a stop.
-
-    Args:
-        level: Hardest `StopLevel` asked for, 0 for none.
-        stage: Of the commands, index in `STAGES`.
-    """
+    """The state of a stop, by the hardest `StopLevel` asked for, 0 for none, and the index in `STAGES`."""
     if level > StopLevel.BRAKE:
         return State.OFF if level == StopLevel.OFF else State.QUICK
     return _STATES[stage]
@@ -124,17 +118,13 @@ def state_of(level: int, stage: int) -> State:
 
 _MOVING = {"approaching": State.MOVING, "running": State.MOVING}
 _STATES = [_MOVING.get(stage) or State[stage.upper()] for stage in STAGES]
-_WATCHED = {state: tuple(sign for at, sign in RULES if at is state) for state in State}
-
-
-def watched(state: State) -> tuple[Sign, ...]:
-    """The signs that are looked for in a state."""
-    return _WATCHED[state]
+WATCHED = {state: tuple(sign for at, sign in RULES if at is state) for state in State}
+"""The signs that are looked for in a state."""
 
 
 def escalate(state: State, sights: Mapping[Sign, Sight]) -> Stop | None:
     """What to ask of the driver now, by what has been seen for long enough; None for nothing new."""
-    for sign in watched(state):
+    for sign in WATCHED[state]:
         seen = sights.get(sign)
         if seen is not None and seen.seconds >= RULES[state, sign].seconds:
             text = (
@@ -157,16 +147,10 @@ LONGEST = 1.0
 
 
 def allowed_speed(before: np.ndarray, deceleration: np.ndarray, since: float) -> np.ndarray:
-    """Speed that a quick stop may have left, shape (n,) [rad/s].
-
-    Args:
-        before: Speed when it was asked for, shape (n,) [rad/s].
-        deceleration: Limits, shape (n,) [rad/s^2].
-        since: Time since then [s].
-    """
+    """Speed that a quick stop may have left [rad/s], by speed before [rad/s] and limits [rad/s^2], (n,)."""
     return np.maximum(before - RAMP * deceleration * max(since - REACTION, 0.0), 0.0)
 
 
 def overdue(before: np.ndarray, deceleration: np.ndarray, since: float) -> np.ndarray:
-    """Whether a quick stop should have ended, shape (n,); arguments as of `allowed_speed`."""
+    """Whether a quick stop should have ended, shape (n,); see `allowed_speed`."""
     return since > REACTION + np.minimum(before / (RAMP * deceleration), LONGEST)

@@ -103,15 +103,7 @@ class TrackingError:
 
 
 class Tracking(JointMonitor):
-    """The tracking error.
-
-    Args:
-        joints: Names.
-        limit: Shape (n,) [rad] or [m].
-        cycles: For how many cycles in a row it may be beyond.
-        error: What computes it.
-        unit_of: As of `JointMonitor`.
-    """
+    """The tracking error [rad] or [m], as `error` computes it; else as `JointMonitor`."""
 
     kind, unit = "tracking error", "rad"
 
@@ -158,15 +150,9 @@ class Temperature(JointMonitor):
 
 
 class Outside(JointMonitor):
-    """Measured position beyond its limits, and not moving back in from where it began.
+    """Measured position beyond `lower` and `upper` by more than `slack`, each shape (n,) [rad] or [m].
 
-    Args:
-        joints: Names.
-        lower: Shape (n,) [rad] or [m].
-        upper: Likewise.
-        slack: How far beyond it may be, likewise.
-        cycles: For how many cycles in a row.
-        unit_of: As of `JointMonitor`.
+    What began outside may move back in. Else as `JointMonitor`.
     """
 
     kind, unit = "position beyond its limits by", "rad"
@@ -185,22 +171,15 @@ class Outside(JointMonitor):
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
         if sent is None:
-            self._lower, self._upper = (
-                np.fmin(self._lower, sample.position),
-                np.fmax(self._upper, sample.position),
-            )
+            self._lower = np.fmin(self._lower, sample.position)
+            self._upper = np.fmax(self._upper, sample.position)
         return np.maximum(self._lower - sample.position, sample.position - self._upper)
 
 
 class Speed(JointMonitor):
-    """Measured speed, as mean over a window long enough that a coarse encoder does not alarm.
+    """Measured speed, as mean over a window [cycles] long enough that a coarse encoder does not alarm.
 
-    Args:
-        joints: Names.
-        limit: Shape (n,) [rad/s] or [m/s].
-        window: Cycles over which the mean goes.
-        cycle: Time between samples [s].
-        unit_of: As of `JointMonitor`.
+    The limit is of shape (n,) [rad/s] or [m/s], `cycle` the time between samples [s]; else as `JointMonitor`.
     """
 
     kind, unit = "speed", "rad/s"
@@ -223,12 +202,7 @@ class Speed(JointMonitor):
 
 
 class Silence(Monitor):
-    """A joint without fresh samples, or whose position is not a number, which cannot be watched.
-
-    Args:
-        joints: Names.
-        cycles: For how many cycles in a row it may be silent.
-    """
+    """A joint without fresh samples, or whose position is not a number, for too many cycles in a row."""
 
     def __init__(self, joints: Sequence[str], cycles: int) -> None:
         self._joints, self._cycles = joints, max(cycles, 1)

@@ -12,9 +12,9 @@ from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import any_of
 from exidyn.identify.arm.robot import Limits
 
-from .escalation import SETTLED, UNITS, Sight, Sign, State, allowed_speed, overdue, watched
+from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue
 from .monitors import TrackingError
-from .standstill import RESTING, Drift, Standstill, silent_at_end, speed_at_end
+from .standstill import EMERGENCY, RESTING, Drift, Standstill, unknown_at_end
 from .stop import UnitOf, turning
 from .watch import WatchLimits
 
@@ -43,7 +43,7 @@ class Signs:
 
     Args:
         joints: Names.
-        limits: Of the robot, finite in velocity and acceleration.
+        limits: Limits of the robot, finite in velocity and acceleration.
         current: Largest current, shape (n,) [A]; infinite where unknown.
         watch: What is in order.
         cycle: Time between samples [s].
@@ -82,7 +82,7 @@ class Signs:
         self._stood: np.ndarray | None = None
         self._place: np.ndarray | None = None
         self._state, self._entered = State.LISTENING, 0.0
-        self._since = {sign: _Lasting(n) for sign in watched(self._state)}
+        self._since = {sign: _Lasting(n) for sign in WATCHED[self._state]}
         self._limits = {
             Sign.ADRIFT: np.full(n, FAR),
             Sign.BEHIND: np.full(n, TWICE * watch.tracking),
@@ -99,7 +99,7 @@ class Signs:
             Sign.AWAY: lambda sample: self._error,
             Sign.OUTWARD: self._outward,
             Sign.GOES_ON: self._goes_on,
-            Sign.CREEPS: self._creeps,
+            Sign.CREEPS: lambda sample: self._way,
             Sign.FLANGE_CREEPS: self._flange_creeps,
         }
 
@@ -109,7 +109,7 @@ class Signs:
         self._measure(sample, sent, time)
         if state is not self._state:
             self._enter(state, time)
-        signs = watched(state)
+        signs = WATCHED[state]
         if not signs:
             return {}
         self._settle(state, time)
@@ -133,9 +133,12 @@ class Signs:
         if np.any(speed > RESTING):
             joint = int(np.nanargmax(speed))
             unit = self._unit_of(joint, "rad/s")
-            return speed_at_end(self._joints[joint], float(speed[joint]), unit, self._state.value)
+            name, fastest = self._joints[joint], float(speed[joint])
+            text = f"{name} STILL MOVES at {fastest:.2g} {unit} {self._state.value}: {EMERGENCY}"
+            return Standstill(True, text, name, fastest, unit)
         if np.isnan(speed).any():
-            return silent_at_end([self._joints[int(j)] for j in np.flatnonzero(np.isnan(speed))])
+            names = [self._joints[int(j)] for j in np.flatnonzero(np.isnan(speed))]
+            return unknown_at_end(f"nothing is received from {', '.join(names)}")
         return Standstill(False, "the arm stands")
 
     def _enter(self, state: State, time: float) -> None:
@@ -144,7 +147,7 @@ class Signs:
             known = np.abs(self._velocity)
             self._before = np.where(np.isnan(known), self._fastest, known)
         self._state, self._entered, self._stood = state, time, None
-        self._since = {sign: self._since.get(sign) or _Lasting(len(self._joints)) for sign in watched(state)}
+        self._since = {sign: self._since.get(sign) or _Lasting(len(self._joints)) for sign in WATCHED[state]}
 
     def _settle(self, state: State, time: float) -> None:
         """Remember where the arm stands once it should stand."""
@@ -221,10 +224,6 @@ class Signs:
             self._place = np.where(creeping, self._drift.mean(), self._stood)
             self._way = np.nan_to_num(np.abs(self._place - self._stood))
 
-    def _creeps(self, sample: Sample) -> np.ndarray:
-        """Way of each joint since it should have come to rest, however slow."""
-        return self._way
-
     def _flange_creeps(self, sample: Sample) -> np.ndarray:
         """Way of the flange since the arm should have come to rest, of the joint that has gone furthest."""
         if self._way is self._nowhere or self._stood is None or self._place is None:
@@ -246,11 +245,7 @@ class Signs:
 
 
 class _Lasting:
-    """For how long each joint has been beyond a limit; a cycle that shows nothing of it is no break.
-
-    Args:
-        joints: How many.
-    """
+    """For how long each joint has been beyond a limit; a cycle that shows nothing of it is no break."""
 
     def __init__(self, joints: int) -> None:
         self.count = np.zeros(joints, int)

@@ -4,7 +4,7 @@ A mean over 50 ms is below what noise and steps of a coarse encoder show in a cy
 second tell what creeps on from what swings around where it is held.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +22,6 @@ RESTING = 0.01
 a coarse encoder (1.5 mrad) at 125 Hz makes of rest over half a second."""
 AT_END = 0.5
 """Time over which that speed is a straight line's [s]."""
-
-
 EMERGENCY = "PRESS THE EMERGENCY STOP"
 
 
@@ -50,12 +48,7 @@ class Drift:
         self._known = np.full(joints, np.nan)
 
     def add(self, time: float, position: np.ndarray) -> None:
-        """Take in a sample; a joint that is silent is where it was.
-
-        Args:
-            time: Of the host [s].
-            position: Shape (n,) [rad] or [m]; NaN where silent.
-        """
+        """Take in a position (n,) [rad] or [m] at the host's time [s]; a joint that is silent (NaN) stays."""
         unheard = np.isnan(position)
         if any_of(unheard):
             position = np.where(unheard, self._known, position)
@@ -73,15 +66,11 @@ class Drift:
         """Joints that have been silent for so many cycles, shape (n,)."""
         return (self._silent >= cycles) | np.isnan(self._known)
 
-    def mean(self) -> np.ndarray:
-        """Where the joints are, shape (n,) [rad] or [m]."""
-        return self._mean_before(0)
-
     def directed(self) -> np.ndarray:
         """Joints that have gone one way in all of the last pieces, shape (n,)."""
         if self._count < self._kept:
             return np.zeros(len(self._known), bool)
-        places = np.array([self._mean_before(k * self._piece) for k in range(PIECES + 1)])
+        places = np.array([self.mean(k * self._piece) for k in range(PIECES + 1)])
         way = np.sign(np.diff(places, axis=0))
         return (way != 0.0).all(axis=0) & (way == way[0]).all(axis=0)
 
@@ -100,7 +89,8 @@ class Drift:
         slope: np.ndarray = time @ self._position[rows] / max(time @ time, np.finfo(float).tiny)
         return slope
 
-    def _mean_before(self, cycles: int) -> np.ndarray:
+    def mean(self, cycles: int = 0) -> np.ndarray:
+        """Where the joints are, or were so many cycles ago, shape (n,) [rad] or [m]."""
         count = min(self._mean, max(self._count - cycles, 1))
         mean: np.ndarray = self._position[self._rows(cycles, count)].mean(axis=0)
         return mean
@@ -119,8 +109,8 @@ class Standstill:
         moving: Whether it still moves; None where that is not known.
         text: In a sentence, with joint, speed and what to do.
         joint: Name of the fastest joint; empty where the arm stands or nothing is known.
-        speed: Of that joint, in `unit`; NaN where unknown.
-        unit: Of the speed.
+        speed: Speed of that joint, in `unit`; NaN where unknown.
+        unit: "rad/s" or "m/s".
     """
 
     moving: bool | None
@@ -138,17 +128,6 @@ class Standstill:
         """For JSON and the recording."""
         speed = {"joint": self.joint, "speed": self.speed, "unit": self.unit} if self.joint else {}
         return {"moving": self.moving, "standstill": self.text, **speed}
-
-
-def speed_at_end(joint: str, speed: float, unit: str, when: str) -> Standstill:
-    """Of an arm that is seen to move."""
-    text = f"{joint} STILL MOVES at {speed:.2g} {unit} {when}: {EMERGENCY}"
-    return Standstill(True, text, joint, speed, unit)
-
-
-def silent_at_end(joints: Sequence[str]) -> Standstill:
-    """Of an arm of which some joints are not heard."""
-    return unknown_at_end(f"nothing is received from {', '.join(joints)}")
 
 
 def unknown_at_end(why: str) -> Standstill:

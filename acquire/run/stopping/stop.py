@@ -10,8 +10,6 @@ from exidyn.drivers import Driver, StopLevel
 
 FAULT, SILENT = "drive fault", "silence"
 """Kinds of stops: a drive has stopped itself and says why, a joint is not heard."""
-
-
 BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
 """What is taken for a request, where the operating system has it."""
 
@@ -26,8 +24,8 @@ class Stop:
         text: In a sentence, with joint, value and limit.
         joint: Name of the joint; empty for all or none.
         value: What was measured or asked for, in `unit`; NaN where there is none.
-        limit: What it was held against.
-        unit: Of value and limit.
+        limit: What the value was held against.
+        unit: Unit of value and limit.
     """
 
     level: StopLevel

@@ -42,7 +42,7 @@ class WatchLimits:
         delay: Time within which a command takes effect [s]; no motion of that time is a tracking error.
         effort: Share of the torque limits, or of the currents that make them, above which to stop [-].
         effort_time: How long it may be above [s]; gears bear short peaks.
-        temperature: Of the motors [degC]; what most windings bear, less a margin.
+        temperature: Highest of a motor [degC]; what most windings bear, less a margin.
         speed: Share of the velocity limits above which to stop [-].
         silence: How long a joint may be silent [s].
         least_silence: Cycles of silence that are borne at any rate.
@@ -72,13 +72,10 @@ class Watch:
     """All monitors at once.
 
     Args:
-        robot: Its limits.
+        robot: The arm, which has limits.
         info: Cycle of the controller.
         limits: What is in order.
         current: Largest current, shape (n,) [A], in place of what makes the largest torque.
-
-    Attributes:
-        tracking_error: Of the last sample.
     """
 
     def __init__(
@@ -126,9 +123,7 @@ def _monitors(
 class ControllerClock(Monitor):
     """The controller's clock, which goes on while samples come; all times of the recording are by it.
 
-    Args:
-        cycle: Time between exchanges [s].
-        stall: Longest time without one [s].
+    `cycle` is the time between exchanges, `stall` the longest time without one [s].
     """
 
     def __init__(self, cycle: float, stall: float) -> None:
@@ -155,15 +150,15 @@ class ControllerClock(Monitor):
 
 
 class CommandCheck:
-    """Looks at each command and the two before it.
+    """Looks at each command and the two before it; what is not in order is not sent, and nothing is clamped.
 
     Args:
         joints: Names.
-        limits: Of the robot; infinite ones are not looked at.
-        window_lower: Lowest position that the controller takes, shape (n,) [rad].
-        window_upper: Highest, likewise.
+        limits: Limits of the robot; infinite ones are not looked at.
         cycle: Time between commands [s].
         start: Where the arm stood before the first, shape (n,) [rad] or [m].
+        window_lower: Lowest position that the controller takes, shape (n,) [rad] or [m].
+        window_upper: Highest position, shape (n,) [rad] or [m].
         unit_of: Unit of a joint.
     """
 
@@ -178,12 +173,8 @@ class CommandCheck:
         unit_of: UnitOf = turning,
     ) -> None:
         self._joints, self._unit_of = joints, unit_of
-        lower = (
-            limits.position_lower if window_lower is None else np.maximum(limits.position_lower, window_lower)
-        )
-        upper = (
-            limits.position_upper if window_upper is None else np.minimum(limits.position_upper, window_upper)
-        )
+        lower = np.maximum(limits.position_lower, -np.inf if window_lower is None else window_lower)
+        upper = np.minimum(limits.position_upper, np.inf if window_upper is None else window_upper)
         # Let back in from where it stands, should that be outside, but no further out.
         self._lower, self._upper = np.minimum(lower, start) - SLOWEST, np.maximum(upper, start) + SLOWEST
         self._step = SLACK * np.maximum(limits.velocity, -limits.velocity_lower) * cycle + SLOWEST

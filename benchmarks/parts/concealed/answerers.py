@@ -23,7 +23,7 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
         simulate: Whether the run held out is simulated too, nominal and with what was found.
         values: Whether the values that the case states of inertias and friction are used.
     """
-    from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
+    from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
     from exidyn.identify.diagnosis import diagnose
     from exidyn.identify.diagnosis.improved.forward import forward
     from exidyn.identify.diagnosis.words.diagnosis_file import answer

@@ -15,10 +15,9 @@ import numpy as np
 import pyarrow.parquet as parquet
 from common import imports_as_here
 
-from exidyn.acquire.fleet.executors import local_cluster
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
-from exidyn.acquire.fleet.work import identify_new
+from exidyn.acquire.fleet.work import identify_new, local_cluster
 
 from .after import after_figures
 from .arms import arm

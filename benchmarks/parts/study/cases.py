@@ -10,9 +10,9 @@ import numpy as np
 
 from exidyn.acquire.commands.study_command import diagnose_step, identify_step
 from exidyn.acquire.run.simulated import simulated
-from exidyn.acquire.study.cell import Cell
 from exidyn.acquire.study.loop import Study
 from exidyn.acquire.study.rounds import rounds
+from exidyn.acquire.study.sources import Cell
 from exidyn.identify.diagnosis import diagnose
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.recordings.mcap.mcap_file import write_recording

@@ -6,7 +6,7 @@ from typing import Any
 from exidyn.acquire.commands.study_command import diagnose_step, identify_step
 from exidyn.acquire.study.loop import Study
 from exidyn.acquire.study.rounds import forget_end, rounds
-from exidyn.acquire.study.shelf import Shelf
+from exidyn.acquire.study.sources import Shelf
 
 from ..diagnose_real.sets import kscale
 

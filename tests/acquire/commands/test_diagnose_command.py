@@ -9,8 +9,8 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.files.diagnosis_case import COMPARISON_CUTOFF
 from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
+from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
 from exidyn.acquire.files.report_files import read_diagnosed
 from exidyn.identify.diagnosis import Quantity, Remainder
 from exidyn.identify.diagnosis.diagnose import Diagnosed

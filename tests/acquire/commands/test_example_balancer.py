@@ -9,8 +9,8 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.example_command import run
 from exidyn.acquire.examples import example_balancer
+from exidyn.acquire.examples.example_balancer import words
 from exidyn.acquire.examples.example_result import Result
-from exidyn.acquire.examples.example_words import words
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.leads import with_leads

@@ -8,10 +8,9 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.fleet.arm_reports import report_path
 from exidyn.acquire.fleet.source import Found, Source
 from exidyn.acquire.fleet.store import Row, Store
-from exidyn.acquire.fleet.work import identify_new
+from exidyn.acquire.fleet.work import identify_new, report_path
 from exidyn.identify.export import FORMATS
 from exidyn.identify.fit.fit_file import write_fit
 from exidyn.identify.fleet.kind import kind_key

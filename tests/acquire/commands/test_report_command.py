@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.files.comparison_schema import comparison_table
-from exidyn.acquire.files.diagnosis_files import write_diagnosis
-from exidyn.acquire.files.report_files import read_compared, read_diagnosed
-from exidyn.acquire.files.traces_file import NAME
+from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
+from exidyn.acquire.files.report_files import comparison_table, read_compared, read_diagnosed
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.identify.diagnosis import Remainder
 from exidyn.identify.diagnosis.improved.forward import Forward

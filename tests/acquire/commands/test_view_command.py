@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.files.diagnosis_files import write_diagnosis
-from exidyn.acquire.files.traces_file import NAME, read_traces
+from exidyn.acquire.files.diagnosis_files import NAME, read_traces, write_diagnosis
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.fleet.analysis import expected_of
-from exidyn.acquire.fleet.residual_alarm import ResidualAlarm
+from exidyn.acquire.fleet.analysis import ResidualAlarm, expected_of
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new

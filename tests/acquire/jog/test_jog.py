@@ -14,7 +14,7 @@ from exidyn.acquire.arguments import run_options
 from exidyn.acquire.arguments.exit_codes import DONE, WRONG
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
-from exidyn.acquire.jog.nominal_arm import flange_way
+from exidyn.acquire.jog.effort import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.effects import CoulombFriction, RigidBody

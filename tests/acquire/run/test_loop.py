@@ -301,13 +301,13 @@ def test_a_command_that_was_not_sent_is_the_next_one():
 
 def planned_slowly(monkeypatch):
     """Make it take a while to find the way to where the motion begins."""
-    prepared = performing._prepared
+    planned = performing.plan_start
 
     def slowly(*arguments):
         time.sleep(0.05)
-        return prepared(*arguments)
+        return planned(*arguments)
 
-    monkeypatch.setattr(performing, "_prepared", slowly)
+    monkeypatch.setattr(performing, "plan_start", slowly)
 
 
 def test_asked_to_stop_while_the_way_is_planned_nothing_is_commanded(monkeypatch):

@@ -3,8 +3,8 @@
 import pytest
 
 from exidyn.acquire.run.errors import NotConfirmed, RunStopped
-from exidyn.acquire.study.cell import Cell
 from exidyn.acquire.study.rounds import Round
+from exidyn.acquire.study.sources import Cell
 from exidyn.identify.effects import known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.trajectories.planning.wishes import Wishes

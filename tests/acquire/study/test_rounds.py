@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from exidyn.acquire.study.rounds import CHOICE, FORMAT, forget_end, made_whole, next_round, rounds
+from exidyn.acquire.study.rounds import CHOICE, FORMAT, fill_folder, forget_end, next_round, rounds
 from exidyn.identify.errors import NotAFile
 
 
@@ -29,10 +29,10 @@ def test_a_folder_appears_when_it_is_whole_and_is_made_once(tmp_path):
         (part / "whole").write_text("")
 
     with pytest.raises(KeyboardInterrupt):
-        made_whole(tmp_path / "fit", fill)
+        fill_folder(tmp_path / "fit", fill)
     assert not (tmp_path / "fit").exists()
-    made_whole(tmp_path / "fit", fill)
-    made_whole(tmp_path / "fit", fill)
+    fill_folder(tmp_path / "fit", fill)
+    fill_folder(tmp_path / "fit", fill)
     assert len(made) == 2
     assert (tmp_path / "fit" / "whole").exists()
 

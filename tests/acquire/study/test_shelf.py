@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from exidyn.acquire.study.rounds import Round
-from exidyn.acquire.study.shelf import Shelf
+from exidyn.acquire.study.sources import Shelf
 from exidyn.identify.errors import NotAFile
 from exidyn.identify.recordings.recording import KnownPayload
 

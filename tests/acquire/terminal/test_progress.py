@@ -5,8 +5,8 @@ import pty
 import signal
 from contextlib import contextmanager
 
+from exidyn.acquire.run.errors import CLEAR
 from exidyn.acquire.run.frames import END, SAMPLE, text_frame
-from exidyn.acquire.run.lines import CLEAR
 from exidyn.acquire.run.player import APPROACHING, HOLDING, RUNNING
 from exidyn.acquire.terminal import progress
 from exidyn.acquire.terminal.progress import Line, Progress, start_progress

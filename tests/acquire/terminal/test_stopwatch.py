@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from exidyn.acquire.study.asking import tell
+from exidyn.acquire.study.rounds import tell
 from exidyn.acquire.terminal import stopwatch
 from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
 

@@ -13,6 +13,7 @@ from parts.record.escalation.table import wrong
 from exidyn.acquire.run.frames import STAGES
 from exidyn.acquire.run.stopping.escalation import (
     RULES,
+    WATCHED,
     Sight,
     Sign,
     State,
@@ -20,7 +21,6 @@ from exidyn.acquire.run.stopping.escalation import (
     escalate,
     overdue,
     state_of,
-    watched,
 )
 from exidyn.acquire.run.stopping.stop import Stop, Stops, after_failure
 from exidyn.drivers import StopLevel
@@ -49,15 +49,15 @@ def test_a_sign_does_what_the_table_states_after_its_time_and_nothing_before(sta
             assert found is None
         else:
             assert (found.level, found.kind, found.value, found.limit) == (rule.level, sign.value, 2.0, 1.0)
-    assert (rule is not None) == (sign in watched(state))
+    assert (rule is not None) == (sign in WATCHED[state])
 
 
 def test_the_table_goes_up_one_level_at_a_time_and_takes_the_torque_only_after_a_quick_stop():
     for (state, _), rule in RULES.items():
         assert rule.level > LEVEL.get(state, NONE)
         assert (rule.level == OFF) == (state is State.QUICK)
-    assert not watched(State.OFF)
-    assert not watched(State.MOVING)
+    assert not WATCHED[State.OFF]
+    assert not WATCHED[State.MOVING]
 
 
 @pytest.mark.parametrize("stage", range(len(STAGES)))

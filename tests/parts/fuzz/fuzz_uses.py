@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from exidyn.acquire.files.arm_file import read_arm
+from exidyn.acquire.files.given_runs import read_arm
 from exidyn.acquire.files.report_files import found_files
 from exidyn.acquire.files.report_material import material
 from exidyn.drivers.errors import LinkLost

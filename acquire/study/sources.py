@@ -1,17 +1,19 @@
-"""A cell as the source of a study's runs: motions are planned and recorded by the single commands."""
+"""Sources of the runs of a study: a cell that makes them, or recordings that exist."""
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.errors import ExidynError
+from exidyn.identify.errors import ExidynError, NotAFile
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.recordings.importers import import_source, kind_of
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.trajectories.next_run.offers import (
     WARM_UP,
     Offer,
@@ -25,11 +27,28 @@ from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
+from ..files.given_runs import distinct_bodies
 from ..run.before import checked
 from ..run.recorder import part_of
 from ..terminal.stopwatch import with_bar
-from .asking import ask, tell
-from .rounds import NEXT, Round
+from .rounds import NEXT, Round, ask, tell
+
+NONE = ("", ".toml", ".md", ".txt", ".json", ".html")
+"""Endings of files that lie beside recordings."""
+
+
+class Source(Protocol):
+    """A cell that makes runs, or recordings that exist."""
+
+    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
+        """Put the run of a round under its name, by what was chosen; None for the first."""
+
+    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """What could be run behind these rounds."""
+
+    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
+        """What `make` needs of an offer that was chosen; files go into the folder."""
+
 
 Record = Callable[[Path, Path, KnownPayload | None], None]
 """Plays the plan of a file and records it under a path, with what hangs on the flange; raises `RunStopped`
@@ -42,8 +61,8 @@ class Cell:
 
     Attributes:
         model: Nominal.
-        record: As `exidyn record`.
-        wishes: Of every motion that is searched.
+        record: Plays and records, as `exidyn record`.
+        wishes: What every motion that is searched is to be.
         search: For each search [s].
         body: What a person has to hang on the flange; None for nothing.
         attended: Whether a person has to do what a run asks; a simulated arm needs none.
@@ -141,3 +160,53 @@ def _why_not(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
 def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
     return offer.request == WARM_UP or (plan_text(offer.plan), offer.payload) not in made
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """Recordings that exist.
+
+    Attributes:
+        recordings: In the order of their names, each with a name of its own.
+    """
+
+    recordings: tuple[Recording, ...]
+
+    @classmethod
+    def of(cls, folder: Path, model: Model) -> "Shelf":
+        """Those in a folder.
+
+        Raises:
+            NotAFile: There are none.
+        """
+        found = []
+        for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+            if path.suffix in NONE:
+                continue
+            try:
+                kind_of(path)
+                found += [replace(one, name=path.name.split(".")[0]) for one in import_source(path, model)]
+            except ExidynError as error:
+                tell(f"{path} is left out: {error}")
+        if not found:
+            raise NotAFile(f"--from {folder}: no recordings there")
+        return cls(tuple(replace(one, model=model) for one in distinct_bodies(found)))
+
+    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
+        """The first begins without a body, as the nominal model is."""
+        empty = [recording for recording in self.recordings if recording.payload is None]
+        first = (empty or list(self.recordings))[0].name
+        wanted = first if chosen is None else chosen["recording"]
+        [recording] = [recording for recording in self.recordings if recording.name == wanted]
+        part = one.run.with_name("run.part.mcap")
+        write_recording(recording, part)
+        os.replace(part, one.run)
+
+    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """All that were not taken yet."""
+        taken = {one.recording().name for one in every}
+        return [Offer(one.name, one) for one in self.recordings if one.name not in taken]
+
+    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
+        """Its name."""
+        return {"recording": offer.name}
