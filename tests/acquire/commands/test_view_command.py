@@ -174,27 +174,29 @@ def test_what_has_no_name_is_shown_on_its_joint(diagnosed):
 def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     texts = {
         name: diagnosed[f"/texts/{name}", "TextDocument:text"][0].to_pylist()[0][0]
-        for name in ("budget", "verdict", "parameters", "residuals")
+        for name in ("budget", "verdict", "findings")
     }
     table = json.loads((files / "diagnosis.json").read_text())
     assert all(line in texts["verdict"] for line in table["verdict"])
     spring = small().findings[0].parameters["Ks2"]
-    match = re.search(r"\| Ks2 \| ([\d.]+) ± ([\d.]+) \| N m/rad \|", texts["parameters"])
+    match = re.search(r"\| +Ks2 \| ([\d.]+) \| ([\d.]+) \| N m/rad \|", texts["verdict"])
     assert match is not None
     assert float(match[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
     assert float(match[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
-    shares = [line for line in texts["budget"].splitlines() if line.startswith("| ") and "%" in line]
-    assert sum(int(line.split("|")[3].removesuffix("% ")) for line in shares) == 100
-    row = next(line for line in texts["residuals"].splitlines() if "elbow" in line)
-    ratio = small().improvement.before[1] / small().improvement.noise[1]
-    assert f"| {ratio:.3g} |" in row
+    cells = [line.split("|")[3] for line in texts["budget"].splitlines() if line.startswith("| ")]
+    assert sum(int(cell.partition("%")[0]) for cell in cells if "%" in cell) == 100
+    improvement = small().improvement
+    row = next(line for line in texts["verdict"].splitlines() if line.startswith("| Joint 2 (elbow) | N m |"))
+    over_noise = improvement.before[1] / improvement.noise[1]
+    assert float(row.split("|")[7]) == pytest.approx(over_noise, rel=1e-3)
+    assert NAMED in texts["findings"]
 
 
 def test_a_diagnosis_without_traces_has_words(files, tmp_path):
     shutil.copy(files / "diagnosis.json", tmp_path / "moved.json")
     assert main(["view", str(tmp_path / "moved.json"), "-o", str(tmp_path / "view.rrd")]) == 0
     entities = {entity for entity, _ in read(tmp_path / "view.rrd")}
-    assert {"/texts/verdict", "/texts/parameters", "/texts/residuals"} <= entities
+    assert {"/texts/verdict", "/texts/findings", "/texts/budget"} <= entities
     assert not any(entity.startswith("/runs") for entity in entities)
 
 
@@ -269,8 +271,8 @@ def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp
     [
         # position, tracking error, velocity, current, residual, arm, events, what is inside
         ("run.mcap", 8),
-        # of each of three runs: two findings, every joint before and after, arm, moments; and four texts
-        ("diagnosis.json", 3 * 6 + 4),
+        # of each of three runs: two findings, every joint before and after, arm, moments; and six texts
+        ("diagnosis.json", 3 * 6 + 6),
     ],
 )
 def test_window_shows_every_view_without_complaint(name, count, files, monkeypatch):
