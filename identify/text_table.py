@@ -20,6 +20,8 @@ KEYS = 2
 MOST_NARROW = 5
 """Width to which heads of columns are folded at most."""
 
+NORMAL_95 = 1.96
+"""Half of a 95 % interval over the standard deviation: what ± means wherever it is printed."""
 SMALL, LARGE = 1e-4, 1e7
 """Sizes below and above which a number is written with an exponent."""
 UNKNOWN = "-"

@@ -11,9 +11,9 @@ from exidyn.identify.arm.robot import Robot
 from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.fit.agreement import Agreement
 from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.verdict import NORMAL_95
 from exidyn.identify.pages.fit_document import fit_sections
 from exidyn.identify.pages.fit_plots import measured_unit
+from exidyn.identify.text_table import NORMAL_95
 
 from .parts import (
     Arm,

@@ -10,13 +10,11 @@ from ..errors import FitError
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
 from ..preparation.prepare import Filtering, Prepared
+from ..text_table import NORMAL_95
 from .agreement import Agreement, Scores, agreement, figure
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
-
-NORMAL_95 = 1.96
-"""Deviations on each side of a value within which it lies with 95 % probability."""
 
 
 class Moved(NamedTuple):

@@ -9,7 +9,7 @@ from ..arm.motion import Motion
 from ..model import Model
 from ..preparation.prepare import Prepared
 from ..recordings.recording import EFFORT, Recording
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .base_parameters import BaseParameters, rich_motion
 from .estimators import Estimate
 from .fit import Fit, Unclear
@@ -68,7 +68,7 @@ def impossible_values(fit: Fit) -> tuple[str, ...]:
         if alone and value < parameter.minimum - IMPOSSIBLE * std:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
             warnings.append(
-                f"{parameter.name} is {fact} ({digits(value)} \N{PLUS-MINUS SIGN} {digits(std)}): "
+                f"{parameter.name} is {fact} ({digits(value)} ± {digits(NORMAL_95 * std, 2)}): "
                 f"impossible; something else is in its column;{sign} try --estimator consistent"
             )
     return tuple(warnings)

@@ -17,9 +17,10 @@ from ..effects.rigid_body import with_bodies
 from ..errors import FitError
 from ..model import Model
 from ..positive_definite import after_unit_prior
+from ..text_table import NORMAL_95
 from .base_parameters import BaseParameters
 from .estimators.consistent import Held, nearest, unconstrained, whitening
-from .fit import NORMAL_95, Fit
+from .fit import Fit
 from .settled_gains import Settled, settled
 from .verdict import gains_estimated
 

@@ -8,9 +8,8 @@ import numpy as np
 from ..effects import Effect
 from ..notebook import counted as counted
 from ..preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .agreement import Agreement, Scores
-from .fit import NORMAL_95 as NORMAL_95
 from .fit import Fit
 from .fit_warnings import OPEN, unknown_scale
 from .settled_gains import cure, open_by_gain, open_gains, settled

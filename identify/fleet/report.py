@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..diagnosis.words.naming import joined, lower, named
-from ..fit.fit import NORMAL_95
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .compared import Difference
 from .drift import CREEP, ArmDrift, Found, drift
 from .kind import Cause

@@ -29,8 +29,7 @@ from ..document.document import (
 )
 from ..document.html import html
 from ..document.text import text
-from ..fit.fit import NORMAL_95
-from ..text_table import digits, fixed, percent
+from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section
 from .diagnosis_plots import (
     bars,

@@ -25,7 +25,7 @@ from ..document.html import html
 from ..document.text import text
 from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
-from ..fit.fit import NORMAL_95, Fit
+from ..fit.fit import Fit
 from ..fit.verdict import (
     EXPLAINED,
     FAR_ABOVE,
@@ -37,7 +37,7 @@ from ..fit.verdict import (
     verdict,
 )
 from ..model import Model
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .fit_parameters import parameters_section
 from .fit_plots import (
     ROOM_TEMPERATURE,

@@ -4,11 +4,11 @@ import numpy as np
 
 from ..document.document import Block, Heading, Number, Paragraph, Picture, Row, Section, Statements, Table
 from ..effects import name_of
-from ..fit.fit import NORMAL_95, Fit
+from ..fit.fit import Fit
 from ..fit.fit_warnings import OPEN
 from ..fit.verdict import SURPRISE, payload_centres, surprises
 from ..model import Model
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .fit_plots import interval_bar
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..fit.agreement import Agreement
-from ..fit.fit import NORMAL_95, Fit
+from ..fit.fit import Fit
 from ..model import Model
+from ..text_table import NORMAL_95
 from .svg import COLUMNS, Panel, Span, legend, picture, stretch
 
 STRETCH = 60.0

@@ -20,7 +20,6 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..fit.fit import NORMAL_95
 from ..fleet.drift import LEAST, ArmDrift, Found
 from ..fleet.report import (
     KindReport,
@@ -31,6 +30,7 @@ from ..fleet.report import (
     temperature_of,
 )
 from ..notebook import counted
+from ..text_table import NORMAL_95
 from .svg import Panel, Span, picture
 
 WIDTH, HEIGHT, WARMTH = 560.0, 190.0, 60.0

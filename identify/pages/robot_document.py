@@ -5,8 +5,8 @@ import numpy as np
 from ..arm.robot import Robot
 from ..document.document import Block, Cell, Number, Numbers, Paragraph, Section, Table
 from ..effects import Effect, Prior, name_of
-from ..fit.fit import NORMAL_95
 from ..model import Model
+from ..text_table import NORMAL_95
 
 OPEN = "open"
 """Shown for what has no nominal value."""

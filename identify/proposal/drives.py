@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..effects.rigid_body import inertial_parameters, inertial_priors
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits
 from .agreement import DECIDED, FEWEST, Guess, Sampled, friction_columns, independent
 
 DRAWN = 0.3
@@ -115,7 +115,7 @@ def gain_guesses(joints: Sequence[str], found: Sequence[Gain]) -> list[Guess]:
         if not gain.known:
             unknown.append(joint)
             continue
-        size = f"{digits(gain.value)} N m ± {100 * gain.relative:.0f} %"
+        size = f"{digits(gain.value)} N m ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
         guesses.append(Guess(f"{GAIN_OF}{joint}", size, max(gain.positive, 1 - gain.positive), why, option))
     if unknown:
         guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, why, option))

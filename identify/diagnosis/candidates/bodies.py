@@ -12,8 +12,8 @@ from ...arm.rigid_regressor import INERTIAL
 from ...effects import Payload, RigidBody
 from ...effects.rigid_body import inertial_priors
 from ...fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
-from ...fit.verdict import NORMAL_95
 from ...model import Model
+from ...text_table import NORMAL_95
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind

@@ -8,9 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from ...effects import Effect, SpringBalancer
-from ...fit.verdict import NORMAL_95
 from ...model import Model
-from ...text_table import digits
+from ...text_table import NORMAL_95, digits
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..findings.quantities import Formatted

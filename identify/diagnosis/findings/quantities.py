@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...fit.verdict import NORMAL_95
-from ...text_table import digits
+from ...text_table import NORMAL_95, digits
 from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Quantity
 
