@@ -10,12 +10,10 @@ from exidyn.identify.model import Model
 
 QUANTITIES = {
     "value": "value",
-    "std %": "std %",
+    "gain": "value",
+    "± 95 %": "half",
+    "std, %": "std %",
     "nominal": "nominal",
-    "+- std": "std of nominal",
-    "± std": "std of nominal",
-    "from": "from",
-    "to (95%)": "to",
     "over noise": "over noise",
     "residual / noise": "over noise",
     "residual": "residual",
@@ -85,7 +83,7 @@ def _in_block(block: list[str]) -> Iterator[Said]:
     lasts = [place for place, line in enumerate(block) if line.split()[0] in FIRST and line[0] != " "]
     firsts = [_first_of_head(block, last) for last in lasts]
     for first, last, end in zip(firsts, lasts, [*firsts, len(block)][1:], strict=True):
-        rows = [line for line in block[last + 1 : end] if re.match(r"  \S+ .*\d|\S+ {2,}-?\d", line)]
+        rows = [line for line in block[last + 1 : end] if re.match(r"\S+ {2,}.*\d", line)]
         if rows:
             yield from _in_table(block[first : last + 1], rows)
 
@@ -149,7 +147,7 @@ def in_page(page: str) -> Iterator[Said]:
     reader.feed(page)
     for head, *rows in filter(None, reader.tables):
         for row in rows:
-            if head[0] in ("joint", "parameter") and "value it had" not in head:
+            if head[0] in FIRST and len(row) == len(head):
                 yield from _row("page", head, row)
 
 
@@ -159,6 +157,7 @@ def in_fit(fit: Mapping[str, Any]) -> Iterator[Said]:
         if one["kept"]:
             value, std = one["value"], one["std"]
             yield _exact("fit.json", one["name"], "value", value)
+            yield _exact("fit.json", one["name"], "half", 1.96 * std)
             yield _exact("fit.json", one["name"], "std %", 100 * std / abs(value))
             if "exported" in one:
                 yield _exact("fit.json", one["name"], "exported", one["exported"])
@@ -191,7 +190,9 @@ def _exact(where: str, name: str, quantity: str, value: float) -> Said:
 
 
 def _row(where: str, head: list[str], row: list[str]) -> Iterator[Said]:
-    for heading, cell in zip(head, row, strict=False):
+    for place, (heading, cell) in enumerate(zip(head, row, strict=False)):
+        if heading in head[:place]:  # that of the nominal value
+            continue
         unit = re.fullmatch(r"(residual|noise) \S+", heading)
         quantity = QUANTITIES.get(unit[1] if unit else heading)
         number = cell.replace("−", "-").removesuffix("*").strip()
