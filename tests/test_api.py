@@ -19,6 +19,8 @@ from .parts.runs.runs import CASES
 from .parts.small import two_joints
 from .parts.small.small_diagnosis import nominal_model, recordings
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def runs():

@@ -1,6 +1,10 @@
 import time
 
+import pytest
+
 from exidyn.drivers.host_clock import HostClock, host_time
+
+pytestmark = pytest.mark.clocked
 
 
 def test_ticks_are_whole_cycles_apart_however_late_each_is():

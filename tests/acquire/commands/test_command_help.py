@@ -13,6 +13,8 @@ from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
 from exidyn.acquire.command_line import COMMANDS, command, main
 from exidyn.acquire.commands.drivers_command import SHELLS, parser_of_all
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 ROOT = Path(__file__).parents[3]
 
 

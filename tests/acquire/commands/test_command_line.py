@@ -23,6 +23,8 @@ from exidyn.identify.robot_files.robot_file import model_text
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import loaded, run, write
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[3] / "docs"
 
 

@@ -4,6 +4,8 @@ import pytest
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.drivers.errors import BadSettings
 
+pytestmark = pytest.mark.clocked
+
 
 def write(tmp_path, text):
     path = tmp_path / "cell.toml"

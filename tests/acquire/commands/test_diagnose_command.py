@@ -30,6 +30,8 @@ from ...parts.pages.report_pages import Page
 from ...parts.small.small_diagnosis import diagnosis, instead, nominal_model, recording, recordings
 from ...parts.small.two_joint_files import of_another_arm, write
 
+pytestmark = pytest.mark.slow
+
 LINK = """<link name="{name}"><inertial><origin xyz="0.2 0.01 0.03"/><mass value="5"/>
 <inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 JOINT = """<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>

@@ -1,10 +1,13 @@
 """The files that stand in for a person's own: each is read by the command that README gives it to."""
 
 import numpy as np
+import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.robot_files.robot_file import read_model
+
+pytestmark = pytest.mark.clocked(patient=True)
 
 
 def test_robot_and_log_are_what_the_commands_take(tmp_path, monkeypatch, capsys):

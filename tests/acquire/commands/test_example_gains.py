@@ -1,6 +1,10 @@
 """The first example, whole: what it records is identified, and is the truth."""
 
+import pytest
+
 from exidyn.acquire.command_line import main
+
+pytestmark = pytest.mark.clocked(patient=True)
 
 
 def test_the_example_finds_the_truth(tmp_path, capsys):

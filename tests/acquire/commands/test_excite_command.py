@@ -21,6 +21,8 @@ from ...parts.plans.excitation import limits
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 QUICK = [
     "--harmonics",
     "1",

@@ -16,6 +16,8 @@ from exidyn.trajectories.plans.plan_file import read_plan
 from ...parts.plans.excitation import limits
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 TICK = 0.004
 REGION = '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.6]\nupper = [9.0, 9.0, 9.0]\n'
 FLOOR = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.6], [9.0, 9.0, 9.0]))

@@ -19,6 +19,8 @@ from exidyn.trajectories.plans.plan_file import write_plan
 
 from ...parts.runs.run_parts import MODEL, motion
 
+pytestmark = pytest.mark.clocked
+
 
 @pytest.fixture
 def arguments(tmp_path, monkeypatch):

@@ -30,6 +30,8 @@ from ...parts.pages.report_pages import Page, known_fit
 from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
 from ...parts.small.two_joint_files import of_another_arm, write
 
+pytestmark = pytest.mark.slow
+
 RUNS = ("identify0.mcap", "identify1.mcap", "validate2.mcap")
 
 

@@ -21,6 +21,8 @@ from ...parts.plans.plans import fourier
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit
 
+pytestmark = pytest.mark.slow
+
 MOTION = fourier(periods=1).scaled(0.5)
 BODY = known_parameters(3.0, (0.05, 0.0, 0.02))
 TICK = "0.004"

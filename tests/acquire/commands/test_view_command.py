@@ -42,6 +42,8 @@ from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
 from ...parts.small.two_joint_files import run, write
 from ..views.test_live_view import coloured, free_port
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 NAMED = "Joint spring of joint 2 (elbow)"
 
 

@@ -34,6 +34,8 @@ from ...parts.runs.commissioning_parts import (
 from ...parts.runs.full_run import model as sliding_model
 from ...parts.runs.run_parts import MODEL, ROBOT
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 FRICTION, GRAVITY, ZERO = "friction with the motion", "gravity torque", "encoder zero"
 OTHERS = "largest way of another joint"
 

@@ -12,6 +12,8 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ...parts.runs.run_parts import MODEL, ROBOT
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 HERE = np.radians([0.0, -126.0, -64.0, -72.0, -72.0, -72.0])
 WAY = Way.of(ROBOT, 1, np.radians(2.0))
 COUPLING = np.eye(6)

@@ -20,6 +20,8 @@ from ...parts.controllers.rsi_controller import (
 from ...parts.runs.run_parts import PATIENT, Listening, job
 from ...parts.runs.run_parts import START as POSE
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 
 @pytest.fixture
 def path(tmp_path):

@@ -17,6 +17,8 @@ from exidyn.identify.simulation.plant import typical_plant
 
 from ...parts.runs.run_parts import CYCLE, LIMITS, MODEL, ROBOT, START, Following, Listening, job
 
+pytestmark = pytest.mark.clocked
+
 
 def at(number, **values):
     """Spoils the sample after so many commands and all that follow."""

@@ -13,6 +13,8 @@ from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from ...parts.runs.recorded import cycle, end, event, head
 
+pytestmark = pytest.mark.clocked
+
 RECORDER = "exidyn.acquire.run.recorder_process"
 
 

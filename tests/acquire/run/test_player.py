@@ -1,10 +1,13 @@
 import numpy as np
+import pytest
 
 from exidyn.acquire.run.player import BRAKING, HOLDING, Player
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import State
 
 from ...parts.runs.run_parts import CYCLE, LIMITS, START, motion
+
+pytestmark = pytest.mark.clocked(patient=True)
 
 
 def played(player, count=10_000):

@@ -4,6 +4,8 @@ import pytest
 
 from ...parts.runs.told import CASES, attempted
 
+pytestmark = pytest.mark.clocked
+
 SHOWN = (
     "UR: clock stands still, arm runs on", "UR: clock is no number", "UR: arm creeps on",
     "UR: connection cut", "KUKA: axis runs on", "CAN: power of a drive lost",

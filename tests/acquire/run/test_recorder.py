@@ -31,6 +31,8 @@ from ...parts.runs.recorded import (
 )
 from ...peers.recorder_kills import kill
 
+pytestmark = pytest.mark.clocked
+
 CYCLES = 1000
 LISTENED = 100
 

@@ -11,6 +11,8 @@ from ...parts.runs.run_parts import PATIENT, Listening, job
 from ...parts.runs.run_parts import START as POSE
 from ...peers.peer_process import Peer
 
+pytestmark = pytest.mark.clocked
+
 
 @pytest.fixture
 def path(tmp_path):

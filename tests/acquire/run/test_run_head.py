@@ -2,11 +2,15 @@
 
 from dataclasses import replace
 
+import pytest
+
 from exidyn.acquire.run import recorder
 from exidyn.acquire.run.frames import HEAD, Unframed
 from exidyn.acquire.run.recorder import RunHead
 
 from ...parts.runs.recorded import head
+
+pytestmark = pytest.mark.clocked(patient=True)
 
 
 def read(frame):

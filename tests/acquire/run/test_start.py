@@ -10,6 +10,8 @@ from exidyn.trajectories.clearances.clearance import Clearance
 
 from ...parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
 
+pytestmark = pytest.mark.clocked
+
 INFO = Info(CYCLE, "host", ("position",))
 
 

@@ -26,6 +26,8 @@ from ...parts.runs.run_parts import ROBOT, Following
 from ...peers.can_arm import mit_settings
 from ...peers.driver_peers import peer_of
 
+pytestmark = pytest.mark.clocked
+
 SHORT = ["--seconds", "0.3"]
 
 

@@ -5,6 +5,8 @@ import pytest
 from exidyn.acquire.run.errors import NotAllowed, NotConfirmed
 from exidyn.acquire.terminal.run_summary import UNATTENDED, confirm
 
+pytestmark = pytest.mark.clocked
+
 
 def test_nobody_is_asked_for_a_simulation(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))

@@ -13,6 +13,8 @@ from exidyn.acquire.study.rounds import tell
 from exidyn.acquire.terminal import stopwatch
 from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
 
+pytestmark = pytest.mark.clocked
+
 SHARES = {"read": 0.25, "fit": 0.5, "draw": 0.25}
 
 

@@ -43,6 +43,8 @@ from ...parts.pages.rerun_viewer import (
 )
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 VIEWER = Path(rerun_cli.__file__).with_name("rerun")
 SECONDS = 3.0
 VIEWS = 8

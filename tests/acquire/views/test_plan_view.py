@@ -29,6 +29,8 @@ from ...parts.plans.plans import fourier, known_plan
 from ...parts.small import two_joints
 from ...trajectories.plans.test_plan_plots import BODY
 
+pytestmark = pytest.mark.slow
+
 MODEL = two_joints.model(Payload("L", BODY))
 
 

@@ -18,6 +18,8 @@ from exidyn.identify import diagnosis
 from exidyn.identify.diagnosis.words import diagnosis_file as answer
 from exidyn.identify.recordings.importers import import_source
 
+pytestmark = pytest.mark.slow
+
 
 def test_noise_has_the_size_that_truth_states():
     assert WHITE**2 + COLOURED**2 + DISTURBING**2 == pytest.approx(1.0, abs=0.01)

@@ -16,6 +16,8 @@ from parts.concealed.robots.arms import ARMS
 
 from .robots import small_arm, sound, sticking, swing
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("name", [*VOCABULARY, *OUTSIDE])
 def test_an_effect_changes_the_robot_and_shows_no_owner(name):

@@ -15,6 +15,8 @@ from parts.concealed.robots.arms import ARMS, EARTH
 
 from .robots import quiet, small_arm, sound, sticking, swing
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("name", ARMS)
 def test_bodies_move_as_pinocchio_predicts(name):

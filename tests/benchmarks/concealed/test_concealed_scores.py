@@ -13,6 +13,8 @@ from parts.concealed.scoring.tables import outside, print_scores, sensitivity
 
 from exidyn.identify.diagnosis.candidates import kinds
 
+pytestmark = pytest.mark.slow
+
 
 def truth_of(kind: str, *effects: tuple[str, set[int]], evidence: float = 1000.0) -> Truth:
     """A truth of two joints."""

@@ -18,6 +18,8 @@ from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 
+pytestmark = pytest.mark.slow
+
 needs_recordings = pytest.mark.skipif(
     not (FOLDER / "emps").is_dir(), reason=f"no real recordings in {FOLDER}; set EXIDYN_DATA"
 )

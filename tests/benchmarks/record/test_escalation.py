@@ -25,6 +25,8 @@ from exidyn.acquire.run.stopping.escalation import (
 from exidyn.acquire.run.stopping.stop import Stop, Stops, after_failure
 from exidyn.drivers import StopLevel
 
+pytestmark = pytest.mark.clocked
+
 NONE, BRAKE, QUICK, OFF = 0, *StopLevel
 LEVEL = {State.QUICK: QUICK, State.OFF: OFF}
 

@@ -21,6 +21,8 @@ from exidyn.drivers.settings import read_settings
 from ...parts.controllers.can_peers import ARM
 from ...peers.can_arm import MASTER, mit_settings
 
+pytestmark = pytest.mark.clocked
+
 CURRENT = Entry(0x6078, 0, "<h", "current")
 
 

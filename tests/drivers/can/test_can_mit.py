@@ -9,6 +9,8 @@ from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from ...parts.controllers.can_peers import ARM, command, follow, motors, standing, until_fault
 from ...peers.can_arm import mit_settings
 
+pytestmark = pytest.mark.clocked
+
 STEP = 25.0 / 65535.0
 """Of position in a frame [rad]."""
 

@@ -11,6 +11,8 @@ from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from ...parts.controllers.can_peers import ARM, command, drives, follow, standing, until_fault
 from ...peers.can_arm import canopen_settings
 
+pytestmark = pytest.mark.clocked
+
 
 def armed(driver):
     driver.open()

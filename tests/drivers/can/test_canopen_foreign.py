@@ -17,6 +17,8 @@ from ...peers.local_drives import drives_on
 from ...peers.peer_process import NoBus, Peer
 from ...peers.ros2_dictionary import ros2_dictionary
 
+pytestmark = pytest.mark.clocked
+
 PER_RADIAN = sign(6) * COUNTS * GEAR / (2.0 * np.pi)
 WHERE = np.array([0.0, -1.0, 1.0, 0.0, 0.5, 0.0])
 POSITIONS = [round(one) for one in (WHERE - zero(6)) * PER_RADIAN]

@@ -20,7 +20,7 @@ from ...parts.controllers.franka_controller import BUFFER, INSTALLED, running
 
 ARM = Arm(tuple(f"joint{k}" for k in range(1, 8)), np.full(7, -2.0), np.full(7, 2.0), np.full(7, 2.0))
 STILL = np.zeros(7)
-pytestmark = INSTALLED
+pytestmark = [pytest.mark.clocked, INSTALLED]
 
 
 @contextmanager

@@ -24,6 +24,8 @@ from ...parts.controllers.rsi_controller import (
     telegram,
 )
 
+pytestmark = pytest.mark.clocked
+
 
 @pytest.fixture
 def path(tmp_path):

@@ -10,6 +10,8 @@ from exidyn.drivers.settings import read_settings
 
 from ...parts.controllers.rsi_controller import config_file, driver
 
+pytestmark = pytest.mark.clocked
+
 INDUSTRIAL = """<ROOT><CONFIG><IP_NUMBER>192.168.1.25</IP_NUMBER> <!-- of the host -->
 <PORT> 59152 </PORT><SENTYPE>Sensor</SENTYPE></CONFIG>
 <SEND><ELEMENTS>

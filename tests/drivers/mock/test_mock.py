@@ -16,6 +16,8 @@ from ...parts.controllers.mock_parts import CYCLE, STEPPED, arm, moving, opened,
 from ...parts.small.two_joints import GAIN, model, trajectory, true_values
 from ...peers.arm import make_plant
 
+pytestmark = pytest.mark.clocked
+
 
 def test_it_reports_what_it_is():
     driver, info = opened(cycle=0.004, silent="current, temperature")

@@ -25,6 +25,8 @@ from ...parts.controllers.servo_parts import (
     until,
 )
 
+pytestmark = pytest.mark.clocked
+
 
 @pytest.fixture(scope="module")
 def moving():

@@ -10,6 +10,8 @@ import pytest
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.servo.serial_port import SerialPort, adapter_latency
 
+pytestmark = pytest.mark.clocked
+
 
 @pytest.fixture
 def line():

@@ -3,6 +3,8 @@ import pytest
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.servo.servo_line import Traffic, require_rate, shortest_cycle
 
+pytestmark = pytest.mark.clocked
+
 SIX = Traffic(64, 126, 6)
 
 

@@ -17,6 +17,8 @@ from exidyn.drivers.servo.servo_bus import LENGTHS
 
 from ...parts.controllers.servo_parts import JOINTS, peer, servo
 
+pytestmark = pytest.mark.clocked
+
 SERVOS = [servo(number) for number in range(JOINTS)]
 GOALS = [2048, 0x00FD, 1, 4095, 3000, 7]
 REGISTERS = {

@@ -8,6 +8,8 @@ from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.feetech import packet as packets
 from exidyn.drivers.servo.servo_bus import LENGTHS, LOST, ServoBus, ServoTalk
 
+pytestmark = pytest.mark.clocked
+
 READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"
 

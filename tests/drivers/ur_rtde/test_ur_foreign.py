@@ -11,6 +11,8 @@ from exidyn.drivers.ur_rtde.program import Registers, UrSettings, program_sent, 
 from ...peers.peer_process import Peer
 from ...peers.ur_settings import ur_settings
 
+pytestmark = pytest.mark.clocked
+
 CB3 = ("--robot", "obedient", "--series", "cb3")
 STOOD = [0.0, -1.0, 1.0, 0.0, 0.5, 0.0]
 NAMES = ["timestamp", "actual_q", "actual_current", "joint_temperatures", "robot_mode", "safety_mode"]

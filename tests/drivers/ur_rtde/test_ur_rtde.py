@@ -18,6 +18,8 @@ from ...peers.peer_process import Peer
 from ...peers.ur_script import ScriptError, program, translated
 from ...peers.ur_settings import ur_settings
 
+pytestmark = pytest.mark.clocked
+
 CYCLE = 0.008
 """Of a CB3, which busy machines keep [s]."""
 ARM = Arm(tuple(f"joint{k}" for k in range(1, 7)), np.full(6, -7.0), np.full(6, 7.0), np.full(6, 3.0))

@@ -10,6 +10,8 @@ from exidyn.identify.effects.rigid_body import inertial_parameters
 from ...parts.runs.robots import kinematics, placement, random_motion
 from .test_rigid_regressor import TREES
 
+pytestmark = pytest.mark.numerical
+
 STEP = 1e-5
 FLANGE = placement(np.random.default_rng(11))
 

@@ -8,6 +8,8 @@ from exidyn.identify.effects.rigid_body import inertial_parameters
 
 from ...parts.runs.robots import body, kinematics, placement, random_motion
 
+pytestmark = pytest.mark.numerical
+
 TREES = {
     "revolute": {"joints": "rrrrrr"},
     "prismatic": {"joints": "ppp"},

@@ -23,6 +23,8 @@ from exidyn.identify.diagnosis.search.selected import odds_of
 
 from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows
 
+pytestmark = pytest.mark.numerical
+
 LONG = 60_000
 
 

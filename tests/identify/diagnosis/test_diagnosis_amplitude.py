@@ -6,6 +6,8 @@ from scipy import stats
 
 from exidyn.identify.diagnosis.blocks.block_likelihood import all_or_nothing, amplitude
 
+pytestmark = pytest.mark.numerical
+
 BLOCKS = 24
 REPEATS = 400
 

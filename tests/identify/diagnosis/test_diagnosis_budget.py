@@ -19,6 +19,8 @@ from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 from ...parts.small.small_search import record, searched
 
+pytestmark = pytest.mark.slow
+
 COUNT, SIZES, WHITE = 3200, (3.0, 1.5), 0.5
 
 

@@ -12,6 +12,8 @@ from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import problem, record
 
+pytestmark = pytest.mark.slow
+
 KINEMATICS = two_joints.arm().kinematics
 
 

@@ -12,6 +12,8 @@ from exidyn.identify.recordings.recording import Recording
 
 from ...parts.small.small_diagnosis import nominal_model, recordings
 
+pytestmark = pytest.mark.slow
+
 
 def later(run: Recording, seconds: float) -> tuple[str, Recording]:
     late = SimpleNamespace(joints=(), parameters={"delay": Quantity(-seconds, 0.0, "s")})

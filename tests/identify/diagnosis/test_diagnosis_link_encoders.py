@@ -13,6 +13,8 @@ from exidyn.identify.effects import JointSpring
 
 from ...parts.small.small_search import TICK, names, problem, record
 
+pytestmark = pytest.mark.slow
+
 STIFFNESS = np.array([40e3, 15e3])
 LATE = 1e-3
 NOISE = 2e-6

@@ -14,6 +14,8 @@ from exidyn.identify.diagnosis.search.selected import contradicted
 
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 
+pytestmark = pytest.mark.numerical
+
 LENGTHS, JOINTS, UNKNOWNS = (30, 25, 35, 28, 32, 26), 3, 4
 COUNT = sum(LENGTHS)
 HELD_OUT = (4,)

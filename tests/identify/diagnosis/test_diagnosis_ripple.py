@@ -21,6 +21,8 @@ from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import TRUE, nominal_model
 from ...parts.small.small_search import names
 
+pytestmark = pytest.mark.slow
+
 GEAR = 20.0
 TICK = 0.004
 

@@ -27,6 +27,8 @@ from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
+pytestmark = [pytest.mark.numerical, pytest.mark.slow]
+
 SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 4.0}
 BLOCKS = 20
 

@@ -18,6 +18,8 @@ from exidyn.identify.simulation.plant.forces import bodies_apart
 from ...parts.runs.simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 STEP = 0.002
 LINK = MASS * LEVER**2
 TIME = STEP * np.arange(2000)

@@ -17,6 +17,8 @@ from exidyn.identify.recordings.recording import Recording
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
+pytestmark = pytest.mark.slow
+
 
 def leaning(model: Model, x: float, y: float) -> Model:
     """The model with gravity that has a part along the base's axes."""

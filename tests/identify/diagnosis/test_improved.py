@@ -24,6 +24,8 @@ from exidyn.identify.robot_files.robot_text import model_text
 
 from ...parts.small.small_diagnosis import STIFFNESS, diagnosis, nominal_model, recording, recordings
 
+pytestmark = pytest.mark.slow
+
 SMALL = 1e-4
 """Of every coefficient, so that what is not linear in it cannot be seen."""
 OF_MEASUREMENT = ("drive_gain_saturation", "current_clipping", "time_delay")

@@ -16,6 +16,8 @@ from exidyn.identify.effects import Shape
 
 from ...parts.small.small_rows import blocks, predicted, rows
 
+pytestmark = pytest.mark.numerical
+
 COUNT = 4000
 SPEED = np.tile(np.linspace(0.0, 1.0, 100), COUNT // 100)
 NOISE = 0.1

@@ -29,6 +29,8 @@ from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, record, searched
 
+pytestmark = pytest.mark.slow
+
 TOY = "quadratic_viscous_friction"
 
 

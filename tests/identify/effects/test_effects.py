@@ -14,6 +14,8 @@ from exidyn.identify.model import Model
 
 from ...parts.runs.robots import random_motion, six_axis, sliding
 
+pytestmark = pytest.mark.numerical
+
 CHOICES = {"joint": "joint4", "other": "joint5", "d21": 0.6964, "d22": 0.1847, "phi": -1.6148}
 """Values of the fields that have no default."""
 

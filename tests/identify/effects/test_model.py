@@ -17,6 +17,8 @@ from exidyn.identify.robot_files.robot_file import parse_model
 
 from ...parts.runs.robots import random_motion, six_axis
 
+pytestmark = pytest.mark.numerical
+
 BODY = Payload("A", known_parameters(3.0, com=(0.1, -0.2, 0.3), inertia=(0.1, 0.0, 0.02, 0.2, 0.0, 0.3)))
 
 

@@ -12,6 +12,8 @@ from exidyn.identify.model import Model
 from ...parts.runs.robots import random_motion
 from .test_effects import POINTWISE, ROBOTS, default
 
+pytestmark = pytest.mark.numerical
+
 STEP = 2e-6
 
 

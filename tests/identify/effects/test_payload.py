@@ -9,6 +9,8 @@ from exidyn.identify.errors import RobotError, UnknownKey
 
 from ...parts.runs.robots import body, random_motion, six_axis, sliding
 
+pytestmark = pytest.mark.numerical
+
 CARRIED = body(np.random.default_rng(21))
 VALUES = dict(zip(INERTIAL, inertial_parameters(CARRIED), strict=True))
 SUBSETS = [(), ("M",), ("ZZ", "M", "XY"), INERTIAL]

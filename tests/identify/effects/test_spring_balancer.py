@@ -5,6 +5,8 @@ from exidyn.identify.effects import SpringBalancer
 
 from ...parts.runs.robots import random_motion, six_axis
 
+pytestmark = pytest.mark.numerical
+
 D21, D22, PHI = 0.6964, 0.1847, -1.6148  # the paper's table II and (26)
 KR, K0 = 5.04e4, -7.85e4  # the paper's table III
 BALANCER = SpringBalancer("joint2", d21=0.6964, d22=0.1847, phi=-1.6148)

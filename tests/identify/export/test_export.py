@@ -36,6 +36,8 @@ from ...parts.small.small_fit import fit, other_run, plain_fit
 from ..effects.test_effects import default
 from ..simulation.test_plant_forces import drawn
 
+pytestmark = pytest.mark.numerical
+
 ROBOTS = {"six axis": six_axis, "sliding": sliding}
 BALANCER = SpringBalancer("joint4", 0.7, 0.18, -1.6)
 SAYABLE = (RotorInertia(), ViscousFriction(), CoulombFriction(), CurrentOffset(), BALANCER)

@@ -23,6 +23,8 @@ from exidyn.identify.robot_files.robot_file import parse_model, read_model
 
 from ...parts.runs.robots import kinematics, random_motion, six_axis, sliding
 
+pytestmark = pytest.mark.numerical
+
 D2, D3, D4, R4, R6 = 0.35, 1.25, 0.055, -1.1, -0.23
 """The KR270's geometry, the paper's Table I [m]."""
 

@@ -9,6 +9,8 @@ from exidyn.identify.fit.estimators import bayesian, maximum_likelihood, ordinar
 
 from ...parts.small.two_joints import GAIN, coloured, equations
 
+pytestmark = pytest.mark.slow
+
 DRAWS = 200
 WIDE = 1.96
 """Deviations either side that hold 95 % of a normal distribution."""

@@ -18,6 +18,8 @@ from exidyn.trajectories.random_motion import random_fourier
 from ...parts.runs.robots import six_axis
 from ...parts.small.two_joints import GAIN, MASS, model, trajectory, true_values
 
+pytestmark = pytest.mark.numerical
+
 FILTERS = Filtering(position_cutoff=20.0, torque_cutoff=8.0)
 EXACT = Sensors(current_noise=0.0, encoder_noise=0.0, encoder_step=0.0)
 

@@ -5,6 +5,8 @@ from scipy import stats
 from exidyn.identify.fit.estimators import Estimate
 from exidyn.identify.fit.settled_gains import unsupported
 
+pytestmark = pytest.mark.numerical
+
 
 def estimate(values, covariance):
     values = np.asarray(values, float)

@@ -26,6 +26,8 @@ from exidyn.identify.fit.estimators.least_squares import residual, weighted_solu
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
+pytestmark = [pytest.mark.numerical, pytest.mark.slow]
+
 NOISE = np.array([0.02, 0.05])
 """White current noise [A]; torque noise is 0.8 and 1.25 N m, so that weights matter."""
 WITH_GAINS = ("literal", "total", "mixed", "ml")
@@ -146,6 +148,7 @@ def brute_force_sandwich(jacobian, residual, system, lags=60):
     return np.linalg.solve(bread, np.linalg.solve(bread, meat).T)
 
 
+@pytest.mark.once
 def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     system, truth = equations(rows=6000)
     random = np.random.default_rng(5)
@@ -526,6 +529,7 @@ def closed_loop(draws):
         yield replace(exact, regressor=regressor, current=current, commanded=lambda: command), truth
 
 
+@pytest.mark.once
 def test_instruments_see_through_the_loop():
     plain, through, deviations = [], [], []
     for system, truth in closed_loop(60):

@@ -18,6 +18,8 @@ from exidyn.identify.preparation.noise import quantisation
 from ...parts.small import two_joints
 from ...parts.small.small_fit import other_run
 
+pytestmark = pytest.mark.numerical
+
 
 def moved(ranges):
     """A prepared run in which the joints cover the given ranges [rad]."""

@@ -15,6 +15,8 @@ from exidyn.identify.fit.identification import identify
 from ...parts.small.small_fit import fit, other_run, plain_fit
 from ...parts.small.two_joint_files import run
 
+pytestmark = pytest.mark.numerical
+
 
 @pytest.fixture
 def path(tmp_path):

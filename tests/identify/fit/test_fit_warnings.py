@@ -22,6 +22,8 @@ from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit
 from ...parts.small.two_joint_files import loaded, run
 
+pytestmark = pytest.mark.numerical
+
 SCALE = "currents were recorded and no drive gain is known: every value is per N m/A of its joint"
 
 

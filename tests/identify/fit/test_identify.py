@@ -24,6 +24,8 @@ from exidyn.identify.simulation.simulate import Sensors, simulate
 from ...parts.runs.robots import six_axis
 from ...parts.small.two_joints import GAIN, MASS, arm, model, trajectory, true_values
 
+pytestmark = [pytest.mark.numerical, pytest.mark.slow]
+
 BODY = KnownPayload("L", MASS)
 SENSORS = Sensors(current_noise=0.01, encoder_noise=1e-5, encoder_step=0.0)
 

@@ -1,16 +1,10 @@
 """The second pass of `check` runs the tests of arithmetic, and under another kernel."""
 
-from pathlib import Path
-
 import pytest
 
-from ...conftest import FILES
 from ...other_kernel import KERNELS, VARIABLE, other_kernel, running
 
-
-def test_files_of_arithmetic_are_there():
-    there = {file.name for file in Path(__file__).parents[2].rglob("test_*.py")}
-    assert sorted(FILES - there) == []
+pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize("preset", ["", "Haswell", "Nehalem"])

@@ -17,6 +17,8 @@ from exidyn.identify.preparation.prepare import Filtering, Prepared, filtered, p
 from ...parts.small.two_joints import model, true_values
 from .test_identify import record
 
+pytestmark = pytest.mark.numerical
+
 FILTERING = Filtering(position_cutoff=20.0, torque_cutoff=10.0)
 PRESLIDING = (2e-3, 8e-3)
 """True displacements of the two joints [rad]."""

@@ -12,6 +12,8 @@ from exidyn.identify.text_table import digits
 
 from ...parts.pages.report_pages import known_fit
 
+pytestmark = pytest.mark.numerical
+
 
 @pytest.fixture(scope="module")
 def fit():

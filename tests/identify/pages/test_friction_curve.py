@@ -12,6 +12,8 @@ from exidyn.identify.pages.fit_plots import friction_curve, velocity_grid
 from ...parts.pages.report_pages import known_fit
 from ...parts.small.two_joints import model
 
+pytestmark = pytest.mark.numerical
+
 
 @pytest.fixture(scope="module")
 def fit():

@@ -15,6 +15,8 @@ from exidyn.identify.preparation.cutoffs import (
 
 from ...parts.small.two_joints import GAIN, model
 
+pytestmark = pytest.mark.numerical
+
 RATE = 500.0
 
 

@@ -3,6 +3,8 @@ import pytest
 
 from exidyn.identify.preparation.filters import Decimation, differentiate, low_pass, uniform
 
+pytestmark = pytest.mark.numerical
+
 RATE = 500.0
 
 

@@ -7,6 +7,8 @@ from exidyn.identify.preparation.noise import autocovariance, noise_above, noise
 
 from ...parts.small.two_joints import MIX, POLES, colour_covariance, coloured
 
+pytestmark = pytest.mark.numerical
+
 
 def exact_autocovariance(lags):
     """Of `coloured`, from its definition: Gamma(k) = POLES^k Gamma(0)."""

@@ -9,6 +9,8 @@ from exidyn.identify.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 
+pytestmark = [pytest.mark.numerical, pytest.mark.clocked]
+
 RATE = 500.0
 
 

@@ -16,6 +16,8 @@ from exidyn.identify.robot_files.robot_file import read_model
 from ...parts.runs.runs import DATA, model, needs_data
 from .test_kuka_trace import trace
 
+pytestmark = pytest.mark.numerical
+
 STEP = np.radians(1e-4)
 """What RSI resolves with four decimals."""
 

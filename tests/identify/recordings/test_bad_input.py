@@ -15,6 +15,8 @@ from ...parts.runs.parser_files import write_case
 from ...parts.runs.runs import HOSTILE, needs_hostile
 from ...parts.small.two_joint_files import loaded, of_another_arm, run, write
 
+pytestmark = pytest.mark.slow
+
 RUN = run("run")
 Change = Callable[[np.ndarray, np.ndarray, np.ndarray], tuple]
 

@@ -15,6 +15,8 @@ from ...parts.fuzz.fuzz_parsers import PARSERS, Parser
 from ...parts.runs import parser_files
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 INPUTS = 150
 """Of each parser, fewer of a slow one, so that all take a minute; the benchmark tries more."""
 

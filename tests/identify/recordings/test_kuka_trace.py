@@ -12,6 +12,8 @@ from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_reco
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
+pytestmark = pytest.mark.clocked
+
 
 def trace(
     path: Path, period: float, channels: list[tuple], layout: str = "BLOCK", german: bool = True, cut: int = 0

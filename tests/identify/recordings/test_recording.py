@@ -15,6 +15,8 @@ from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identify.recordings.recording_checks import check, check_recorded
 from exidyn.identify.recordings.units import joint_side
 
+pytestmark = pytest.mark.clocked
+
 TIME = np.arange(1000) * 0.002
 
 

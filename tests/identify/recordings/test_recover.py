@@ -12,6 +12,8 @@ from exidyn.identify.recordings.mcap.mcap_recover import recover
 
 from ...parts.runs.recorded import cycle, end, event, head, record
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

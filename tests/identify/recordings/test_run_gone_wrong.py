@@ -14,6 +14,8 @@ from exidyn.identify.robot_files.robot_file import model_text
 
 from ...parts.small.two_joint_files import run, write
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 RUN = run("run")
 
 

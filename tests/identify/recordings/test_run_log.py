@@ -12,6 +12,8 @@ from exidyn.identify.recordings.recording import Event, Timing
 
 from ...parts.runs.full_run import recording
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 TIME = np.arange(100) * 0.002
 
 

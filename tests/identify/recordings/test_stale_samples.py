@@ -14,6 +14,8 @@ from exidyn.identify.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 SHARE = 0.005
 """Of samples in which a joint is silent."""
 

@@ -12,6 +12,8 @@ from exidyn.identify.errors import BrokenTree, RobotError, UnknownKey
 from exidyn.identify.robot_files.mdh import mdh_kinematics, parse_mdh
 from exidyn.identify.robot_files.urdf import parse_urdf
 
+pytestmark = pytest.mark.numerical
+
 CASES = Path(os.environ.get("EXIDYN_CASES", Path(__file__).parents[3] / "../shared/cases"))
 BODY = {
     "M": 5.0,

@@ -21,6 +21,8 @@ from exidyn.identify.text_table import WIDTH
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import of_another_arm, write
 
+pytestmark = pytest.mark.slow
+
 LATE = 1.2345
 """How much later the simulation's clock is [s]."""
 PLANT = two_joints.model(JointSpring(("elbow",)))

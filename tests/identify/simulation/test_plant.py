@@ -44,6 +44,8 @@ from ...parts.runs.simulated import (
 from ..effects.test_effects import default
 from .test_plant_forces import drawn
 
+pytestmark = pytest.mark.slow
+
 TICK = 0.002
 BODY = known_parameters(8.0, (0.05, 0.03, 0.1), (0.1, 0.01, 0.02, 0.12, 0.01, 0.08))
 

@@ -14,6 +14,8 @@ from exidyn.identify.simulation.plant.typical import typical_parts
 
 from ...parts.runs.simulated import GRAVITY, LEVER, MASS, ROTOR, pendulum, pendulum_values, stiff
 
+pytestmark = pytest.mark.slow
+
 TICK = 0.002
 LINK = MASS * LEVER**2
 STIFFNESS = 2000.0

@@ -35,6 +35,8 @@ from ...parts.plans.hypotheses import (
 )
 from ...parts.small.two_joints import arm
 
+pytestmark = pytest.mark.slow
+
 PAIRS = {
     "springs": (balancer, spring),
     "frictions": (stribeck, grease),

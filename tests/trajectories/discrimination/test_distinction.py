@@ -34,6 +34,8 @@ from ...parts.plans.hypotheses import (
 )
 from ...parts.small.two_joints import arm
 
+pytestmark = pytest.mark.numerical
+
 
 def zero_length_balancer():
     """A spring that is as long as its ends are apart: its torque is that of a weight."""

@@ -15,6 +15,8 @@ from exidyn.trajectories.limits.leads import with_leads
 
 from ...parts.small.two_joints import arm
 
+pytestmark = pytest.mark.slow
+
 LIMITS = arm().limits
 TICK = 0.002
 NAMES = ("position", "velocity", "acceleration", "jerk")

@@ -18,6 +18,8 @@ from exidyn.trajectories.limits.usable_limits import usable
 from ...parts.runs.robots import six_axis
 from ...parts.small import small_arm, two_joints
 
+pytestmark = pytest.mark.slow
+
 LIMITS = two_joints.arm().limits
 TICK = 0.004
 

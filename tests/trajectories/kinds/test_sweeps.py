@@ -14,6 +14,8 @@ from exidyn.trajectories.limits.usable_limits import usable
 from ...parts.small import small_arm
 from ...parts.small.two_joints import arm
 
+pytestmark = pytest.mark.slow
+
 LIMITS = arm().limits
 TICK = 0.004
 POSE = np.array([0.1, -0.3])

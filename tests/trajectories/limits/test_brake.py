@@ -9,6 +9,8 @@ from exidyn.trajectories.limits.brake import stoppable, stopping_reach, stopping
 from exidyn.trajectories.limits.moves import brake_reach
 from exidyn.trajectories.trajectory import States
 
+pytestmark = pytest.mark.clocked
+
 STATES = 400
 
 

@@ -11,6 +11,8 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.moves import brake, brake_reach, move
 from exidyn.trajectories.trajectory import State
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = Path(__file__).parents[3]
 PACKAGES = ("acquire", "drivers", "identify", "trajectories")
 TICK = 0.004

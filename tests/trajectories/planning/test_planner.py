@@ -24,6 +24,8 @@ from ...parts.plans.excitation import TICK, limits, smooth_model
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit
 
+pytestmark = pytest.mark.slow
+
 WISHES = Wishes(harmonics=2, period=4.0, seconds=7.0, tick=TICK, rest=0.5)
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 

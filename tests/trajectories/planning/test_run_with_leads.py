@@ -18,6 +18,8 @@ from exidyn.trajectories.search.torque_bound import TorqueBound
 from ...parts.plans.excitation import TICK, limits
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 JOIN = 1e-6
 
 

@@ -9,6 +9,8 @@ from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condit
 
 from ...parts.plans.excitation import along
 
+pytestmark = pytest.mark.numerical
+
 COLUMNS = 7
 CASES = {
     "condition": condition,

@@ -31,6 +31,8 @@ from ...parts.plans.excitation import TICK, goal, limits, setting, smooth_model
 from ...parts.runs.robots import kinematics
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 NEVER = 1e6
 """Seconds that no search here takes."""
 

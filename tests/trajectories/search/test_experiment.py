@@ -17,6 +17,8 @@ from ...parts.plans.excitation import smooth_model
 from ...parts.runs.robots import kinematics, random_motion, six_axis
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.numerical
+
 NOISE = np.array([0.7, 0.2])
 STEP = 1e-6
 

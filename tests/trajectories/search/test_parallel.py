@@ -27,6 +27,8 @@ from ...parts.plans.parallel_work import (
 )
 from ...parts.plans.slow_to_import import time_until_asked
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 
 @pytest.fixture
 def two(monkeypatch):

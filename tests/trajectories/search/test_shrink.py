@@ -18,6 +18,8 @@ from ...parts.plans.excitation import TICK, goal, limits, smooth_model
 from ...parts.runs.robots import kinematics
 from ...parts.small import two_joints
 
+pytestmark = pytest.mark.slow
+
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 DIRECTIONAL = replace(
     limits(),

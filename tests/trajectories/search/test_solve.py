@@ -14,6 +14,8 @@ from exidyn.trajectories.search.solve import TOLERANCE, solve
 
 from ...parts.plans.excitation import coefficients, goal, limits, small_basis
 
+pytestmark = pytest.mark.numerical
+
 
 @pytest.fixture(scope="module")
 def problem():

@@ -11,6 +11,8 @@ from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Command, Sample
 from exidyn.identify.arm.robot import Limits
 
+pytestmark = pytest.mark.clocked(patient=True)
+
 JOINTS = ("one", "two")
 TWO = np.ones(2)
 LIMITS = Limits(*(n * TWO for n in (-3.0, 3.0, 2.0, 5.0, 100.0, 50.0)))

@@ -1,6 +1,7 @@
 """A KUKA controller that adds corrections instead of taking them: the brake holds one, and the arm runs."""
 
 import numpy as np
+import pytest
 
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.perform import Job, perform
@@ -12,6 +13,8 @@ from exidyn.trajectories.trajectory import State
 
 from ....parts.controllers.rsi_controller import counted, free_port, running
 from ....parts.runs.run_parts import LIMITS, ROBOT, START, Listening
+
+pytestmark = pytest.mark.clocked
 
 WIDE = 360.0
 SLOW = 4e-3

@@ -6,6 +6,8 @@ import pytest
 from exidyn.acquire.run.stopping.stop import StopRequests
 from exidyn.drivers import StopLevel
 
+pytestmark = pytest.mark.clocked
+
 
 def test_the_first_brakes_the_second_stops_quickly():
     with StopRequests() as asked:

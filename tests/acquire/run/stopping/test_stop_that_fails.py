@@ -17,6 +17,8 @@ from exidyn.identify.simulation.plant import typical_plant
 
 from ....parts.runs.run_parts import CYCLE, MODEL, ROBOT, START, Following, Listening, job
 
+pytestmark = pytest.mark.clocked
+
 BRAKE, QUICK, OFF = StopLevel
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from exidyn.identify.diagnosis.belief.belief import Believed, Question, separations
 from exidyn.identify.diagnosis.belief.open_items import information, items, parameter_entropy, remaining
@@ -14,6 +15,8 @@ from exidyn.identify.effects import JointSpring, known_parameters
 from exidyn.identify.recordings.recording import KnownPayload
 
 from ....parts.small import small_diagnosis, small_search
+
+pytestmark = pytest.mark.slow
 
 BODY = KnownPayload("L", known_parameters(3.0, (0.1, 0.0, 0.05), (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)))
 
