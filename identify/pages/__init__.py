@@ -1,5 +1,1 @@
-"""Pages: HTML and pictures.
-
-In: fits, diagnoses, recordings.
-Out: text of HTML and SVG.
-"""
+"""Documents of fits, diagnoses, comparisons and fleets, and their plots."""

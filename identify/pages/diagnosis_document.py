@@ -1,18 +1,13 @@
 """What is said of a diagnosis: budget, verdict, findings, what is left, candidates, simulation, runs."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
 
-from ..diagnosis.candidates import kind_of
-from ..diagnosis.findings.finding import Diagnosis, Moment, Trace
+from ..diagnosis.findings.finding import Diagnosis
 from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
-from ..diagnosis.words.diagnosis_file import array_of, diagnosis_file, value_of
-from ..diagnosis.words.diagnosis_schema import DiagnosisFile, FindingRow, SimulatedTable
-from ..diagnosis.words.naming import effect_words, joint_words, named
+from ..diagnosis.words.diagnosis_file import array_of, value_of
+from ..diagnosis.words.diagnosis_schema import FindingRow, SimulatedTable
+from ..diagnosis.words.naming import effect_words, named
 from ..diagnosis.words.sentences import direction, span
 from ..document.document import (
     Block,
@@ -31,24 +26,15 @@ from ..document.html import html
 from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section
+from .diagnosed import Diagnosed as Diagnosed
+from .diagnosed import moments, name_of_finding
 from .diagnosis_plots import (
     bars,
     forward_plot,
-    orders_plot,
-    profile_plot,
-    spectrum_plot,
-    time_plot,
     where_and_when,
 )
-from .profiles import AXES, USUAL
+from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 
-WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
-NOTE = (
-    "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
-    "this effect alone, after is with it. Dots are rows and lines means of bins; where the two lines part, "
-    "the effect accounts for the difference. Over time and frequency a run is shown that was not fitted, if "
-    "there is one."
-)
 LEAST_CHANGE = 0.1
 """Per cent by which a candidate alone has to lower the squared error to be listed: a run held out does not
 show less, whose squared error scatters by more."""
@@ -63,66 +49,6 @@ HELD_OUT = (
     "held out: by how much it lowers twice the negative log likelihood of runs held out; above zero, they "
     "confirm it."
 )
-
-
-class Diagnosed(NamedTuple):
-    """A diagnosis as its pages show it, whether it was made just now or read from its files.
-
-    Attributes:
-        file: All but samples.
-        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m]; empty if not known.
-        traces: Samples of runs, those held out first; none if they were not kept.
-        forward: Samples of the simulated run; None if nothing was simulated or they were not kept.
-    """
-
-    file: DiagnosisFile
-    noise: np.ndarray
-    traces: tuple[Trace, ...] = ()
-    forward: Forward | None = None
-
-    @classmethod
-    def of(cls, diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> "Diagnosed":
-        """Made just now; with the folder in which models of findings and rivals are written."""
-        file, known = diagnosis_file(diagnosis, forward, folder), diagnosis.evidence
-        noise = array_of(file.noise) if known is None else known.noise
-        return cls(file, noise, known.traces if known else (), forward)
-
-    @property
-    def names(self) -> list[str]:
-        """Its joints in words."""
-        return [joint_words(joint, self.file.joints) for joint in range(len(self.file.joints))]
-
-    @property
-    def judged(self) -> tuple[Trace, ...]:
-        """Runs held out, or else all."""
-        return tuple(trace for trace in self.traces if trace.role == "validate") or self.traces
-
-    @property
-    def over_noise(self) -> bool:
-        """Whether noise was measured at rest, so that numbers may be given as multiples of it."""
-        return self.file.noise_measured_at_rest
-
-    def noise_of(self, joint: int) -> float | None:
-        """Noise floor of a joint; None where it was not measured."""
-        return float(self.noise[joint]) if self.over_noise and len(self.noise) else None
-
-    @property
-    def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Residual of runs held out, by the model fitted without and with findings; None without runs."""
-        file = self.file
-        if file.budget is not None and file.budget.held_out:
-            return array_of(file.budget.before_rms), array_of(file.budget.after_rms)
-        if file.torque_rms_before is None:
-            return None
-        return array_of(file.torque_rms_before), array_of(file.torque_rms_after)
-
-    def clearest_joint(self, finding: FindingRow) -> int:
-        """The joint on which the finding is seen best: of those that feel it, where most was gained."""
-        torque = array_of(finding.torque_rms)
-        if self.residuals is None or not len(self.noise):
-            return int(np.argmax(torque))
-        before, after = self.residuals
-        return int(np.argmax(np.where(torque > 0.0, (before - after) / self.noise, -np.inf)))
 
 
 def diagnosis_document(diagnosis: Diagnosed) -> Document:
@@ -155,12 +81,12 @@ def detail_sections(diagnosis: Diagnosed) -> list[Section]:
     file, first = diagnosis.file, len(diagnosis.file.findings)
     return [
         budget_section(file.budget, diagnosis.names),
-        Section("findings", "Findings", _findings(diagnosis, NOTE, file.findings, 0), True),
-        Section("undecided", "Undecided", _findings(diagnosis, note, file.undecided, first), True),
-        Section("unexplained", "Unexplained", _unexplained(diagnosis), True),
+        Section("findings", "Findings", findings_blocks(diagnosis, NOTE, file.findings, 0), True),
+        Section("undecided", "Undecided", findings_blocks(diagnosis, note, file.undecided, first), True),
+        Section("unexplained", "Unexplained", unexplained_blocks(diagnosis), True),
         Section("moments", "When a run differs as at no other time", _moments(diagnosis)),
         Section("candidates", "What each candidate alone would change", _changes(diagnosis)),
-        Section("joints", "Every joint", _every_joint(diagnosis), True),
+        Section("joints", "Every joint", every_joint(diagnosis), True),
         Section("data", "Runs and what limits them", _data(diagnosis), True),
     ]
 
@@ -232,7 +158,7 @@ def _findings_table(diagnosis: Diagnosed) -> list[Block]:
     rows: list[list[Cell]] = []
     for finding in diagnosis.file.every:
         mark = "" if finding in diagnosis.file.findings else ", undecided"
-        rows.append([f"{_name(diagnosis, finding)}{mark}: {_probability(finding)}{_gain(finding)}"])
+        rows.append([f"{name_of_finding(diagnosis, finding)}{mark}: {_probability(finding)}{_gain(finding)}"])
         for name, one in finding.parameters.items():
             value, half = value_of(one.value), NORMAL_95 * value_of(one.std)
             unit = "" if one.unit == "1" else one.unit
@@ -242,94 +168,12 @@ def _findings_table(diagnosis: Diagnosed) -> list[Block]:
     return [Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,)), Paragraph(HELD_OUT)]
 
 
-def _name(diagnosis: Diagnosed, finding: FindingRow) -> str:
-    return finding.name or named(finding.effect, finding.places, diagnosis.file.joints)
-
-
 def _probability(finding: FindingRow) -> str:
     return f"probability {percent(finding.probability, 3)}"
 
 
 def _gain(finding: FindingRow) -> str:
     return "" if finding.held_out is None else f", held out {digits(finding.held_out, 3)}"
-
-
-def _findings(diagnosis: Diagnosed, note: str, findings: Sequence[FindingRow], first: int) -> list[Block]:
-    """Plots of findings, the first of which has this place among all; nothing without any."""
-    if not findings:
-        return []
-    blocks: list[Block] = [Paragraph(note if diagnosis.traces else WITHOUT)]
-    for place, one in enumerate(findings, first):
-        texts = [words for words in (one.headline or f"{one.sentence}.", one.certainty) if words]
-        blocks += [Heading(_name(diagnosis, one)), *(Paragraph(words, "") for words in texts)]
-        axes = kind_of(one.effect).drawn_against or USUAL[:2]
-        blocks += _plots(without(diagnosis, place), diagnosis.clearest_joint(one), axes)
-        blocks.append(_alternatives(diagnosis, one))
-    return blocks
-
-
-def without(diagnosis: Diagnosed, place: int) -> Diagnosed:
-    """The diagnosis with residuals before that lack one finding only, all else as fitted."""
-    traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in diagnosis.traces]
-    return diagnosis._replace(traces=tuple(traces))
-
-
-def _plots(diagnosis: Diagnosed, joint: int, axes: Sequence[str]) -> list[Block]:
-    """Profiles of all runs, and time and spectrum of one that was held out; nothing without samples."""
-    if not diagnosis.traces:
-        return []
-    traces, shown = diagnosis.traces, diagnosis.judged[0]
-    noise, name, unit = diagnosis.noise_of(joint), diagnosis.names[joint], diagnosis.file.units[joint]
-    figures = []
-    for axis in axes:
-        drawn = (shown,) if axis == "time" else traces
-        if picture := profile_plot(drawn, joint, AXES[axis], noise, unit):
-            remark = "all runs" if len(drawn) > 1 else drawn[0].name
-            figures.append(Figure(f"{name} over {axis}", remark, picture))
-    over_time = time_plot(shown, joint, noise, unit, moments(diagnosis.file))
-    figures.append(Figure(f"{name} over time", shown.name, over_time))
-    figures.append(Figure(f"{name} over frequency", shown.name, spectrum_plot(shown, joint, unit)))
-    for what, motor in (("its own turn", False), ("its motor's turn", True)):
-        figures.append(Figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor, unit)))
-    return [Grid(figures, "three")]
-
-
-def _alternatives(diagnosis: Diagnosed, finding: FindingRow) -> Block:
-    if not finding.alternatives:
-        return Paragraph("Nothing else that exidyn knows explains it as well.")
-    rows = [
-        [
-            named(one.effect, [j - 1 for j in one.joints], diagnosis.file.joints),
-            percent(one.probability or 0.0),
-        ]
-        for one in finding.alternatives
-    ]
-    return Table(["not excluded", "probability"], rows)
-
-
-def _unexplained(diagnosis: Diagnosed) -> list[Block]:
-    """What is left and has no name."""
-    blocks: list[Block] = []
-    for one in diagnosis.file.remainders:
-        # Older files give it over noise only.
-        left = one.left or f"{digits(one.over_noise or np.nan, 3)} x noise"
-        said = (
-            f"{diagnosis.names[one.joint - 1]} keeps {left}, and what is left depends on {one.depends_on} "
-            f"(probability {percent(one.probability, 3)})."
-        )
-        blocks += [Paragraph(said, ""), *_plots(diagnosis, one.joint - 1, USUAL)]
-    return blocks
-
-
-def moments(file: DiagnosisFile) -> list[Moment]:
-    """Times at which a run differs from the model as at no other."""
-    return [
-        Moment(
-            one.run, value_of(one.start), value_of(one.end), tuple(joint - 1 for joint in one.joints),
-            array_of(one.direction), value_of(one.force),
-        )
-        for one in file.moments
-    ]  # fmt: skip
 
 
 def _moments(diagnosis: Diagnosed) -> list[Block]:
@@ -419,22 +263,6 @@ def _small(diagnosis: Diagnosed) -> str:
     """Unit of a thousandth of a joint's way."""
     kinds = [name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in diagnosis.file.units]
     return " or ".join(kinds)
-
-
-def _every_joint(diagnosis: Diagnosed) -> list[Block]:
-    """Every joint against what it may depend on."""
-    if not diagnosis.traces:
-        return []
-    note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
-    blocks: list[Block] = [Paragraph(note)]
-    for joint, name in enumerate(diagnosis.names):
-        noise, unit = diagnosis.noise_of(joint), diagnosis.file.units[joint]
-        figures = [
-            Figure(f"over {axis}", "", profile_plot(diagnosis.traces, joint, AXES[axis], noise, unit))
-            for axis in ("velocity", "position", "load")
-        ]
-        blocks += [Heading(name), Grid(figures, "three alike")]
-    return blocks
 
 
 def _data(diagnosis: Diagnosed) -> list[Block]:
