@@ -211,7 +211,7 @@ def test_arms_of_one_joint_and_of_slides(joints):
 
 def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
     """What a graphical program does: searches in a thread, and asks it to end."""
-    monkeypatch.setattr("exidyn.trajectories.search.solver.solve.STEPS", 10**6)
+    monkeypatch.setattr("exidyn.trajectories.search.solve.STEPS", 10**6)
     asked, begun = threading.Event(), []
 
     def stop():
