@@ -151,14 +151,15 @@ def _joints(fit: Fit) -> str:
     fine = len(found) - len(open_ones)
     which = f"{fine} of {len(found)} joints" if fine else "no joint"
     sentences = [_listed(words, open_ones) for words in LISTED_AS]
-    if sentences[0]:
-        sentences[0] += " exidyn diagnose finds what is missing there."
+    above = bool(sentences[0])
     by_scale = fit.measures == "current" and not gains_estimated(fit) and len(found) > 1
     if by_scale and any(v.words in (FAR_ABOVE, ABOVE_NOISE) for v in open_ones):
         which_gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
             f" That may be {which_gains} alone: two joints then feel one link in different scales."
         )
+    if above:
+        sentences.append(" exidyn diagnose finds what is missing there.")
     return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
 
 
