@@ -246,7 +246,7 @@ def valid_if(test: Callable[[T], bool], refusal: str, kind: Callable[[str], T]) 
     """What makes a value of a text, and refuses one that fails a test.
 
     Args:
-        test: Of the value.
+        test: Whether a value is valid.
         refusal: Behind the text, what is wrong with it and what would be right.
         kind: Makes the value.
     """

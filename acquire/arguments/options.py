@@ -85,7 +85,7 @@ def require_file(path: Path, option: str, read: Iterable[Path | str] = ()) -> No
     """Make sure that a result can be written before any work is done for it; makes its folder.
 
     Args:
-        path: Of the result.
+        path: Where the result is written.
         option: That names it.
         read: What the result is made of, and must not be written over.
 

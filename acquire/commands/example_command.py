@@ -25,7 +25,7 @@ class Example(NamedTuple):
     Attributes:
         purpose: In a line.
         folder: Where its files go by default.
-        length: Of each motion by default [s].
+        length: Length of each motion by default [s].
         search: How long the first motion is searched by default [s]; a minute finds a better one.
         arm: Makes the arm, true and nominal.
         steps: Its commands for a folder, a length of each motion [s] and a time to search it [s].

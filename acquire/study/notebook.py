@@ -8,6 +8,7 @@ from exidyn.identify.diagnosis.belief.belief import Belief
 from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
 from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
+from exidyn.identify.diagnosis.words.sentences import dependence
 from exidyn.identify.diagnosis.words.verdict import left_on, verdict
 from exidyn.identify.document.document import (
     Block,
@@ -119,7 +120,7 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[str]:
         where = lower(joint_words(one.joint, diagnosis.joints))
         yield (
             f"On {where} {left_on(one, diagnosis)} is left that none of the effects that exidyn knows "
-            f"explains; it depends on {one.depends_on}. What would explain it: an effect that is added to "
+            f"explains; {dependence(one.depends_on)}. What would explain it: an effect that is added to "
             "exidyn, see docs/effects.md."
         )
 

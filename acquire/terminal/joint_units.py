@@ -19,7 +19,7 @@ class JointUnits:
         units: Unit of each position.
         scale: Shown per [rad] or [m], shape (n,).
         lower: Position limits, shape (n,) [rad] or [m]; minus infinity for none.
-        upper: Likewise.
+        upper: Position limits, shape (n,) [rad] or [m]; infinity for none.
     """
 
     joints: tuple[str, ...]

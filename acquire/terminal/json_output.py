@@ -72,7 +72,7 @@ def print_written(*paths: Path, advice: str = "") -> None:
     """Print on standard error which files were written, one a line if a line is too short for all.
 
     Args:
-        paths: Of the files.
+        paths: Paths of the files.
         advice: What to do with a single one, behind its name.
     """
     if not _told.get():

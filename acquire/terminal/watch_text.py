@@ -57,11 +57,11 @@ def table_lines(
 
     Args:
         reading: Newest.
-        units: Of the joints.
+        units: Units of the joints.
         info: Metadata of the driver.
         seconds: Since the first reading [s].
         events: Messages until now.
-        residual: Of the last piece; None if it is not asked for.
+        residual: Residual of the last piece of the log; None if it is not asked for.
     """
     signals = [name for name in SHOWN if name in info.signals]
     head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]

@@ -29,7 +29,7 @@ class FciLink:
     """A running process.
 
     Attributes:
-        version: Of the library.
+        version: Version of the library.
         fault: Why commands are not taken any more; empty while they are.
 
     Raises MissingPackage without the maker's library, LinkLost without a connection, NotReady if the

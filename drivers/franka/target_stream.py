@@ -41,8 +41,8 @@ class LimitCheck:
 
     Attributes:
         position: Last that was taken, shape (n,) [rad].
-        velocity: Of the commands there [rad/s].
-        acceleration: Likewise [rad/s^2].
+        velocity: Velocity of the commands there [rad/s].
+        acceleration: Acceleration of the commands there [rad/s^2].
     """
 
     def __init__(self, start: np.ndarray) -> None:

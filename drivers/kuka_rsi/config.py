@@ -85,7 +85,7 @@ def standard_config(
     """The configuration that suits identification best, for an address of this computer.
 
     Args:
-        address: Of this computer, in the controller's network.
+        address: Address of this computer, in the controller's network.
         port: Where the driver listens.
         sentype: What its answers call themselves.
         only_send: Whether the controller's program moves and this computer listens only.

@@ -64,7 +64,7 @@ class Layout:
     """What is read and written for one arm.
 
     Attributes:
-        axes: Of each joint, such as A1.
+        axes: Axes of each joint, such as A1.
         elements: Elements with a value for each axis, in the order in which they are read.
         external: Values of external axes, such as EIPos.E1.
         delay: Whether the controller counts answers that came late.

@@ -59,7 +59,7 @@ class Probe:
     Args:
         axes: Names.
         actual: Columns of the measured positions in a telegram.
-        cycle: Of the controller [s].
+        cycle: Cycle of the controller [s].
         timeout: Cycles for which the controller may go on without answers.
         lower: Most negative corrections that it takes, shape (n,) [deg].
         upper: Most positive; an axis that has no room for the probe is not probed.

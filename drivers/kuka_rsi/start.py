@@ -137,7 +137,7 @@ class Beginning:
     Attributes:
         start: Pose from which corrections count, shape (n,) [deg].
         reference: Element that it was read from.
-        decimals: Of positions.
+        decimals: Decimals of positions.
         delay: Late answers that the controller counted until then; None if it does not count.
         simulated: Whether it is a simulator, which sends as many decimals as a number happens to need.
     """

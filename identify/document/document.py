@@ -138,7 +138,7 @@ class Section(NamedTuple):
 
     Attributes:
         anchor: By which links lead to it.
-        title: Of the section.
+        title: Title of the section.
         blocks: In the order in which they are read; without any, the section is left out.
         detail: Whether short pages (text, Markdown) leave it out.
     """
@@ -161,10 +161,10 @@ class Document(NamedTuple):
     """All that is said of one or several results.
 
     Attributes:
-        title: Of the page.
+        title: Title of the page.
         note: One line below the title; empty for none.
         sections: In the order in which they are read.
-        chapters: Of further results.
+        chapters: Chapters of further results.
         facts: Short labels and values that stand before everything else.
     """
 

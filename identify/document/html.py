@@ -22,7 +22,6 @@ from .document import (
     Numbers,
     Paragraph,
     Picture,
-    Section,
     Statements,
     Table,
 )
@@ -53,11 +52,6 @@ def _numbered(chapter: Chapter) -> Chapter:
         one._replace(anchor=f"{chapter.anchor}-{one.anchor}") for one in chapter.sections if one.blocks
     ]
     return chapter._replace(sections=sections)
-
-
-def section_html(section: Section) -> Markup:
-    """One section."""
-    return _PARTS.section(section)
 
 
 def prose(words: str) -> Markup:

@@ -1,20 +1,13 @@
-"""A document, or a section of it, as Markdown: for Rerun's text panels and notebooks."""
+"""A section of a document as Markdown, for Rerun's text panels."""
 
 from functools import singledispatch
 
-from .document import Block, Document, Figure, Grid, Heading, Links, Paragraph, Section, Statements, Table
-from .text import short, shortened
-
-
-def markdown(document: Document) -> str:
-    """The whole page, without plots and details."""
-    facts = [f"- {label}: {value}" for label, value in document.facts]
-    opening = "\n".join([f"# {document.title}", "", *([document.note, ""] if document.note else []), *facts])
-    return "\n\n".join([opening, *map(section_markdown, short(document))])
+from .document import Block, Figure, Grid, Heading, Links, Paragraph, Section, Statements, Table
+from .text import shortened
 
 
 def section_markdown(section: Section) -> str:
-    """One section."""
+    """The section, without plots."""
     return "\n\n".join([f"## {section.title}", *filter(None, map(_block, section.blocks))])
 
 

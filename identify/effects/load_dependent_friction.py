@@ -23,7 +23,7 @@ class LoadDependentFriction(JointEffect):
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
-        preload: Of teeth and bearings, :math:`p` [N m].
+        preload: Torque that teeth and bearings carry without a load, :math:`p` [N m].
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)

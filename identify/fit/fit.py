@@ -58,7 +58,7 @@ class Fit(InNotebook):
         warnings: Sentences about recordings and fit that the user should read.
         structure: Base parameters before any was dropped; None if none was.
         measures: "current" or "torque": what was recorded in the runs used.
-        scores: Of the runs of a fit that was read from its file, which has no samples.
+        scores: Residuals by run, of a fit that was read from its file and has no samples.
         noise: Noise level of currents or torques of its runs behind its filter, shape (n,) [A] or [N m], by
             which all runs are judged that it predicts; None in files of before the key.
         noise_source: Where that is from, as of `Prepared`.

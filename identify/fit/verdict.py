@@ -225,7 +225,7 @@ def _parameters(fit: Fit) -> list[str]:
         rest = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
         lines.append(f"Unclear (standard deviation; what would settle it): {shown}{rest}.")
     else:
-        lines.append(f"Each is known to {OPEN:g} % or better.")
+        lines.append(f"The standard deviation of each is at most {OPEN:g} % of its value.")
     lines += _moved_sentences(fit)
     if far := surprises(fit):
         lines.append(f"Far from their nominal values: {', '.join(far)}.")

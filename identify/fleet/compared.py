@@ -27,10 +27,10 @@ class Difference(NamedTuple):
         effect: In the vocabulary of the diagnosis.
         joint: From 0; -1 for a combination of links.
         parameter: Its name.
-        unit: Of the amounts; empty where they are shares.
+        unit: Unit of the amounts; empty where they are shares.
         first: Value of the first arm; NaN where there is none.
         amount: Second minus first.
-        std: Of that.
+        std: Standard deviation of the amount.
     """
 
     effect: str

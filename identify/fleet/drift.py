@@ -37,7 +37,7 @@ class Found:
         cause: Place among the frame's causes.
         shape: `STEP` or `CREEP`.
         amount: By now, in the cause's unit.
-        std: Of the amount.
+        std: Standard deviation of the amount.
         day: When it changed, or began to [d since 1970].
         interval: In which that lies with 95 % [d].
         alarmed: When it was first seen [d].

@@ -29,7 +29,7 @@ class Kind:
 
     Attributes:
         model: As `fleet_model` gives it.
-        filtering: Of all runs, nothing left open.
+        filtering: Filters of all runs, nothing left open.
         measures: "current" or "torque".
     """
 
@@ -100,9 +100,9 @@ class Cause(NamedTuple):
         effect: Its name in the vocabulary of the diagnosis.
         joint: On which it acts, from 0.
         parameter: What changes.
-        unit: Of the amount; empty where it is a share of the value.
+        unit: Unit of the amount; empty where it is a share of the value.
         direction: Change of the unknowns of `Kind` for an amount of one, shape (m,).
-        place: Of the unknown that is the value of which a change is a share; -1 where the amount is a share
+        place: Index of the unknown of whose value a change is a share; -1 where the amount is a share
             itself, or there is none.
         thermal: Whether it depends on temperature.
         plausible: Size of the amount, at most with 68 %, where nothing is stated.

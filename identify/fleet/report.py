@@ -21,9 +21,9 @@ class KindReport:
     """Arms of one type.
 
     Attributes:
-        key: Of the type.
+        key: Identifies the type of arm.
         learned: What its arms teach about each other.
-        drifts: Of each arm.
+        drifts: Drifts of each arm.
     """
 
     key: str

@@ -94,7 +94,7 @@ class Frame:
         kind: The type.
         causes: What may change, k.
         before: Mean (m,) and variance (m,) of the unknowns before any unit is compared, in SI units.
-        directions: Of the causes, in the frame's units, shape (k, m).
+        directions: Directions of the causes, in the frame's units, shape (k, m).
         thermal: Causes that depend on temperature, f places.
         reference: Temperature at which values are stated, shape (n,) [degC]; NaN where warm-up stands for it.
     """
@@ -178,7 +178,7 @@ class ArmRuns:
     """Runs of one arm, by date.
 
     Attributes:
-        frame: Of its type.
+        frame: What the values of its type of arm are expressed in.
         runs: In order.
         days: Shape (r,) [d].
         normal: Shape (r, m, m), and

@@ -39,7 +39,7 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
     """The picture, a sentence a joint, and the table; empty for a diagnosis without.
 
     Args:
-        budget: Of the file.
+        budget: As diagnosis.json has it.
         joints: In words.
     """
     if budget is None:

@@ -36,8 +36,7 @@ from .diagnosis_plots import (
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 
 LEAST_CHANGE = 0.1
-"""Per cent by which a candidate alone has to lower the squared error to be listed: a run held out does not
-show less, whose squared error scatters by more."""
+"""Per cent by which a candidate alone has to lower the squared error to be listed: the last digit printed."""
 TOP = 10
 """Candidates that short pages list."""
 CHECK = (

@@ -28,11 +28,11 @@ def profile_plot(
     """Residual of a joint against something, before and after: dots, and means of bins.
 
     Args:
-        traces: Of which runs.
+        traces: Runs that are drawn.
         joint: Which.
         axis: Against what.
         noise: Noise floor; None where it was not measured, and is not drawn.
-        unit: Of the joint's torque.
+        unit: Unit of the joint's torque.
     """
     before, after = (profile(traces, joint, axis, which) for which in ("before", "after"))
     if not len(before.dots):
@@ -76,11 +76,11 @@ def time_plot(
     """Residual of a run over time, before and after, where most of it lies; moments are marked.
 
     Args:
-        trace: Of the run.
+        trace: Trace of the run.
         joint: Which.
         noise: Noise floor; None where it was not measured, and is not drawn.
-        unit: Of the joint's torque.
-        moments: Of all runs.
+        unit: Unit of the joint's torque.
+        moments: Moments of all runs.
     """
     shown = stretch(trace.time, trace.before[:, joint] ** 2 * trace.weight[:, joint], STRETCH)
     time, slides = trace.time[shown], trace.weight[shown, joint] > 0
@@ -137,10 +137,10 @@ def bars(
 
     Args:
         before: Over noise, or in units.
-        after: Likewise.
-        names: Of the joints.
+        after: Over noise, or in units.
+        names: Names of the joints.
         label: What it is.
-        units: Of each joint, where noise was not measured and bars are not over noise.
+        units: Units of each joint, where noise was not measured and bars are not over noise.
     """
     known = np.concatenate([before, after])
     known = known[np.isfinite(known)]

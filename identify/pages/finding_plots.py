@@ -8,6 +8,7 @@ import numpy as np
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.words.diagnosis_schema import FindingRow
 from ..diagnosis.words.naming import named
+from ..diagnosis.words.sentences import dependence
 from ..document.document import Block, Figure, Grid, Heading, Paragraph, Table
 from ..text_table import digits, percent
 from .diagnosed import Diagnosed, moments, name_of_finding
@@ -85,7 +86,7 @@ def unexplained_blocks(diagnosis: Diagnosed) -> list[Block]:
         # Older files give it over noise only.
         left = one.left or f"{digits(one.over_noise or np.nan, 3)} x noise"
         said = (
-            f"{diagnosis.names[one.joint - 1]} keeps {left}, and what is left depends on {one.depends_on} "
+            f"{diagnosis.names[one.joint - 1]} keeps {left}, and {dependence(one.depends_on)} "
             f"(probability {percent(one.probability, 3)})."
         )
         blocks += [Paragraph(said, ""), *_plots(diagnosis, one.joint - 1, USUAL)]

@@ -73,7 +73,7 @@ def _effects(model: Model) -> dict[str, str]:
 
 def _open(fit: Fit) -> list[Block]:
     if not fit.unclear:
-        return [Paragraph(f"Every parameter that was kept is known to {OPEN:g} % or better.")]
+        return [Paragraph(f"Open: none; every standard deviation is at most {OPEN:g} % of the value.")]
     rows: list[Row] = [[one.name, Number(one.std_percent, 3), one.hint] for one in fit.unclear]
     return [Heading("Open"), Table(["name", "std, %", "motion that would settle it"], rows, words=(2,))]
 

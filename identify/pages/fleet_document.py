@@ -47,7 +47,7 @@ def fleet_page(
     """The page.
 
     Args:
-        reports: Of each type of arm.
+        reports: Reports of each type of arm.
         left_out: Files that could not be identified, and why.
         links: Arm -> what there is of it, in words, -> its address.
         rate: False alarms an arm and year that were allowed.

@@ -20,7 +20,7 @@ class Axis(NamedTuple):
 
     Attributes:
         label: With its unit for revolute joints.
-        values: Of a trace and a joint, shape (r,).
+        values: Values of a trace and a joint, shape (r,).
         braking: Whether the residual is taken against the motion, as friction is.
     """
 
@@ -73,7 +73,7 @@ def profile(traces: Sequence[Trace], joint: int, axis: Axis, residuals: str) -> 
     """A joint's residual against an axis.
 
     Args:
-        traces: Of which runs.
+        traces: Runs that are drawn.
         joint: Which.
         axis: Against what.
         residuals: "before" or "after".

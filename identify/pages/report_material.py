@@ -16,13 +16,13 @@ class Run(NamedTuple):
     """One recorded run, as far as it is drawn and listed.
 
     Attributes:
-        name: Of the run.
+        name: Name of the run.
         role: What it was for, in words; empty if unknown.
         payload: What hung on the flange, in words; empty if that is not known.
         rate: Samples a second [Hz].
-        time: Of positions, shape (t,) [s].
+        time: When positions were recorded, shape (t,) [s].
         position: Shape (t, n) [rad].
-        effort_time: Of currents or torques, shape (s,) [s].
+        effort_time: When currents or torques were recorded, shape (s,) [s].
         effort: Shape (s, n) [A] or [N m].
         quantity: "current" or "torque".
         warnings: About the recording, in sentences.
@@ -46,7 +46,7 @@ class Fitted(NamedTuple):
     Attributes:
         title: Plain text.
         fit: With what it predicts of the runs, if they are at hand.
-        nominal: The same model with its nominal values, from before the data; None where they are not known.
+        nominal: The model with its nominal values, from before the data; None where they are not known.
         improved: Whether its model has what a diagnosis found.
     """
 

@@ -45,7 +45,7 @@ class Guess:
     Attributes:
         what: Is asked.
         value: The likeliest answer.
-        probability: Of that answer, among those that were weighed, given the log and the robot.
+        probability: Probability of that answer among those that were weighed, given the log and the robot.
         why: What speaks for it.
         option: What a person does where it is wrong or not decided.
     """
@@ -79,7 +79,7 @@ class Sampled(NamedTuple):
     """A log, low-passed and thinned out.
 
     Attributes:
-        motion: Of the joints.
+        motion: Motion of the joints.
         effort: Shape (t, n), in the log's unit.
         sliding: Where each joint slides, bool of that shape.
     """

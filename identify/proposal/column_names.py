@@ -88,7 +88,7 @@ def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence
     Where no joint has both, those that have one of them; where none has, all.
 
     Args:
-        names: Of all columns.
+        names: Names of all columns.
         joints: Names of joints, of which a log may hold a part.
         numbered: Names of the joints that numbers from 1 on stand for, where the log gives them.
     """

@@ -41,7 +41,7 @@ class Gain(NamedTuple):
         relative: Standard deviation of its logarithm [-].
         positive: Probability that effort counts as torque does: with the joint.
         torque: Log odds that the effort is the joint's torque [N m], over any other unit and sign.
-        against: The same that it is that torque with the other sign.
+        against: Log odds that it is that torque with the other sign.
     """
 
     value: float = np.nan
@@ -162,7 +162,7 @@ def _log_likelihood(
 
     Args:
         effort: Shape (t,).
-        torque: Of the bodies as described, shape (t,).
+        torque: Torque of the bodies as described, shape (t,).
         errors: Torque of one standard deviation of each of their parameters, shape (t, k).
         friction: Shape (t, 3).
         noise: Variance of a sample, as if samples were independent.

@@ -112,10 +112,10 @@ class Likeliest(NamedTuple):
     """What is likeliest, and what is guessed.
 
     Attributes:
-        units: Of time, position and velocity; "" for a velocity that is left out.
-        order: Of the joints among the columns.
+        units: Units of time, position and velocity; "" for a velocity that is left out.
+        order: Order of the joints among the columns.
         directions: Probability of each direction of gravity, up to its sign; empty without gravity.
-        guesses: Of units and order.
+        guesses: Guesses of units and order.
     """
 
     units: Units

@@ -36,8 +36,8 @@ class Proposal:
 
     Attributes:
         columns: "time" and signals of a recording -> names of the columns, one a joint in the robot's order.
-        units: Of time, position and velocity; "" for a velocity that is left out.
-        gains: Of the drives, where there are currents; else empty.
+        units: Units of time, position and velocity; "" for a velocity that is left out.
+        gains: Gains of the drives, where there are currents; else empty.
         against: Whether the torques count against the positions.
         guesses: What was guessed, and how sure that is.
         notes: What else was seen, in sentences.
@@ -71,7 +71,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     """What the columns of a log are.
 
     Args:
-        names: Of the columns, c of them.
+        names: Names of the columns, c of them.
         values: Shape (t, c); NaN where a cell is empty.
         robot: The arm as described.
         joints: Names of the joints that numbers in the names stand for, where the log gives them.

@@ -66,7 +66,7 @@ class Moves(NamedTuple):
         speed: High speed of each joint, shape (n,).
         reach: From the lowest to the highest position, shape (n,).
         ratio: Derivative of position over velocity column; NaN without one, or where they do not agree.
-        step: Of the encoders; NaN where none is seen, shape (n,).
+        step: Step of the encoders; NaN where none is seen, shape (n,).
     """
 
     period: float

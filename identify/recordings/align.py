@@ -47,7 +47,7 @@ class Alignment:
     Attributes:
         offset: To be added to the time of the first recording [s].
         std: Standard deviation of the offset [s].
-        difference: Of the positions thereafter, root mean square, shape (n,) [rad].
+        difference: Difference of the positions after alignment, root mean square, shape (n,) [rad].
         overlap: How long both were recording [s].
     """
 

@@ -198,7 +198,7 @@ class Recording(InNotebook):
         settings: Role, controller, source and whatever else explains the run.
         host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
         events: In order.
-        timing: Of the control loop; None if that was not recorded.
+        timing: Timing of the control loop; None if that was not recorded.
         controller: Its own state; None where its driver reads none of that.
         outcome: How the run ended, by name; empty if unknown.
         warnings: In sentences.

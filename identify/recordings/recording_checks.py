@@ -211,7 +211,7 @@ def unread(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> np.nda
     """Share of the samples in motion at which each effort has its most frequent value, shape (n,).
 
     Args:
-        time: Of the samples, shape (t,) [s].
+        time: Time of the samples, shape (t,) [s].
         position: Shape (t, n).
         effort: In any unit, shape (t, n).
 

@@ -49,7 +49,7 @@ class Finding(NamedTuple):
         kind: Error that it is in a file from elsewhere.
         fact: What was found, and which limit it exceeds.
         advice: What to do about such a file.
-        time: Of the first sample concerned [s]; None if there is no such sample.
+        time: When the first sample concerned was taken [s]; None if there is no such sample.
     """
 
     kind: type[RecordingError]

@@ -75,8 +75,8 @@ def read_model(
 
     Args:
         source: The file or the name.
-        joints: Of a .urdf or .xacro, the joints that move; the others are held. None: all but `held`.
-        held: Of a .urdf or .xacro, joints that are held elsewhere than at zero, and where [rad, m].
+        joints: Joints of a .urdf or .xacro that move; the others are held. None: all but `held`.
+        held: Joints of a .urdf or .xacro that are held elsewhere than at zero, and where [rad, m].
 
     Warns:
         RobotWarning: No body has a link's inertia, or physics allows no nominal value as low as one.

@@ -23,7 +23,7 @@ class Regions(NamedTuple):
     """Mismatch of one quantity in thirds of what the recorded arm did.
 
     Attributes:
-        edges: Of the thirds, shape (n, 4); speed [rad/s], position [rad], size of the effort [A] or [N m].
+        edges: Bounds of the thirds, shape (n, 4); speed [rad/s], position [rad], effort [A] or [N m].
         rms: In each third, shape (n, 3).
     """
 
@@ -38,10 +38,10 @@ class Mismatch:
     Attributes:
         quantity: "position", "velocity", "current" or "torque".
         units: One a joint.
-        rms: Of simulated less recorded, shape (n,).
-        mean: Of the same, shape (n,).
-        size: Of what was recorded, about its mean, shape (n,).
-        noise: Of both together behind the filter, shape (n,); NaN where it is not known.
+        rms: Root mean square of simulated less recorded, shape (n,).
+        mean: Mean of simulated less recorded, shape (n,).
+        size: Size of what was recorded, about its mean, shape (n,).
+        noise: Noise of both recordings together behind the filter, shape (n,); NaN where it is not known.
         regions: "speed", "position" and "load", the size of the recorded effort.
     """
 
@@ -64,7 +64,7 @@ class Comparison:
         joints: Names.
         offset: What was added to the time of the first [s].
         duration: How long both go on [s].
-        cutoff: Of the low-pass behind which both are compared [Hz].
+        cutoff: Cut-off of the low-pass behind which both are compared [Hz].
         mismatches: Position, velocity, and current or torque.
         warnings: What else differs, in sentences.
     """

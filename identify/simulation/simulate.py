@@ -50,8 +50,8 @@ def simulate(
         nominal: The model that the recording holds.
         sensors: What they add.
         payload: That the recording names; None for none.
-        name: Of the recording.
-        seed: Of the noise.
+        name: Name of the recording.
+        seed: Seed of the noise.
     """
     random = np.random.default_rng(seed)
     carried = replace(motion, payload=payload.name if payload else "")

@@ -18,7 +18,7 @@ class Approach(NamedTuple):
     Attributes:
         margin: Smallest margin found [m]; below 0 where it is not allowed.
         time: When [s].
-        name: Of the row.
+        name: Name of the row.
         bound: Proved: no margin is below this at any time [m].
     """
 

@@ -24,7 +24,7 @@ class HalfSpace(NamedTuple):
 
     Attributes:
         normal: Unit vector out of the allowed side, shape (3,).
-        offset: Of the wall from the base along the normal [m].
+        offset: Offset of the wall from the base along the normal [m].
         name: What it is called in messages.
     """
 
@@ -76,7 +76,7 @@ class Region(Clearance):
         point: Name of what is kept inside.
         body: The joint that carries it, -1 for the base.
         place: Its place in that joint's frame, shape (3,) [m].
-        radius: Of the ball [m].
+        radius: Radius of the ball [m].
         walls: In the base frame, one a row.
     """
 
@@ -102,8 +102,8 @@ class Region(Clearance):
             robot: Whose point it is.
             point: "flange", or the name of a joint, link or frame.
             walls: As `box` and `HalfSpace.of` give them.
-            offset: Of the point in that frame, shape (3,) [m].
-            radius: Of the ball around it [m].
+            offset: Offset of the point in that frame, shape (3,) [m].
+            radius: Radius of the ball around it [m].
 
         Raises:
             RobotError: The robot has no such frame.

@@ -105,7 +105,7 @@ class Separate(Objective):
 
     Attributes:
         goal: Hypotheses as the optimiser sees them.
-        power: Of the smooth stand-in for the smallest; infinite for the smallest itself.
+        power: Exponent of the smooth stand-in for the smallest; infinite for the smallest itself.
     """
 
     goal: Discriminate

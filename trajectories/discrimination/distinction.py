@@ -94,9 +94,9 @@ class Distinction(NamedTuple):
 
     Attributes:
         pair: Their names.
-        probability_before: Of choosing right by the data so far [-].
+        probability_before: Probability of choosing right by the data so far [-].
         probability_after: With one run of the motion as well [-].
-        runs: Of the motion, doubled until they are enough to be sure; None if `MOST_RUNS` are not.
+        runs: Repetitions of the motion, doubled until they suffice; None if `MOST_RUNS` do not.
         probability_hour: Upper bound of what any motion does in an hour [-].
         possible: Whether that is enough.
         remedies: What else could be done, the best first; empty where the motion does.
@@ -122,7 +122,7 @@ def distinguish(
 
     Args:
         goal: Hypotheses and how torque is seen.
-        motion: Of one run.
+        motion: Motion of one run.
         limits: Finite ones, within which other motions might be.
         seconds: Length of the run [s].
         remedies: What is asked for pairs that the run leaves open.

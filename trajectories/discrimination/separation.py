@@ -81,7 +81,7 @@ class Hypothesis:
         Args:
             name: What people call it.
             model: Robot and effects.
-            values: Of parameters by name, where they are not nominal.
+            values: Values of parameters by name, where they are not nominal.
             deviations: Standard deviation likewise; zero fixes a parameter, infinity frees it.
 
         Raises:

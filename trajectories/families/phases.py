@@ -50,7 +50,7 @@ class Phases(Trajectory):
 
         Args:
             start_state: Where it begins.
-            durations: Of each piece, shape (k,) [s].
+            durations: Duration of each piece, shape (k,) [s].
             jerks: Shape (k, n) [rad/s^3].
         """
         durations = np.asarray(durations, float)

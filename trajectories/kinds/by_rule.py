@@ -92,7 +92,7 @@ def by_rule(kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = ())
 
     Args:
         kind: A name in `KINDS`.
-        model: Of the arm.
+        model: Model of the arm.
         wishes: What is wanted of it.
         joints: That move, from 0; all by default.
     """

@@ -58,9 +58,9 @@ def single_joint_runs(
         joints: Which move, counted from 0, in this order.
         pose: Where all others rest, and each begins and ends, shape (n,) [rad].
         tick: Cycle of the controller [s].
-        share: Of the velocity, acceleration and jerk limits that the fast part may use [-].
+        share: Share of the velocity, acceleration and jerk limits that the fast part may use [-].
         widest: Largest excursion either way [rad].
-        periods: Of the fast part; the slow one has one.
+        periods: Periods of the fast part; the slow one has one.
         rest: Before each part, and at the end [s].
         clearances: What to keep clear of; a joint's excursion shrinks to what is.
 

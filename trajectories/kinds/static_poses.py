@@ -67,7 +67,7 @@ def static_poses(
         count: How many poses.
         tick: Cycle of the controller [s].
         dwell: Rest at each visit [s]; each pose has two.
-        seed: Of the random positions from which poses are chosen.
+        seed: Seed of the random positions from which poses are chosen.
         clearances: What to keep clear of, in poses and on the ways.
         model: Nominal; poses are those that show its parameters at rest. Spread out without.
         start: Where to begin and end, shape (n,) [rad]; the first pose unless given.

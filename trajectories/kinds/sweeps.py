@@ -50,13 +50,13 @@ def constant_velocity_sweeps(
     Args:
         limits: Finite but for the torque.
         joints: Which move, counted from 0.
-        pose: Of all joints where none sweeps, shape (n,) [rad], or several one after another, (m, n).
+        pose: Pose of all joints where none sweeps, shape (n,) [rad], or several one after another, (m, n).
         tick: Cycle of the controller [s].
         velocities: Shape (k,), or (joints, k) [rad/s]. Unless given, six of each joint from a hundredth to
             six tenths of its limit, less where its range is too short to cruise for a second.
         ranges: Where each of the joints may sweep, shape (joints, 2) [rad]; its limits unless given.
         clearances: What to keep clear of; the range shrinks to what is.
-        longest: Of each cruise [s]. The duration of a fast sweep follows from its range.
+        longest: Longest time of each cruise [s]. The duration of a fast sweep follows from its range.
         rest: Before each pass [s].
 
     Raises:
@@ -105,7 +105,7 @@ class _Pass(NamedTuple):
 
     Attributes:
         begin: Position of the joint at rest before it goes forth [rad].
-        velocity: Of the cruise, above zero [rad/s].
+        velocity: Velocity of the cruise, above zero [rad/s].
         build_up: Time in which the acceleration comes or goes [s].
         hold: Time for which it is held [s].
         cruise: [s].

@@ -57,7 +57,7 @@ def with_chirp(
         low: Frequency at the start [Hz].
         high: Frequency at the end [Hz]; unless given 20 Hz, or less where a period would have under six
             ticks or the limits would leave too little to measure.
-        share: Of what `base` leaves of each limit [-].
+        share: Share of what `base` leaves of each limit [-].
         logarithmic: Whether the frequency doubles in equal times, as many periods near each frequency.
         resolution: What the joints' encoders resolve [rad].
         clearances: What to keep clear of; the amplitude shrinks until it is.

@@ -50,7 +50,7 @@ def torque_peaks(
     Args:
         trajectory: Anything longer than no time.
         torque: Shape (t, n) [N m] for given states; each sample on its own, without memory.
-        spacing: Of the first samples, at most [s].
+        spacing: Spacing of the first samples, at most [s].
     """
     count = max(int(np.ceil(trajectory.duration / spacing - 1e-6)), 2)
     time, step = np.linspace(0.0, trajectory.duration, count + 1, retstep=True)
@@ -142,7 +142,7 @@ def check(
     tenth of a second. Torque as in `torque_peaks`, which states what could be missed.
 
     Args:
-        trajectory: Of any family.
+        trajectory: Any family.
         limits: What it must keep to; the jerk finite.
         tick: Cycle of the controller [s].
         torque: Shape (t, n) [N m] for given states; without it torque is not looked at.

@@ -26,7 +26,7 @@ class Forecast:
     Attributes:
         offer: The run.
         left: Entropy of each item behind it, expected, shape (i,) [nat].
-        left_hour: The same behind an hour of it.
+        left_hour: Entropy of each item behind an hour of it, expected, shape (i,) [nat].
         gained: By how much less what is open is behind it [nat].
     """
 
@@ -62,7 +62,7 @@ class Choice:
     Attributes:
         verdict: One of `RUN`, `DECIDED`, `UNDECIDABLE` and `OUT_OF_TIME`.
         items: Everything that was or is open.
-        forecasts: Of all offers, the best first.
+        forecasts: Forecasts of all offers, the best first.
         decidable: Whether some run on offer, made for an hour, would take something off each item, (i,).
     """
 
@@ -102,7 +102,7 @@ def choose(
         belief: What is open.
         offers: What could be made or taken.
         runs: Columns of each.
-        seconds: Of motion that are left [s].
+        seconds: Seconds of motion that are left [s].
         repeated: Whether another motion has led to the same findings, or to none again.
         unexplained: Whether something is left that no effect explains, whatever the run.
     """

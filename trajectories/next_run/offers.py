@@ -44,7 +44,7 @@ class Offer:
 
     Attributes:
         name: What people call it, as "a swept sine" is.
-        recording: Of the planned motion as the arm so far known would make it, or one that exists.
+        recording: Recording of the planned motion as the arm so far known would make it, or one that exists.
         plan: The motion; None for a recording that exists.
         request: What a person has to do before, in a sentence; empty for nothing.
         setup: Time that this takes [s].
@@ -118,7 +118,7 @@ def offers_of(
         planned: Names and motions.
         body: That a person has; None for none.
         mounted: What hangs on the flange now.
-        rate: Of samples [Hz].
+        rate: Rate of samples [Hz].
         warm: Whether temperatures are recorded.
         watched: Hands on what is to be made one by one, and may show how far that is.
     """

@@ -43,8 +43,8 @@ def plan(
         model: The nominal model of the arm.
         wishes: What is wanted.
         goal: Another goal than to identify the model, such as to distinguish two models.
-        starts: Of the search.
-        seed: Of the first start.
+        starts: Starts of the search.
+        seed: Seed of the first start.
         seconds: For the search [s].
         executor: Where the starts run.
         progress: Called with sentences.

@@ -35,14 +35,14 @@ class Wishes:
         seconds: Length of the exciting part; as many periods as fill it [s].
         series: How many trajectories are planned together.
         margins: What is kept off the limits.
-        window: Of the controller's corrections around the start pose, as in `usable`.
+        window: Window of the controller's corrections around the start pose, as in `usable`.
         start: Pose at which the run begins and ends, shape (n,) [rad]; chosen unless given.
         tick: Cycle of the controller [s].
         rest: At both ends, for the noise of the still arm [s].
         clearances: Collisions and regions.
         shapes: Effects whose shapes count as unknown, by their key.
         payload: What is known of a body that the second run of a pair carries; None for no pair.
-        fit: Of earlier runs.
+        fit: Fit of earlier runs.
         focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
             drive gains of a pair.
     """

@@ -28,14 +28,14 @@ class Plan(InNotebook):
         joints: Names of the joints, in the order of every (t, n) array.
         units: Unit of each joint's position, "rad" or "m".
         robot: Name of the robot.
-        robot_hash: Of its geometry and limits.
-        model_hash: Of the nominal model.
+        robot_hash: Hash of the robot's geometry and limits.
+        model_hash: Hash of the nominal model.
         limits: The robot's, before any margin.
         margins: What was kept off the limits, by name: a share [-], or a position [rad].
         criterion: What was minimised; empty where nothing was.
         reached: Its value; NaN where nothing was minimised.
         details: Whatever else is worth keeping: condition, largest deviation, solver, seconds.
-        seed: Of the random starts.
+        seed: Seed of the random starts.
         tick: Period of the controller's cycle [s].
         payload_pair: Whether it is to be run twice, unloaded and loaded.
         assumed: What was taken to be true, a sentence each.

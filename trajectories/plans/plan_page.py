@@ -55,7 +55,7 @@ class Curve(NamedTuple):
     Attributes:
         time: Shape (t,) [s].
         runs: Name of a run and its values, shape (t, n).
-        use: Of the limits.
+        use: Use of the limits.
     """
 
     time: np.ndarray

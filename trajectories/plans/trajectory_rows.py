@@ -86,8 +86,8 @@ def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str], be
 
     Args:
         kind: The dataclass.
-        table: Of the file.
-        names: Of the fields.
+        table: Table of the file.
+        names: Names of the fields.
         before: What stands before a field's name in messages.
 
     Raises:

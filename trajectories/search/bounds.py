@@ -76,7 +76,7 @@ class StopBound(Bound):
     """Position, and the farthest it gets when the brake comes down now, within the limits.
 
     Attributes:
-        limits: Of all kinds; the brake keeps to acceleration and jerk.
+        limits: Limits of all kinds; the brake keeps to acceleration and jerk.
     """
 
     limits: Limits

@@ -45,7 +45,7 @@ def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray
 
     Args:
         information: Shape (b, b).
-        size: Of each parameter; the deviations are relative to it.
+        size: Size of each parameter; the deviations are relative to it.
     """
     covariance, logarithm = _inverted(information, size)
     count = len(size)
@@ -62,8 +62,8 @@ def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tup
 
     Args:
         information: Shape (b, b).
-        size: Of each parameter.
-        power: Of the sum of variances that stands for the largest, smooth where two are equally bad. With
+        size: Size of each parameter.
+        power: Exponent of the sum of variances that stands for the largest, smooth where two are equal. With
             sixteen, and forty parameters, it is at most 26 % above the largest variance: 12 % above the
             largest deviation.
     """

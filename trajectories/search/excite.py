@@ -46,7 +46,7 @@ class Setting:
         periods: Base periods that the starts take in turn [s].
         clearances: Collisions and regions.
         series: How many trajectories are planned together.
-        tick: Of the controller [s]; a period is a whole number of them.
+        tick: Tick of the controller [s]; a period is a whole number of them.
     """
 
     limits: Limits
@@ -63,8 +63,8 @@ class Found:
 
     Attributes:
         series: The trajectories.
-        value: Of the goal, at samples `FINE` apart.
-        seed: Of this start.
+        value: Value of the goal, at samples `FINE` apart.
+        seed: Seed of this start.
         history: Seconds and value of the goal, as the search went on.
     """
 
@@ -90,8 +90,8 @@ def excite(
         goal: What the trajectory is for.
         setting: Limits, harmonics, period.
         starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
-        seed: Of the first.
-        seconds: Of search, after which the best so far is returned; to start processes comes before [s].
+        seed: Seed of the first start.
+        seconds: Length of the search [s], not counting the start of its processes.
         executor: Where starts run; a pool of processes unless given.
         progress: Called with a sentence whenever a start ends, and now and then while they run.
 

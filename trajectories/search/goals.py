@@ -35,8 +35,8 @@ class Informative(Objective):
 
     Attributes:
         experiment: Unknowns and runs.
-        criterion: Of the information.
-        size: Of each base parameter, shape (b,).
+        criterion: Criterion of the information.
+        size: Size of each base parameter, shape (b,).
         rows: Independent rows a second that count, times the seconds of the run; only their sum with
             earlier information depends on it.
     """

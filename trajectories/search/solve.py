@@ -36,9 +36,9 @@ class Search:
 
     Attributes:
         unknowns: The best that keeps to the bounds at all samples, shape (k n,); None if nothing did.
-        value: Of the last objective there.
+        value: Value of the last objective there.
         history: Seconds since the start and best value so far.
-        evaluations: Of objectives.
+        evaluations: Evaluations of objectives.
     """
 
     unknowns: np.ndarray | None = None

@@ -121,7 +121,7 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
 
     Args:
         model: Robot and effects.
-        keys: Of `EFFECTS`.
+        keys: Names in `EFFECTS`.
 
     Raises:
         UnknownChoice: A key that is of no effect of the model with shapes.

@@ -21,7 +21,7 @@ class Believed(NamedTuple):
         effect: Name in the vocabulary; empty for nothing.
         joints: Where, from 0.
         probability: [-].
-        places: Of its coefficients among all columns, (p,).
+        places: Places of its coefficients among all columns, (p,).
     """
 
     effect: str
@@ -54,8 +54,8 @@ class Stance(NamedTuple):
 
     Attributes:
         held: Columns that are there, (s,).
-        precision: Of their priors, shape (s,).
-        mean: Of the priors of its own, beside the other unknowns, of all columns (c,).
+        precision: Precision of their priors, shape (s,).
+        mean: Mean of the priors of its own, beside the other unknowns, of all columns (c,).
         ways: Its own coefficients, in the first column, and how they may differ from these by one standard
             deviation, in each of the others, of all columns, shape (c, w).
     """
@@ -71,13 +71,13 @@ class Belief:
     """The posterior of a diagnosis: unknowns, then coefficients of all suspects, c columns together.
 
     Attributes:
-        search: Of the diagnosis.
+        search: Search of the diagnosis.
         suspects: What is not in the model and may be there.
         gram: Products of all columns over the runs so far, weighted as the diagnosis did, shape (c, c).
-        right: The same with what they explain, shape (c,).
-        precision: Of priors, shape (c,); zero where nothing is known.
-        mean: Of priors, shape (c,).
-        weight: Of a row of each joint of a further run, shape (n,) [1 / (N m)^2].
+        right: Right-hand side of the normal equations, shape (c,).
+        precision: Precision of priors, shape (c,); zero where nothing is known.
+        mean: Mean of priors, shape (c,).
+        weight: Weight of a row of each joint of a further run, shape (n,) [1 / (N m)^2].
         reaches: Products of all columns over the runs so far, and over each on offer, in units of the
             resolution, a mean over rows, shape (k, c, c): the mean square torque of any coefficients.
         questions: What is open.

@@ -35,7 +35,7 @@ class Item(NamedTuple):
 
     Attributes:
         words: What it is about: the effects and joints of a question, "unseen effects", "parameters".
-        entropy: Of it [nat].
+        entropy: Entropy of its answers [nat].
         open: Whether it has yet to be settled.
     """
 

@@ -27,7 +27,7 @@ def belief_of(
     """The belief after a search, and what runs on offer could show.
 
     Args:
-        search: Of the diagnosis.
+        search: Search of the diagnosis.
         suspects: What may be there beside what was found.
         runs: On offer.
         nameless: Squared torque of each joint that is left without a name, shape (n,) [(N m)^2]; else none.

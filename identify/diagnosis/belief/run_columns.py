@@ -25,7 +25,7 @@ class RunColumns:
     Attributes:
         rows: Unknowns of the model, its nuisances and all findings.
         suspects: Columns of each suspect, in the order in which they were given.
-        torque: Of the motors by the fitted model, shape (r, n) [N m].
+        torque: Torque of the motors by the fitted model, shape (r, n) [N m].
     """
 
     rows: Rows
@@ -56,10 +56,10 @@ def run_columns(
     """What a recording would be explained by; of its torque or current only that it was recorded matters.
 
     Args:
-        problem: Of the runs so far.
+        problem: Problem of the runs so far.
         found: Findings.
         suspects: What may be there beside them.
-        recording: Of a planned motion as simulated, or one that exists.
+        recording: Recording of a planned motion as simulated, or one that exists.
         planned: Whether it is simulated, so that it has no noise that a lower rate would make more of.
 
     Raises:

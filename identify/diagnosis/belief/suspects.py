@@ -40,7 +40,7 @@ class Suspects(NamedTuple):
     """What is not in the model and may be there.
 
     Attributes:
-        rivals: Of what was found.
+        rivals: Rivals of what was found.
         left: What else may be there without being seen, each in its best shape.
         against: Logarithm of the odds of each finding, by its number, against effects on joints.
     """

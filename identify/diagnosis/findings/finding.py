@@ -205,7 +205,7 @@ class Diagnosis(InNotebook):
     """What is missing, what is not, and what is undecided.
 
     Attributes:
-        name: Of the robot or case.
+        name: Name of the robot or case.
         joints: Names.
         findings: In order of importance; empty if nothing is missing.
         remainders: Joints on which something is left that none of the vocabulary accounts for.

@@ -53,7 +53,7 @@ class FindingRow(Struct, frozen=True):
         name: The effect and where it acts, in words; older files lack it.
         headline: What is missing, and what was gained; of an undecided finding, what it may be.
         certainty: How surely it is this, what it might be instead, and what would decide.
-        torque_rms: Of its torque on each joint.
+        torque_rms: Root mean square of its torque on each joint.
         held_out: By how much it lowers twice the negative log likelihood of runs held out.
     """
 
@@ -122,9 +122,9 @@ class BudgetTable(Struct, frozen=True):
     """Where the misfit goes.
 
     Attributes:
-        before_rms: Of the model fitted within its tolerances, without any finding.
+        before_rms: Residual of the model fitted within its tolerances, without any finding.
         after_rms: With all findings.
-        shares: Of the square of `before_rms`; they add up to 100 % on every joint.
+        shares: What explains how much of the square of `before_rms`; they add up to 100 % on every joint.
         held_out: Runs that it is of; none where each block of the fitted runs is predicted by the others.
         noise_measured_at_rest: Whether sensor noise was measured.
     """
@@ -151,7 +151,7 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
 
     Attributes:
         noise: Noise floor of each joint's torque behind the filter; None without runs held out.
-        torque_rms_before: Of runs held out, by nominal values, friction and offsets fitted.
+        torque_rms_before: Residual of runs held out by nominal values, friction and offsets fitted.
         torque_rms_after: With all findings; equal to the budget's.
     """
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...text_table import digits, percent
 from ..candidates import kind_of
-from ..findings.finding import Alternative, Finding, Moment
+from ..findings.finding import UNCERTAIN, Alternative, Finding, Moment
 from ..findings.quantities import SLIDING, TURNING, formatted
 from .naming import effect_words, joined, joint_words, lower
 
@@ -19,7 +19,7 @@ def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> 
     """The finding as a sentence, without a full stop.
 
     Args:
-        finding: Of any effect; one without a sentence is given by its name.
+        finding: Any; an effect without a sentence is given by its name.
         joints: Names of the robot's joints.
         sliding: Whether its joints slide.
     """
@@ -88,6 +88,11 @@ def _possible(one: Finding | Alternative, finding: Finding, joints: Sequence[str
         return f"{name} ({sure})"
     where = joined([lower(joint_words(joint, joints)) for joint in one.joints]) if one.joints else "the arm"
     return f"{name} of {where} ({sure})"
+
+
+def dependence(depends_on: str) -> str:
+    """What a remainder depends on: a part of it, since noise is in what is left."""
+    return f"{'' if depends_on == UNCERTAIN else 'part of '}it depends on {depends_on}"
 
 
 def moment_sentence(moment: Moment) -> str:

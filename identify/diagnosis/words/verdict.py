@@ -13,7 +13,7 @@ from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
 from .naming import capital, effect_words, joined, joint_words, lower, named
-from .sentences import moment_sentence, sentence, undecided_sentence
+from .sentences import dependence, moment_sentence, sentence, undecided_sentence
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
@@ -99,7 +99,8 @@ def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
     before, after = (float(one[joint]) for one in residuals)
     over = f" ({digits(before / noise, 3)} -> {digits(after / noise, 3)} x noise)"
     ratio = over if noise_measured(diagnosis) else ""
-    return f"Held-out residual of {where}: {digits(before, 3)} -> {digits(after, 3)} {unit}{ratio}."
+    every = " with all findings" if len(diagnosis.findings) > 1 else ""
+    return f"Held-out residual of {where}{every}: {digits(before, 3)} -> {digits(after, 3)} {unit}{ratio}."
 
 
 def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
@@ -153,9 +154,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
 
 def _place(remainder: Remainder, diagnosis: Diagnosis) -> str:
     where = lower(joint_words(remainder.joint, diagnosis.joints))
-    return (
-        f"{where} keeps {left_on(remainder, diagnosis)}, and what is left depends on {remainder.depends_on}"
-    )
+    return f"{where} keeps {left_on(remainder, diagnosis)}, and {dependence(remainder.depends_on)}"
 
 
 def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:

@@ -22,7 +22,7 @@ class Estimate:
         method: Name of the estimator.
         values: Base parameters, shape (b,).
         gain: Torque per unit of current, shape (n,); nominal where the method does not estimate it.
-        covariance: Of values, then gains, shape (b + n, b + n); zero for what was not estimated.
+        covariance: Covariance of values, then gains, shape (b + n, b + n); zero for what was not estimated.
         noise: Standard deviation of the residual of each joint, shape (n,) [N m].
         standard: Standard parameters, shape (p,), where the method finds them.
     """

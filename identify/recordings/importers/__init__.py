@@ -22,10 +22,10 @@ class Entry(NamedTuple):
         place: "module:function" from this package, imported when asked for: `(source) -> list[Table]` of a
             table, else `(source, model, **options) -> list[Recording]`.
         content: What it reads: the format, and what it has to hold.
-        endings: Of the names of such files.
+        endings: Endings of the names of such files.
         inside: What lies in such a folder.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
-        library: Of tables, what reads them in native code, which a damaged file may end: so in a process
+        library: What reads such tables in native code, which a damaged file may end: so in a process
             apart. Empty where nothing of that kind is used.
     """
 

@@ -78,7 +78,7 @@ def import_kuka_trace(
         motor_side: What the controller gives before the gear, such as ["torque"].
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
         zero: Position in the robot's description where the controller shows zero [rad], one a joint.
-        name: Of the trace in a folder of several; all of them by default.
+        name: Name of the trace in a folder of several; all of them by default.
         payload: What hung on the flange.
 
     Raises:

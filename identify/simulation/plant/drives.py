@@ -22,7 +22,7 @@ class Cut(NamedTuple):
     """How a tick is cut, and what position and velocity are there out of both ends'.
 
     Attributes:
-        seconds: Of the tick [s].
+        seconds: Length of a tick [s].
         step: [s].
         steps: Steps a block.
         blocks: Blocks a tick.
@@ -103,7 +103,7 @@ class DriveControl:
     Attributes:
         position_gain: Velocity per position error, shape (n,) [1/s].
         velocity_gain: Torque per velocity error, shape (n,) [N m s/rad].
-        integral_gain: Of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s].
+        integral_gain: Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s].
         feed_forward: Share of the commanded velocity that is added to the position loop's [-].
         current_limit: Largest current, shape (n,) [A].
         saturation: Current at which iron is so saturated that the torque per current has fallen to 71 %,

@@ -84,7 +84,7 @@ class Thermal:
     Attributes:
         ambient: Temperature :math:`T_a` around it, and at the start [degC].
         rise: Temperature above it per lost power :math:`R_{th}`, shape (n,) [K/W]; zero for none.
-        resistance: Of the winding :math:`r`, shape (n,) [ohm].
+        resistance: Resistance of the winding :math:`r`, shape (n,) [ohm].
         time_constant: :math:`t_c` [s].
     """
 

@@ -26,11 +26,11 @@ class Measured(NamedTuple):
     """What the sensors measure, each of shape (n,).
 
     Attributes:
-        position: Of the motors, seen from the joints [rad].
+        position: Position of the motors, seen from the joints [rad].
         velocity: As the drives estimate it from the position [rad/s].
         current: [A].
         temperature: [degC].
-        link_position: Of the links behind the gears, as a second encoder has it [rad].
+        link_position: Position of the links behind the gears, as a second encoder has it [rad].
     """
 
     position: np.ndarray
@@ -62,7 +62,7 @@ class Plant:
         thermal: As warm as it is by default.
         payload: Name of the body that is carried; empty for none.
         integration: Steps.
-        seed: Of the noise.
+        seed: Seed of the noise.
 
     Raises:
         WrongShape: Values or a start that do not fit the model.

@@ -23,7 +23,7 @@ class Sensors:
         current_noise: Standard deviation of its white noise, shape (n,) [A].
         current_drift: Standard deviation of its noise that lasts, shape (n,) [A].
         drift_time: How long that lasts: time after which 37 % of it is left [s].
-        velocity_cutoff: Of the low-pass that the drive puts behind differences of position [Hz].
+        velocity_cutoff: Cut-off of the low-pass that the drive puts behind differences of position [Hz].
         temperature_step: [K].
         current_delay: By how much currents are older than the positions they come with [s].
     """
@@ -83,7 +83,7 @@ class Readings:
         sensors: What they are.
         position: At the start, shape (n,) [rad].
         current: At the start, shape (n,) [A].
-        seed: Of the noise.
+        seed: Seed of the noise.
 
     Attributes:
         position: As last measured, shape (n,) [rad]; so `velocity` [rad/s] and `current` [A].

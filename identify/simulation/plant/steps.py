@@ -54,7 +54,7 @@ class Cascade(NamedTuple):
         kept: Torque per integral, shape (n,) [N m/rad].
         lag: By which acceleration shows in the velocity error, shape (n,) [s].
         held: What all that adds to the inertia, shape (x, x) [kg m^2].
-        limit: Of the motors' torque, shape (n,) [N m].
+        limit: Limit of the motors' torque, shape (n,) [N m].
     """
 
     turns: np.ndarray
@@ -73,7 +73,7 @@ class Forces(NamedTuple):
     Attributes:
         force: That it takes to go on without acceleration, shape (x,) [N m].
         slope: By each velocity, shape (x,) [N m s/rad].
-        velocity: Of the state, shape (x,) [rad/s].
+        velocity: Velocity of the state, shape (x,) [rad/s].
     """
 
     force: np.ndarray

@@ -367,7 +367,7 @@ def test_what_has_no_name_is_reported_with_where_it_shows():
     text = verdict(diagnosis(remainders=left))[0]
     assert text == (
         "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1.00 N m "
-        "(2.00 x its noise), and what is left depends on position and velocity."
+        "(2.00 x its noise), and part of it depends on position and velocity."
     )
     assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
 

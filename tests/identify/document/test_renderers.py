@@ -23,7 +23,7 @@ from exidyn.identify.document.document import (
     Table,
 )
 from exidyn.identify.document.html import block, html, unit
-from exidyn.identify.document.markdown import markdown
+from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.document.text import text
 from exidyn.identify.pages.report_material import Material, Run
 from exidyn.identify.pages.runs_document import runs_sections
@@ -89,17 +89,16 @@ def test_text_has_every_number_and_leaves_out_plots_and_details():
 
 
 def test_markdown_has_the_rows_and_sentences_of_the_text():
-    written = markdown(DOCUMENT)
+    written = section_markdown(DOCUMENT.sections[0])
     assert "| a & b | -0.5000 | 1234 N m | far |" in written
     assert "- -> 3 x noise" in written
-    assert "only in the report" not in written
     assert "svg" not in written
 
 
 def test_short_pages_have_the_first_rows_of_a_long_table():
     long = Table(["name"], [[f"row {place}"] for place in range(9)], first=4)
     document = Document("t", "", [Section("s", "S", [long])])
-    for short in (text(document), markdown(document)):
+    for short in (text(document), section_markdown(document.sections[0])):
         assert "row 3" in short
         assert "row 4" not in short
         assert "and 5 more in the report" in short

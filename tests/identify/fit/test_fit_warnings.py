@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exidyn.identify.document.markdown import markdown
+from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.errors import DifferentRobot, RecordingError
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import fit_text, read_fit
@@ -49,7 +49,7 @@ def test_amperes_are_not_called_newton_metres():
     assert [warning for warning in amperes().warnings if warning.startswith(SCALE)] == [verdict(amperes())[0]]
     assert len(set(verdict(amperes()))) == len(verdict(amperes()))
     text, page = summary(amperes()), report_html(amperes())
-    for written in (text, page, markdown(fit_document(amperes()))):
+    for written in (text, page, "".join(map(section_markdown, fit_document(amperes()).sections))):
         assert "aken as measured" not in written
         assert "N m/A" in written
     rows = [line.split() for line in text.splitlines() if line.endswith(" other")]
@@ -237,4 +237,4 @@ def test_a_standstill_above_every_speed_is_refused():
 def test_one_is_not_many():
     text = " ".join(verdict(replace(plain_fit(), unclear=())))
     assert verdict(fit())[0].startswith("The residual of both joints is at the noise floor")
-    assert "Each is known to 30 % or better." in text
+    assert "The standard deviation of each is at most 30 % of its value." in text

@@ -187,7 +187,7 @@ def test_what_remains_open_is_listed_with_the_motion_that_would_settle_it():
     unclear = (Unclear("MX2", 45.678, "move elbow fast"),)
     page = summary(replace(fit(), unclear=unclear)).partition("\nOpen\n")[2].splitlines()
     assert page[1].split() == ["MX2", "45.7", "move", "elbow", "fast"]
-    assert "Every parameter that was kept is known" in summary(replace(fit(), unclear=()))
+    assert "Open: none" in summary(replace(fit(), unclear=()))
 
 
 def test_composition_has_every_regrouping_and_what_no_motion_reveals():

@@ -62,7 +62,7 @@ class Preset:
     """How a kind of log is read.
 
     Attributes:
-        name: Of the preset, or its path.
+        name: Name of the preset, or its path.
         signals: Signal, "effort" or "time" -> how it is read.
         rate: Samples a second, of logs without time; 0 with a column of time [Hz].
         still: Column of the position of a joint that the model holds -> between what it stays.

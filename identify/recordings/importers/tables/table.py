@@ -20,7 +20,7 @@ class Table(NamedTuple):
     """What a file holds of one run.
 
     Attributes:
-        names: Of the columns, c of them.
+        names: Names of the columns, c of them.
         values: Shape (t, c); NaN where a cell is empty or holds text.
         lines: Line of the file in which each row stands, the first being 1, shape (t,); None without lines.
         text: Name of a column that holds text -> the first of it, and where.
