@@ -159,7 +159,7 @@ def _joints(fit: Fit) -> str:
             f" That may be {which_gains} alone: two joints then feel one link in different scales."
         )
     if above:
-        sentences.append(" exidyn diagnose finds what is missing there.")
+        sentences.append(" exidyn diagnose tells whether an effect is missing there.")
     return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
 
 

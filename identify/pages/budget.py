@@ -46,7 +46,7 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
         return Section("budget", TITLE, ())
     source = _source(budget)
     note = (
-        "What the model, its parameters fitted within their tolerances, misses of the recorded torque "
+        "What the model, parameters and drive gains fitted within their tolerances, misses of the torque "
         f"({source}; root mean square), and the shares of its square by what explains it."
     )
     plot = (

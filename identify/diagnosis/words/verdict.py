@@ -119,7 +119,10 @@ def _nothing(diagnosis: Diagnosis) -> str:
     unknown = "Nothing was found to be missing: what is left{} depends on nothing that was recorded"
     if found is None:
         if diagnosis.budget is None or noise_measured(diagnosis):
-            return "Nothing is missing, as far as the fitted runs show; no run was held out."
+            return (
+                "Nothing is missing, as far as the fitted runs show, with parameters and drive gains moved "
+                "within their tolerances; no run was held out."
+            )
         return unknown.format("") + _may_be_noise(diagnosis, diagnosis.budget.after)
     unknown = unknown.format(" on runs held out")
     if not noise_measured(diagnosis):
@@ -129,8 +132,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
     if ratio[worst] <= TO_NOISE:
         return (
-            "Nothing is missing. With parameters moved within their tolerances, the residual of every joint "
-            f"is at the noise floor on runs held out; the largest is that of {where}."
+            "Nothing is missing. With parameters and gains moved within their tolerances, the residual of every "
+            f"joint is at the noise floor on runs held out; the largest is that of {where}."
         )
     return f"{unknown}. But it is more than noise; the worst is {where}."
 

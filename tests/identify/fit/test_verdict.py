@@ -30,7 +30,7 @@ def test_verdict_names_the_joint_that_is_not_explained(fit):
     first = verdict(with_noise(fit, 1.0, 4.2))[0]
     assert "1 of 2 joints" in first
     assert "The residual of 1 of 2 joints is at the noise floor on the runs held out. " in first
-    assert "More than noise is left on elbow (4.2 x noise). exidyn diagnose finds what is" in first
+    assert "More than noise is left on elbow (4.2 x noise). exidyn diagnose tells whether" in first
     assert [v.words for v in joint_verdicts(with_noise(fit, 1.4, 1.29))] == [
         "a little above noise",
         "at the noise floor",
