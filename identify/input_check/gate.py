@@ -8,13 +8,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..errors import WrongInput
 from ..proposal.agreement import Sampled, posterior, sampled
-from ..proposal.drives import described, gains
+from ..proposal.drives import gains
 from ..recordings.recording import EFFORT, Recording
-from .drives import suspect_drives
-from .hypotheses import Mistake, log_odds, thinned
+from .coupled import Coupled
+from .drives import drive_odds
+from .hypotheses import joined, log_odds, thinned
 from .suspicion import Suspicion
 
 MOST = 400
@@ -30,29 +32,35 @@ def require_plausible(runs: Sequence[Recording], robot: Robot) -> list[str]:
     Raises:
         WrongInput: Surely not; says what is wrong and what to do.
     """
-    warnings = []
-    for run in runs:
-        suspicion = suspect(run, robot)
+    asked = {run.name: suspect([run], robot) for run in runs}
+    if len(runs) > 1 and not any(one is not None and one.certain for one in asked.values()):
+        asked = {"all runs": suspect(runs, robot)}
+    for name, suspicion in asked.items():
         if suspicion is not None and suspicion.certain:
-            raise WrongInput(
-                f"{run.name}: {suspicion}. If the recording is right, --as-recorded takes it as it is"
-            )
-        warnings += [f"{run.name}: {suspicion}"] if suspicion is not None else []
-    return warnings
+            raise WrongInput(f"{name}: {suspicion}. If that is right, --as-recorded takes it as it is")
+    return [f"{name}: {suspicion}" for name, suspicion in asked.items() if suspicion is not None]
 
 
-def suspect(run: Recording, robot: Robot) -> Suspicion | None:
-    """The likeliest mistake in a recording, if one is likelier than none."""
-    log = _sampled(run)
-    if log is None:
+def suspect(runs: Sequence[Recording], robot: Robot) -> Suspicion | None:
+    """The likeliest mistake that all of these recordings have, if one is likelier than none."""
+    logs = [log for log in map(_sampled, runs) if log is not None]
+    if not logs:
         return None
-    suspicion = _by_bodies(robot, log)
-    if suspicion is not None:
-        return suspicion
-    stated = np.ones(robot.dof) if "torque" in run.signals else robot.drive_gain
-    if not described(robot) or ("torque" not in run.signals and np.all(stated == 1.0)):
-        return None
-    return suspect_drives(robot, gains(robot, log), stated)
+    log = joined(logs)
+    measured = ["torque" if "torque" in run.signals else "current" for run in runs]
+    stated = np.ones(robot.dof) if measured[0] == "torque" else robot.drive_gain
+    unknown = measured[0] == "current" and bool(np.all(stated == 1.0)) or len(set(measured)) > 1
+    few = thinned(log, MOST)
+    odds, every = log_odds(robot, few, None if unknown else stated)
+    weighed = {(one.what, one.cure): odds[place] for place, one in enumerate(every)} | {("", ""): odds[-1]}
+    if not unknown:
+        rigid = rigid_regressor(robot.kinematics, few.motion)
+        coupled = Coupled.of(rigid, few._replace(effort=few.effort * stated))
+        drives = drive_odds(robot, gains(robot, log), stated, coupled)
+        weighed |= {one: odds[-1] + value for one, value in drives.items()}
+    (what, cure), probability = next(iter(posterior(weighed).items()))
+    physical = any(one.what == what and one.robot is not None for one in every)
+    return Suspicion(what, cure, probability, physical) if what else None
 
 
 def _sampled(run: Recording) -> Sampled | None:
@@ -67,14 +75,3 @@ def _sampled(run: Recording) -> Sampled | None:
     if not np.isfinite(efforts).all() or np.any(np.diff(time) <= 0.0):
         return None
     return sampled(time, position.values[known], efforts)
-
-
-def _by_bodies(robot: Robot, log: Sampled) -> Suspicion | None:
-    """The likeliest mistake by bodies of any mass."""
-    odds, every = log_odds(robot, thinned(log, MOST))
-    likely = posterior(odds)
-    place, probability = next(iter(likely.items()))
-    if place < 0:
-        return None
-    best: Mistake = every[place]
-    return Suspicion(best.what, best.cure, probability, best.robot is not None)

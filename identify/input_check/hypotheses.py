@@ -1,7 +1,6 @@
 """What a person may have got wrong in a log: changes of its samples, weighed by what bodies explain."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..proposal.agreement import Sampled, left_in_and_out, odds_of, pieces
 from ..proposal.mounting import Direction, direction_words, found_direction, under
+from .coupled import EXPLAINS, Coupled
 
 MISTAKE = 0.03
 """Probability that a log of which nothing else is known has one of the mistakes below."""
@@ -85,51 +85,81 @@ def mistakes(robot: Robot, log: Sampled) -> Iterator[Mistake]:
                 yield Mistake(f"the {words} in {unit}", cure, right)
 
 
-def log_odds(robot: Robot, log: Sampled) -> tuple[dict[int, float], list[Mistake]]:
+def log_odds(robot: Robot, log: Sampled, stated: np.ndarray | None) -> tuple[dict[int, float], list[Mistake]]:
     """Log of prior times likelihood of each mistake by its place, and of none at place -1.
+
+    `stated` (n,) are gains, where they are stated.
 
     Returns:
         Odds and mistakes.
     """
     every = list(mistakes(robot, log))
-    as_is = Explained.of(robot, log)
-    odds = {-1: float(np.log(1 - MISTAKE))}
-    prior = float(np.log(MISTAKE / (len(every) + 1)))
-    for place, mistake in enumerate(every):
-        odds[place] = prior + Explained.of(robot, mistake.right).better_than(as_is)
+    explained = {-1: Explained.of(robot, log, stated)}
+    explained |= {place: Explained.of(robot, one.right, stated) for place, one in enumerate(every)}
     # A direction takes a search: only where something is wrong.
-    if max(odds.values()) > odds[-1] or np.any(as_is.outside > UNEXPLAINED):
+    odds = _better(explained)
+    if max(odds.values()) > odds[-1] or explained[-1].poor:
         direction = found_direction(robot, log)
         if direction is not None:
-            mounting = _mounting(robot, log, direction)
-            odds[len(every)] = prior + Explained.of(under(robot, direction), log).better_than(as_is)
-            every.append(mounting)
-    return odds, every
+            explained[len(every)] = Explained.of(under(robot, direction), log, stated)
+            every.append(_mounting(robot, log, direction))
+    return _better(explained), every
 
 
 class Explained(NamedTuple):
     """How well bodies explain efforts.
 
     Attributes:
-        fitted: Log-likelihood of samples that were fitted.
+        fitted: Log-likelihood of samples that were fitted, joint by joint.
         predicted: That of samples that were left out.
         outside: Share of each effort's variance that is not predicted, shape (n,).
+        coupled: Log-likelihood by one set of bodies for all joints, with gains as stated; None without.
+        together: Share of all efforts that those do not predict.
     """
 
     fitted: float
     predicted: float
     outside: np.ndarray
+    coupled: float | None
+    together: float
+
+    @property
+    def poor(self) -> bool:
+        """Whether something larger than friction is wrong."""
+        by_all = self.coupled is not None and self.together > EXPLAINS**2
+        return by_all or bool(np.any(self.outside > UNEXPLAINED))
 
     @classmethod
-    def of(cls, robot: Robot, log: Sampled) -> "Explained":
+    def of(cls, robot: Robot, log: Sampled, stated: np.ndarray | None) -> "Explained":
         """By bodies of any mass."""
-        inside, outside = left_in_and_out(rigid_regressor(robot.kinematics, log.motion), log)
-        weights = pieces(log)
-        return cls(odds_of(inside, weights), odds_of(outside, weights), outside)
+        rigid = rigid_regressor(robot.kinematics, log.motion)
+        inside, outside = left_in_and_out(rigid, log)
+        weights, ones = pieces(log), np.ones(len(outside))
+        fitted, predicted = odds_of(inside, weights), odds_of(outside, weights)
+        if stated is None:
+            return cls(fitted, predicted, outside, None, 1.0)
+        coupled = Coupled.of(rigid, log._replace(effort=log.effort * stated))
+        return cls(fitted, predicted, outside, coupled.odds(ones), coupled.left(ones).mean())
 
-    def better_than(self, other: "Explained") -> float:
-        """Log odds: the less of both. A joint that hardly moves predicts better and explains less."""
-        return min(self.fitted - other.fitted, self.predicted - other.predicted)
+
+def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
+    """Log odds of each: as it is at place -1, and mistakes.
+
+    Where, under any of them, one set of bodies explains all joints, that is what tells: it is far stricter.
+    Else joint by joint the less of what is fitted and predicted: a joint that hardly moves predicts better
+    and explains less.
+    """
+    as_is, prior = explained[-1], float(np.log(MISTAKE / (len(explained) + 1)))
+    odds = {-1: float(np.log(1 - MISTAKE))}
+    credible = min(one.together for one in explained.values()) < EXPLAINS**2
+    for place, one in explained.items():
+        if place < 0:
+            continue
+        gain = min(one.fitted - as_is.fitted, one.predicted - as_is.predicted)
+        if credible and one.coupled is not None and as_is.coupled is not None:
+            gain = one.coupled - as_is.coupled
+        odds[place] = prior + gain
+    return odds
 
 
 def _mounting(robot: Robot, log: Sampled, direction: Direction) -> Mistake:
@@ -143,11 +173,21 @@ def _mounting(robot: Robot, log: Sampled, direction: Direction) -> Mistake:
     )
 
 
+def joined(logs: Sequence[Sampled]) -> Sampled:
+    """Logs one after the other."""
+    motions = [log.motion for log in logs]
+    time, position, velocity, acceleration = (
+        np.concatenate([getattr(motion, name) for motion in motions])
+        for name in ("time", "position", "velocity", "acceleration")
+    )
+    effort, sliding = (np.concatenate([log[place] for log in logs]) for place in (1, 2))
+    return Sampled(Motion.of(time, position, velocity, acceleration), effort, sliding)
+
+
 def thinned(log: Sampled, most: int) -> Sampled:
     """At most that many of its samples, evenly."""
     kept = slice(None, None, max(1, -(-len(log.effort) // most)))
-    motion = replace(log.motion[kept])
-    return Sampled(motion, log.effort[kept], log.sliding[kept])
+    return Sampled(log.motion[kept], log.effort[kept], log.sliding[kept])
 
 
 def _reachable(robot: Robot, log: Sampled) -> bool:

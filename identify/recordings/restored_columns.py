@@ -17,6 +17,8 @@ SIGN_BITS = tuple(range(9, 16))
 SMOOTHER = 4.0
 """Factor by which the largest step between samples shrinks when a lost sign is restored: a signal that jumps
 across its range becomes one that passes through zero."""
+WRITTEN = 1e-8
+"""Relative error of a count of a register as logs are written: half of the ninth digit or better."""
 FEWEST = 40
 """Samples in which a lost sign can be seen."""
 
@@ -94,9 +96,10 @@ def _count(values: np.ndarray) -> float | None:
     sizes = sizes[sizes > 0]
     if len(sizes) < 3:
         return None
-    for step in (1.0, float(np.diff(sizes).min()), float(sizes[0])):
+    steps = np.diff(sizes)
+    for step in (1.0, float(np.median(steps[steps < 1.5 * np.percentile(steps, 5)])), float(sizes[0])):
         multiples = sizes / step
-        if np.all(np.abs(multiples - np.round(multiples)) < 1e-3 * np.maximum(1.0, multiples * 1e-3)):
+        if np.all(np.abs(multiples - np.round(multiples)) < 0.01 + WRITTEN * multiples):
             return step
     return None
 

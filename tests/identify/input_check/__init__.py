@@ -1,0 +1,1 @@
+"""Wrong input is told from missing physics."""

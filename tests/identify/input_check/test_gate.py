@@ -1,0 +1,77 @@
+"""Wrong columns, units, signs and robots are named before anything is fitted."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import WrongInput
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.input_check.gate import require_plausible, suspect
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.robot_files.robot_file import read_model
+
+from ...parts.runs.logs import cobot_log
+
+pytestmark = pytest.mark.numerical
+
+LOG = cobot_log()
+ARM = LOG.model.robot
+
+
+def recording(position=LOG.position, current=LOG.current, model=LOG.model):
+    signals = {"position": Signal(LOG.time, position), "current": Signal(LOG.time, current)}
+    return Recording("log", model, signals)
+
+
+def exchanged(values, a, b):
+    columns = np.arange(values.shape[1])
+    columns[[a, b]] = b, a
+    return values[:, columns]
+
+
+def scaled(values, joint, factor):
+    return values * np.where(np.arange(values.shape[1]) == joint, factor, 1.0)
+
+
+def test_right_recording_passes():
+    assert suspect([recording()], ARM) is None
+    assert require_plausible([recording(), recording()], ARM) == []
+
+
+MISTAKES = {
+    "positions of joint1 and joint2 are exchanged": (exchanged(LOG.position, 0, 1), LOG.current),
+    "all columns of joint2 and joint3": (exchanged(LOG.position, 1, 2), exchanged(LOG.current, 1, 2)),
+    "reverse order": (LOG.position[:, ::-1], LOG.current[:, ::-1]),
+    "effort of joint2 counts against": (LOG.position, scaled(LOG.current, 1, -1.0)),
+    "all efforts count against": (LOG.position, -LOG.current),
+    "position of joint3 counts the other way": (scaled(LOG.position, 2, -1.0), LOG.current),
+    "position of joint3 is in degrees": (scaled(LOG.position, 2, 180 / np.pi), LOG.current),
+    "efforts are in thousandths": (LOG.position, 1000.0 * LOG.current),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_mistake_is_named(words):
+    suspicion = suspect([recording(*MISTAKES[words])], ARM)
+    assert suspicion is not None
+    assert words in suspicion.what
+    assert suspicion.probability > 0.9
+
+
+def test_another_robot_is_named():
+    other = read_model("kr270")
+    suspicion = suspect([recording(model=other)], other.robot)
+    assert suspicion is not None
+    assert suspicion.what.startswith("another arm than ") or "unit that is not stated" in suspicion.what
+
+
+def test_identify_refuses_certain_mistakes_unless_told():
+    wrong = recording(exchanged(LOG.position, 0, 1))
+    with pytest.raises(WrongInput, match="joint1 and joint2 are exchanged.*--as-recorded"):
+        identify([wrong])
+    assert identify([wrong], as_recorded=True).runs == ("log",)
+
+
+def test_noise_alone_is_no_mistake():
+    noise = np.random.default_rng(5).normal(size=LOG.current.shape)
+    suspicion = suspect([recording(current=noise)], ARM)
+    assert suspicion is None or not suspicion.certain

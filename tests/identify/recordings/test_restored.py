@@ -1,0 +1,71 @@
+"""Turns and signs that a log lost, samples that repeat, and velocities of something else."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.recordings.recording_checks import check
+from exidyn.identify.recordings.restored_columns import signed, unwrapped
+
+from ...parts.runs.logs import cobot_log
+
+LOG = cobot_log()
+TIME = np.arange(2000) / 100.0
+SWING = 900.0 * np.sin(2 * np.pi * 0.4 * TIME) + 5.0 * np.random.default_rng(2).normal(size=2000)
+
+
+@pytest.mark.parametrize("turn", [2 * np.pi, 360.0])
+def test_full_turns_are_undone(turn):
+    angle = turn * 0.8 * np.sin(TIME)
+    restored = unwrapped((angle + turn / 2) % turn - turn / 2, turn)
+    assert restored is not None
+    np.testing.assert_allclose(np.diff(restored.values), np.diff(angle), atol=1e-9)
+
+
+def test_smooth_and_noisy_angles_stay():
+    assert unwrapped(np.sin(TIME)) is None
+    assert unwrapped(np.random.default_rng(1).normal(size=500) * 10.0) is None
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 2.69e-3])
+@pytest.mark.parametrize("bits", [16, 32])
+def test_sign_of_a_register_is_restored(bits, scale):
+    counts = np.round(SWING)
+    restored = signed(scale * (counts % 2.0**bits))
+    assert restored is not None
+    np.testing.assert_allclose(restored.values, scale * counts, rtol=1e-6, atol=scale * 1e-3)
+    assert f"{bits} bits" in restored.fact
+
+
+def test_bit_of_the_sign_is_restored():
+    counts = np.round(SWING)
+    restored = signed(np.where(counts < 0, 1024 - counts, counts))
+    assert restored is not None
+    np.testing.assert_array_equal(restored.values, counts)
+
+
+@pytest.mark.parametrize("values", [SWING, np.abs(np.round(SWING)), np.round(SWING) + 2000.0, np.zeros(500)])
+def test_efforts_with_their_sign_stay(values):
+    assert signed(values) is None
+
+
+def test_samples_that_repeat_are_left_out():
+    held = [np.repeat(one[::5], 5, axis=0)[: len(one)] for one in (LOG.position, LOG.current)]
+    signals = {name: Signal(LOG.time, one) for name, one in zip(("position", "current"), held, strict=True)}
+    checked = check(Recording("log", LOG.model, signals))
+    assert len(checked.signals["position"]) == -(-len(LOG.time) // 5)
+    assert any("repeat the one before" in warning for warning in checked.warnings)
+
+
+def test_velocity_of_another_joint_and_unit_is_said():
+    velocity = np.gradient(LOG.position, LOG.time, axis=0)
+    velocity[:, 1], velocity[:, 2] = velocity[:, 3], 180 / np.pi * velocity[:, 2]
+    signals = {
+        "position": Signal(LOG.time, LOG.position),
+        "velocity": Signal(LOG.time, velocity),
+        "current": Signal(LOG.time, LOG.current),
+    }
+    warnings = check(Recording("log", LOG.model, signals)).warnings
+    assert [one for one in warnings if "velocity of joint2 is not the derivative" in one]
+    assert [one for one in warnings if "velocity of joint3 is 57.3 times" in one and "deg/s" in one]
+    assert not [one for one in warnings if "velocity of joint1" in one]
