@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
+from exidyn.identify.errors import BadTime
+from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.steps_back import SKIP, SORT, advice, steps_back
+
+from ...parts.runs.runs import TIME as RUN_TIME
+from ...parts.runs.runs import model, motion, noise
 
 TIME = 0.004 * np.arange(1000)
 MOTION = np.column_stack([np.sin(3 * TIME), np.cos(2 * TIME)])
@@ -43,3 +48,13 @@ def test_rows_before_the_recorder_settled_are_skipped():
     assert advice(time[1:], MOTION[1:]) == SORT
     time[:3] = 0.0
     assert advice(time, MOTION) == SKIP
+
+
+def test_import_says_so_of_a_table(tmp_path):
+    """Rows of zeros without effort behind every second one, as of a publisher that knows no arm."""
+    rows = []
+    for k, row in enumerate(np.column_stack([RUN_TIME, motion(), noise()])):
+        rows += [row, [row[0], 0.0, 0.0, np.nan, np.nan]] if k % 2 else [row]
+    np.savetxt(tmp_path / "run.csv", rows, delimiter=",", header="t,q1,q2,i1,i2", comments="")
+    with pytest.raises(BadTime, match="does not increase at 100 of 299 steps, .*two sources seem mixed"):
+        import_source(tmp_path / "run.csv", model())
