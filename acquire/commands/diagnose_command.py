@@ -21,7 +21,7 @@ from exidyn.identify.preparation.prepare import Filtering
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
-from ..arguments.options import JSON, VALIDATE, filters, make_folder, output_option, require_json
+from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option, require_json
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.given_runs import COMPARISON_CUTOFF, PAYLOADS, Case, case_folders, read_case, recorded_case
 from ..terminal.json_output import hand_over, json_text, print_written
@@ -50,6 +50,7 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
         *filters(f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format"),
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
+        AS_RECORDED,
         Option("--answer FILE", "JSON in which each case's findings are put, by its name", Path),
         Option("--quick", "without simulation and without fit.json, which take a while"),
     ),
@@ -113,7 +114,13 @@ def diagnose_case(case: Case, output: Path, given: Namespace, progress: Stopwatc
     progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
     filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
     found = diagnosed(
-        case.model, case.runs, case.name, filtering=filtering, progress=progress, before=case.before
+        case.model,
+        case.runs,
+        case.name,
+        filtering=filtering,
+        as_recorded=given.as_recorded,
+        progress=progress,
+        before=case.before,
     )
     diagnosis = found.diagnosis
     if given.answer:

@@ -17,6 +17,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
+    AS_RECORDED,
     JSON,
     VALIDATE,
     filters,
@@ -32,6 +33,7 @@ from ..terminal.stopwatch import Stopwatch
 
 STAGES = {
     "read": 0.2,
+    "compare units": 0.1,
     "filter": 0.15,
     "fit the": 0.0,
     "find": 0.03,
@@ -63,6 +65,7 @@ STAGES = {
             f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
             ESTIMATORS,
         ),
+        AS_RECORDED,
         Option("--keep-all", "keep parameters the data do not support"),
         Option(
             "--shapes --fit-shapes EFFECT...",
@@ -99,6 +102,7 @@ def _identify(given: Namespace, progress: Stopwatch) -> None:
         filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
         drop=not given.keep_all,
         fitted_shapes=given.shapes,
+        as_recorded=given.as_recorded,
         progress=progress,
     )
     progress.close()

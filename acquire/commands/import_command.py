@@ -8,6 +8,7 @@ from typing import Any
 
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.file_names import distinct_stems
+from exidyn.identify.input_check.gate import suspect
 from exidyn.identify.recordings.align import aligned
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.recordings.importers.tables.import_table import preset_names
@@ -136,6 +137,8 @@ def import_command(given: Namespace) -> None:
     for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
+        if model is not None and (suspicion := suspect(recording, recording.robot)) is not None:
+            print(f"warning: {recording.name}: {suspicion}", file=sys.stderr)
     tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
     page = "\n".join(_line(recording, path) for path, recording in written.items())
     hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)

@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..fit.identification import pooled_noise, with_payloads
+from ..input_check.gate import require_plausible
 from ..model import Model
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
@@ -49,6 +50,7 @@ def diagnosed(
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
     before: Sequence[Shaped] = (),
+    as_recorded: bool = False,
 ) -> Diagnosed:
     """Find the physics that a model leaves out, with the search that found it.
 
@@ -59,14 +61,16 @@ def diagnosed(
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
         before: Shapes that an earlier diagnosis of some of these runs has found.
+        as_recorded: Take columns, units and signs as they are stated, however unlikely.
 
     Raises:
         DifferentRobot: A run of another robot.
+        WrongInput: A run surely in other units, signs or order of joints than stated, or of another arm.
         RecordingError: No run is left to fit.
     """
     # Thousands of small systems: threads of linear algebra would wait for one another.
     with threadpool_limits(limits=1):
-        return _diagnosed(model, recordings, name, filtering, progress, before)
+        return _diagnosed(model, recordings, name, filtering, progress, before, as_recorded)
 
 
 def diagnose(
@@ -87,11 +91,16 @@ def _diagnosed(
     filtering: Filtering,
     progress: Callable[[str], None],
     before: Sequence[Shaped],
+    as_recorded: bool,
 ) -> Diagnosed:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     progress("filter and differentiate")
     runs, warnings = usable(model, recordings, filtering)
+    if not as_recorded:
+        used = {run.prepared.name for run in runs}
+        likely = [run for _, run in recordings if run.name in used]
+        warnings = [*require_plausible(likely, model.robot), *warnings]
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")

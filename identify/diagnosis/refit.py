@@ -48,6 +48,7 @@ def refit(
         [run for role, run in used if role == HELD_OUT],
         model=model_to_fit(diagnosis),
         filtering=filtering,
+        as_recorded=True,  # asked before the diagnosis
         progress=progress,
     )
     warnings = []

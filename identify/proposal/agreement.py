@@ -34,6 +34,12 @@ RIDGE = 1e-2
 With less, fits to 10 s of an arm predict no other 2 s of it, under any hypothesis."""
 LONG = 1000.0
 """Gap, in median steps of time, between two runs."""
+LEAST = 1e-3
+"""Share of a variance below which no description of an arm is right: less left says nothing more."""
+MODEL_ERRORS = 20
+"""Independent pieces of an effort, at most. What a description leaves out (cables, gears, friction) depends
+on pose and direction: it is the same wherever these return, however long a log is. A hypothesis that leaves a
+hundredth less than another is then as good as it, and no certainty comes of many samples."""
 FEWEST = 40
 """Samples of a sliding joint that can be fitted and left out in turn."""
 
@@ -137,36 +143,51 @@ def agreement(robot: Robot, log: Sampled) -> np.ndarray:
 
 def left_out(rigid: np.ndarray, log: Sampled) -> np.ndarray:
     """The same by columns of the bodies' torque, shape (t, n, p)."""
-    return np.array([_left_out(rigid[:, j], log, j) for j in range(rigid.shape[1])])
+    return left_in_and_out(rigid, log)[1]
+
+
+def left_in_and_out(rigid: np.ndarray, log: Sampled) -> tuple[np.ndarray, np.ndarray]:
+    """Shares that a fit leaves of samples it was fitted to, and of others, each of shape (n,)."""
+    inside, outside = np.array([_left(rigid[:, j], log, j) for j in range(rigid.shape[1])]).T
+    return inside, outside
 
 
 def agreement_odds(log: Sampled, left: np.ndarray) -> float:
-    """Log-likelihood of a hypothesis under which `left` (n,) remains.
+    """Log-likelihood of a hypothesis under which `left` (n,) remains."""
+    return odds_of(left, pieces(log))
 
-    Neighbouring samples say the same: as many count as the effort has turns about its mean.
-    """
-    counts = [independent(log.effort[rows, j]) for j, rows in enumerate(log.sliding.T)]
-    return float(-0.5 * np.sum(np.array(counts) * np.log(np.maximum(left, 1e-3))))
+
+def odds_of(left: np.ndarray, weights: np.ndarray) -> float:
+    """The same from the shares left (n,), and how many pieces of each effort are independent (n,)."""
+    return float(-0.5 * np.sum(weights * np.log(np.maximum(left, LEAST))))
+
+
+def pieces(log: Sampled) -> np.ndarray:
+    """How many pieces of each effort say something of their own, shape (n,)."""
+    return np.array([independent(log.effort[rows, j]) for j, rows in enumerate(log.sliding.T)])
 
 
 def independent(values: np.ndarray) -> int:
-    """How often values (t,) cross their mean, and at least 1: a low count of independent ones among them."""
-    return max(1, int(np.sum(np.diff(np.signbit(values - values.mean()))))) if len(values) else 1
+    """Independent pieces of values (t,): as many as they cross their mean, up to `MODEL_ERRORS`."""
+    crossings = int(np.sum(np.diff(np.signbit(values - values.mean())))) if len(values) else 1
+    return min(max(1, crossings), MODEL_ERRORS)
 
 
-def _left_out(rigid: np.ndarray, log: Sampled, joint: int) -> float:
+def _left(rigid: np.ndarray, log: Sampled, joint: int) -> tuple[float, float]:
     rows = np.flatnonzero(log.sliding[:, joint])
     effort = log.effort[rows, joint]
     if len(rows) < FEWEST or np.ptp(effort) == 0.0:
-        return 1.0
+        return 1.0, 1.0
     columns = np.hstack([rigid, friction_columns(log.motion, joint)])[rows]
     size = np.sqrt((columns**2).mean(axis=0))
     columns = np.hstack([columns[:, size > 0] / size[size > 0], np.ones((len(rows), 1))])
     pieces = list(zip(np.array_split(columns, FOLDS), np.array_split(effort, FOLDS), strict=True))
     normal, right = columns.T @ columns, columns.T @ effort
-    missed = 0.0
+    every = np.linalg.solve(normal + RIDGE * len(rows) * np.eye(len(normal)), right)
+    inside, missed = float(((effort - columns @ every) ** 2).sum()), 0.0
     for own, measured in pieces:
         rest = normal - own.T @ own + RIDGE * (len(rows) - len(own)) * np.eye(len(normal))
         values = np.linalg.solve(rest, right - own.T @ measured)
         missed += float(((measured - own @ values) ** 2).sum())
-    return min(1.0, missed / float(((effort - effort.mean()) ** 2).sum()))
+    size = float(((effort - effort.mean()) ** 2).sum())
+    return min(1.0, inside / size), min(1.0, missed / size)

@@ -21,8 +21,10 @@ HEAVY, BALANCED = 300.0, 1.0
 and its torque over that of the bodies, standard deviation."""
 TOLD = 0.35
 """Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
-GAINS = np.logspace(-3, 3, 121)
-"""Gains that are weighed where nothing is known of the unit [N m per unit]; the one in the middle is 1."""
+DECADES = np.linspace(-3.0, 3.0, 121)
+"""Gains that are weighed where nothing is known of the unit, as powers of ten about the described torque over
+the effort, both as standard deviations: that is the gain of a drive that carries nothing but the described
+bodies. A gain a thousand times as far is that of another arm."""
 WIDE = 3.0
 """Standard deviation of what friction may be, over the effort's own."""
 UNLIKE = float(np.log(0.05))
@@ -109,7 +111,11 @@ def gains(robot: Robot, log: Sampled) -> list[Gain]:
 
 def gain_guesses(joints: Sequence[str], found: Sequence[Gain]) -> list[Guess]:
     """Each gain that is known, and those that are not together; none where efforts are torques."""
-    why, option, unknown = "bodies, friction", "[drive] gain, or a run with a known payload", []
+    why, option, unknown = (
+        "of its sign; size ± 95 %: bodies, friction",
+        "[drive] gain, or a run with a known payload",
+        [],
+    )
     guesses = []
     for joint, gain in zip(joints, found, strict=True) if found else ():
         if not gain.known:
@@ -145,20 +151,29 @@ def _gain(torque: np.ndarray, errors: np.ndarray, log: Sampled, joint: int) -> G
         return Gain(positive=positive)
     noise = max(min(forward, backward), 0.01) * effort.var() * len(rows) / independent(effort)
     sign = 1.0 if positive > 0.5 else -1.0
-    likely = _log_likelihood(sign * effort, torque, errors, friction, noise)
+    weighed = torque.std() / effort.std() * 10.0**DECADES
+    likely = _log_likelihood(sign * effort, torque, errors, friction, noise, [1.0, *weighed])
+    one, likely = likely[0], likely[1:]
     weight = np.exp(likely - likely.max())
     weight /= weight.sum()
-    middle = float(weight @ np.log(GAINS))
-    relative = float(np.sqrt(weight @ (np.log(GAINS) - middle) ** 2))
-    as_torque = likely[len(GAINS) // 2] - likely.max() - np.log(np.exp(likely - likely.max()).mean())
+    middle = float(weight @ np.log(weighed))
+    relative = float(np.sqrt(weight @ (np.log(weighed) - middle) ** 2))
+    as_torque = one - likely.max() - np.log(np.exp(likely - likely.max()).mean())
     both = np.maximum(as_torque - np.logaddexp(0.0, [-odds, odds]) - np.log(0.5), UNLIKE)
+    if int(np.argmax(likely)) in (0, len(likely) - 1):  # the best lies beyond: what is weighed is no answer
+        return Gain(positive=positive, torque=both[0], against=both[1])
     return Gain(float(sign * np.exp(middle)), relative, positive, *both.tolist())
 
 
 def _log_likelihood(
-    effort: np.ndarray, torque: np.ndarray, errors: np.ndarray, friction: np.ndarray, noise: float
+    effort: np.ndarray,
+    torque: np.ndarray,
+    errors: np.ndarray,
+    friction: np.ndarray,
+    noise: float,
+    weighed: Sequence[float],
 ) -> np.ndarray:
-    """Log-likelihood of each of `GAINS`, up to a constant.
+    """Log-likelihood of each of the gains `weighed`, up to a constant.
 
     Args:
         effort: Shape (t,).
@@ -166,6 +181,7 @@ def _log_likelihood(
         errors: Torque of one standard deviation of each of their parameters, shape (t, k).
         friction: Shape (t, 3).
         noise: Variance of a sample, as if samples were independent.
+        weighed: Gains [N m per unit].
     """
     free = np.column_stack([friction, np.ones(len(effort))])
     free *= WIDE * effort.std() / np.maximum(np.sqrt((free**2).mean(axis=0)), 1e-12)
@@ -173,7 +189,7 @@ def _log_likelihood(
     k = errors.shape[1]
     bodies, wide = reduced[:, :k] @ reduced[:, :k].T, reduced[:, k:-2] @ reduced[:, k:-2].T
     found = []
-    for gain in GAINS:
+    for gain in weighed:
         covariance = noise * np.eye(len(reduced)) + wide + bodies / gain**2
         miss = reduced[:, -1] - reduced[:, -2] / gain
         _, size = np.linalg.slogdet(covariance)

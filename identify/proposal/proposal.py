@@ -9,6 +9,7 @@ from ..arm.robot import Robot
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import UNMEASURED, unread
+from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .agreement import LONG, Guess, Sampled, posterior, runs_of
@@ -88,6 +89,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     guesses += by_motion
     if "position" not in chosen:
         raise not_found("position", ("position",), names, robot)
+    values, restored = _restored(chosen, values)
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     if not effort:
         raise not_found("current or torque", EFFORT, names, robot)
@@ -115,10 +117,27 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     notes += [f"{every[command].pattern} {what}" for command, what in astray.items()]
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
+    notes += restored
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
     gravity = () if mounted is robot else tuple(mounted.gravity.tolist())
     return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity)
+
+
+def _restored(chosen: Mapping[str, Family], values: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Values (t, c) with turns and signs that the log lost, and what was done."""
+    whole, notes = np.array(values), []
+    for signal, family in chosen.items():
+        for name, place in zip(family.names, family.places, strict=True):
+            column, better = values[:, place], None
+            if signal == "position":
+                better = unwrapped(column) or unwrapped(column, 360.0)
+            elif signal in EFFORT:
+                better = signed(column)
+            if better is not None:
+                whole[:, place] = better.values
+                notes.append(f"{name} {better.fact}")
+    return whole, notes
 
 
 def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:

@@ -15,6 +15,7 @@ from ..errors import BadUnit, NotRecorded
 from ..schema import LARGEST
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
+from .restored_signals import restored
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -47,8 +48,9 @@ SLOW = 0.03
 def check(recording: Recording) -> Recording:
     """The recording without silent samples, and with its warnings.
 
-    What exidyn recorded was measured in the units it states; a value that no joint should have gives a
-    warning, and samples that are no numbers or whose time goes back are left out.
+    Of a log from elsewhere, turns and signs that were lost are restored, and samples that only repeat the one
+    before are left out. What exidyn recorded was measured in the units it states; a value that no joint
+    should have gives a warning, and samples that are no numbers or whose time goes back are left out.
 
     Raises:
         NotFinite: A joint that was measured has NaN or infinity in between.
@@ -56,8 +58,7 @@ def check(recording: Recording) -> Recording:
         BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
     """
     recording = _without_silence(recording)
-    if recording.recorded:
-        recording = _without_impossible(recording)
+    recording = _without_impossible(recording) if recording.recorded else restored(recording)
     warnings = []
     for finding in findings(recording):
         if not (recording.recorded and finding.kind is BadUnit):

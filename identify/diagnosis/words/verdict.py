@@ -132,8 +132,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
     if ratio[worst] <= TO_NOISE:
         return (
-            "Nothing is missing. With parameters and gains moved within their tolerances, the residual of every "
-            f"joint is at the noise floor on runs held out; the largest is that of {where}."
+            "Nothing is missing. With parameters and gains moved within their tolerances, the residual of "
+            f"every joint is at the noise floor on runs held out; the largest is that of {where}."
         )
     return f"{unknown}. But it is more than noise; the worst is {where}."
 

@@ -1,0 +1,178 @@
+"""What a person may have got wrong in a log: changes of its samples, weighed by what bodies explain."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..arm.rigid_regressor import rigid_regressor
+from ..arm.robot import Robot
+from ..proposal.agreement import Sampled, left_in_and_out, odds_of, pieces
+from ..proposal.mounting import Direction, direction_words, found_direction, under
+
+MISTAKE = 0.03
+"""Probability that a log of which nothing else is known has one of the mistakes below."""
+
+
+UNEXPLAINED = 0.3
+"""Share of its variance that bodies leave of an effort, from which on more than friction is wrong."""
+UNITS = (
+    ("degrees", np.pi / 180, 'state it: --degrees, or [position] unit = "deg" in a preset'),
+    ("radians, and taken for degrees", 180 / np.pi, "import without --degrees"),
+    ("counts of 12 bits a turn", 2 * np.pi / 2**12, "give the log with positions in radians or degrees"),
+)
+"""Units of positions that are taken for others: name, radians a unit of what is stated, cure."""
+BEYOND = 0.1
+"""Share of a joint's range, and of its speed, by which a log may exceed it: encoders see a little more."""
+
+
+class Mistake(NamedTuple):
+    """One mistake.
+
+    Attributes:
+        what: What is wrong, in a clause.
+        cure: What to do about it.
+        right: The samples without it.
+        robot: The arm without it, if the mistake is in its description.
+    """
+
+    what: str
+    cure: str
+    right: Sampled
+    robot: Robot | None = None
+
+
+def mistakes(robot: Robot, log: Sampled) -> Iterator[Mistake]:
+    """All that are weighed of a log."""
+    n, joints = robot.dof, robot.joints
+    plain = np.arange(n)
+    for a, b in combinations(range(n), 2):
+        order = plain.copy()
+        order[[a, b]] = b, a
+        names = f"{joints[a]} and {joints[b]}"
+        columns = "give their columns the other way round ([position] and [current] or [torque] column)"
+        yield Mistake(f"all columns of {names} are exchanged", columns, _moved(log, order, order))
+        columns = "give them the other way round: [position] column in a preset, or --columns"
+        yield Mistake(f"the positions of {names} are exchanged", columns, _moved(log, order, plain))
+        columns = "give them the other way round: [current] or [torque] column in a preset, or --columns"
+        yield Mistake(f"the efforts of {names} are exchanged", columns, _moved(log, plain, order))
+    if n > 2:
+        for order, words in (
+            (plain[::-1], "are in reverse order"),
+            (np.roll(plain, 1), "begin one late"),
+            (np.roll(plain, -1), "begin one early"),
+        ):
+            yield Mistake(f"the columns {words}", "give them in the robot's order", _moved(log, order, order))
+    ranks = np.array([sorted(joints).index(joint) for joint in joints])
+    if not np.array_equal(ranks, plain):
+        yield Mistake("the columns are sorted by name", "give joints", _moved(log, ranks, ranks))
+    for j in range(n):
+        factor = np.where(plain == j, -1.0, 1.0)
+        yield Mistake(
+            f"the position of {joints[j]} counts the other way",
+            "turn it: [position] sign in a preset, or the axis in the robot's description",
+            _scaled(log, factor),
+        )
+    turning = np.flatnonzero(robot.revolute).tolist()
+    for which in [[j] for j in turning] + [turning] * (len(turning) > 1):
+        words = f"position of {joints[which[0]]} is" if len(which) == 1 else "positions are"
+        for unit, value, cure in UNITS if len(which) == len(turning) else UNITS[:1]:
+            right = _scaled(log, np.where(np.isin(plain, which), value, 1.0))
+            if _reachable(robot, right):
+                yield Mistake(f"the {words} in {unit}", cure, right)
+
+
+def log_odds(robot: Robot, log: Sampled) -> tuple[dict[int, float], list[Mistake]]:
+    """Log of prior times likelihood of each mistake by its place, and of none at place -1.
+
+    Returns:
+        Odds and mistakes.
+    """
+    every = list(mistakes(robot, log))
+    as_is = Explained.of(robot, log)
+    odds = {-1: float(np.log(1 - MISTAKE))}
+    prior = float(np.log(MISTAKE / (len(every) + 1)))
+    for place, mistake in enumerate(every):
+        odds[place] = prior + Explained.of(robot, mistake.right).better_than(as_is)
+    # A direction takes a search: only where something is wrong.
+    if max(odds.values()) > odds[-1] or np.any(as_is.outside > UNEXPLAINED):
+        direction = found_direction(robot, log)
+        if direction is not None:
+            mounting = _mounting(robot, log, direction)
+            odds[len(every)] = prior + Explained.of(under(robot, direction), log).better_than(as_is)
+            every.append(mounting)
+    return odds, every
+
+
+class Explained(NamedTuple):
+    """How well bodies explain efforts.
+
+    Attributes:
+        fitted: Log-likelihood of samples that were fitted.
+        predicted: That of samples that were left out.
+        outside: Share of each effort's variance that is not predicted, shape (n,).
+    """
+
+    fitted: float
+    predicted: float
+    outside: np.ndarray
+
+    @classmethod
+    def of(cls, robot: Robot, log: Sampled) -> "Explained":
+        """By bodies of any mass."""
+        inside, outside = left_in_and_out(rigid_regressor(robot.kinematics, log.motion), log)
+        weights = pieces(log)
+        return cls(odds_of(inside, weights), odds_of(outside, weights), outside)
+
+    def better_than(self, other: "Explained") -> float:
+        """Log odds: the less of both. A joint that hardly moves predicts better and explains less."""
+        return min(self.fitted - other.fitted, self.predicted - other.predicted)
+
+
+def _mounting(robot: Robot, log: Sampled, direction: Direction) -> Mistake:
+    """An arm that stands otherwise."""
+    words = direction_words(direction)
+    return Mistake(
+        f"gravity points along {words} or {direction_words([-part for part in direction])} of the base",
+        "state it: gravity in robot.toml",
+        log,
+        under(robot, direction),
+    )
+
+
+def thinned(log: Sampled, most: int) -> Sampled:
+    """At most that many of its samples, evenly."""
+    kept = slice(None, None, max(1, -(-len(log.effort) // most)))
+    motion = replace(log.motion[kept])
+    return Sampled(motion, log.effort[kept], log.sliding[kept])
+
+
+def _reachable(robot: Robot, log: Sampled) -> bool:
+    """Whether all positions and speeds are within the robot's limits."""
+    limits, motion = robot.limits, log.motion
+    over = BEYOND * np.minimum(limits.position_upper - limits.position_lower, 2 * np.pi)
+    inside = (motion.position > limits.position_lower - over) & (
+        motion.position < limits.position_upper + over
+    )
+    slow = np.percentile(np.abs(motion.velocity), 99, axis=0) <= (1 + BEYOND) * limits.velocity
+    return bool(inside.all() and slow.all())
+
+
+def _moved(log: Sampled, position: np.ndarray, effort: np.ndarray) -> Sampled:
+    """Columns of positions and of efforts in other orders (n,)."""
+    old = log.motion
+    motion = Motion.of(
+        old.time, old.position[:, position], old.velocity[:, position], old.acceleration[:, position]
+    )
+    return Sampled(motion, log.effort[:, effort], log.sliding[:, position])
+
+
+def _scaled(log: Sampled, factor: np.ndarray) -> Sampled:
+    """Positions times a factor (n,)."""
+    old = log.motion
+    return log._replace(
+        motion=Motion.of(old.time, old.position * factor, old.velocity * factor, old.acceleration * factor)
+    )

@@ -1,0 +1,112 @@
+"""Signals of a recording as they were measured: turns and signs restored, repeated samples left out."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from .recording import EFFORT, Recording, Signal
+from .restored_columns import Restored, signed, unwrapped
+
+REPEATED = 0.3
+"""Share of the samples that repeat all joints of the one before, from which on a log is faster than its
+sensor."""
+REGULAR = 0.8
+"""Share of the stretches of repeats that are of one length: a sensor has a rate, and rest has none."""
+DERIVED = 0.9
+"""Correlation of a velocity with the derivative of its position, at least: filters take little of it."""
+SCALED = 0.1
+"""Relative error of the ratio of both from which on it is not the same unit."""
+FEWEST = 100
+
+
+def restored(recording: Recording) -> Recording:
+    """The recording with what a log lost restored, and a warning of each thing that was done."""
+    signals, warnings = dict(recording.signals), []
+    revolute = recording.robot.revolute
+    for name in ("position", *EFFORT):
+        if name in signals:
+            which = revolute if name == "position" else np.ones(len(revolute), bool)
+            restore = unwrapped if name == "position" else signed
+            signals[name], facts = _restored(signals[name], recording.robot.joints, which, restore)
+            warnings += [f"{name} of {fact}" for fact in facts]
+    for name in ("position", *EFFORT):
+        if name in signals and (every := _repeats(signals[name])) is not None:
+            rate = 1.0 / np.median(np.diff(signals[name].time[every]))
+            warnings.append(
+                f"{name}: {100 * np.mean(~every):.0f} % of the samples repeat the one before; only new ones "
+                f"are used, at {rate:.3g} Hz"
+            )
+            signals[name] = Signal(signals[name].time[every], signals[name].values[every])
+    whole = replace(recording, signals=signals)
+    return whole.with_warnings(*warnings, *_velocity(whole))
+
+
+def _restored(
+    signal: Signal,
+    joints: tuple[str, ...],
+    which: np.ndarray,
+    restore: Callable[..., Restored | None],
+) -> tuple[Signal, list[str]]:
+    """The signal with those joints restored, and what was done of each."""
+    values, facts = np.array(signal.values), []
+    for j in np.flatnonzero(which):
+        if (better := restore(values[:, j])) is not None:
+            values[:, j] = better.values
+            facts.append(f"{joints[j]} {better.fact}")
+    return (Signal(signal.time, values), facts) if facts else (signal, facts)
+
+
+def _repeats(signal: Signal) -> np.ndarray | None:
+    """Which samples (t,) are new, where most repeat the one before at a rate; else None."""
+    if len(signal) < FEWEST:
+        return None
+    changed = np.any(np.diff(signal.values, axis=0) != 0.0, axis=1)
+    new = np.concatenate([[True], changed])
+    if np.mean(~new) < REPEATED or new.sum() < FEWEST:
+        return None
+    lengths = np.diff(np.flatnonzero(new))
+    usual = int(np.median(lengths))
+    return new if usual > 1 and np.mean(np.abs(lengths - usual) <= 1) >= REGULAR else None
+
+
+def _velocity(recording: Recording) -> Iterator[str]:
+    """Warnings about velocities that are not the derivative of their position."""
+    position, velocity = recording.signals["position"], recording.signals.get("velocity")
+    if velocity is None or min(len(position), len(velocity)) < FEWEST:
+        return
+    for j, joint in enumerate(recording.robot.joints):
+        if not np.isfinite(velocity.values[:, j]).all():
+            continue
+        ratio, correlation = _slope(position, velocity, j)
+        if abs(correlation) < DERIVED:
+            yield f"velocity of {joint} is not the derivative of its position (correlation {correlation:.2g})"
+        elif abs(ratio - 1.0) > SCALED:
+            degrees = abs(ratio * np.pi / 180 - 1.0) < SCALED
+            unit = ": in deg/s? Give [velocity] unit" if degrees else ""
+            yield f"velocity of {joint} is {ratio:.3g} times the derivative of its position{unit}"
+
+
+def _slope(position: Signal, velocity: Signal, joint: int) -> tuple[float, float]:
+    """Velocity over the derivative of position, and their correlation; (1, 1) where the joint rests.
+
+    Both are means over a fiftieth of a second or some samples: a derivative of neighbours is noise.
+    """
+    span = max(0.05, 8 * position.period)
+    edges = np.arange(position.time[0], position.time[-1], span)
+    if len(edges) < 20:
+        return 1.0, 1.0
+    derivative = np.diff(np.interp(edges, position.time, position.values[:, joint])) / span
+    area = np.concatenate(
+        [
+            [0.0],
+            np.cumsum(
+                0.5 * np.diff(velocity.time) * (velocity.values[1:, joint] + velocity.values[:-1, joint])
+            ),
+        ]
+    )
+    mean = np.diff(np.interp(edges, velocity.time, area)) / span
+    size = np.sqrt(derivative @ derivative * (mean @ mean))
+    if not np.ptp(position.values[:, joint]) > 0.01 or size == 0.0:
+        return 1.0, 1.0
+    return float(mean @ derivative / (derivative @ derivative)), float(mean @ derivative / size)
