@@ -11,8 +11,9 @@ from typing import Any
 
 from exidyn.identify.errors import ExidynError, RobotWarning
 
-from .arguments.command import CommandParser, Option, complaint, name_lines, print_warning
+from .arguments.command import Option, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
+from .arguments.parser import CommandParser, complaint
 from .commands import COMMANDS, command
 
 

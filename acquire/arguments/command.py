@@ -7,16 +7,13 @@ import textwrap
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from .exit_codes import DONE, REFUSED
+from .exit_codes import DONE
+from .parser import WIDTH, CommandParser, complaint, nearest
 
 T = TypeVar("T")
-
-WIDTH = 80
-"""Columns of a page: what every terminal shows."""
 
 
 @dataclass(frozen=True)
@@ -152,46 +149,16 @@ class WrongUse(Exception):
     """Options that do not go together, which the options themselves do not show."""
 
 
-class CommandParser(argparse.ArgumentParser):
-    """A parser whose complaint is one line, with what was probably meant; a page of usage would hide it."""
-
-    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of any parser; of an option that does not exist, the complaint names the nearest that does."""
-        given, unknown = self.parse_known_args(args, namespace)
-        if unknown:
-            near = _nearest(unknown[0].partition("=")[0], self._option_string_actions)
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{near}")
-        return given
-
-    def error(self, message: str) -> NoReturn:
-        """Print what is wrong, and end."""
-        line = " ".join(message.split())
-        line = f"{self.prog}: {line}{'' if line.endswith('?') else '.'} '{self.prog} --help' explains"
-        self.exit(REFUSED, f"{complaint(line)}\n")
-
-
 def _one_of(valid: Collection[str]) -> Callable[[str], str]:
     """The text itself, if it is valid."""
 
     def check(text: str) -> str:
         if text not in valid:
             names = ", ".join(map(repr, valid))
-            raise ArgumentTypeError(f"invalid choice: {text!r} (choose from {names}){_nearest(text, valid)}")
+            raise ArgumentTypeError(f"invalid choice: {text!r} (choose from {names}){nearest(text, valid)}")
         return text
 
     return check
-
-
-def _nearest(text: str, valid: Iterable[str]) -> str:
-    close = get_close_matches(text, list(valid), 1)
-    return f". Did you mean {close[0]}?" if close else ""
-
-
-def complaint(line: str) -> str:
-    """A line for standard error: one for scripts, wrapped between words for a person."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        return line
-    return textwrap.fill(line, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def print_warning(sentence: object) -> None:

@@ -14,9 +14,10 @@ from exidyn.trajectories.plans.plan_summary import LONG, duration_words
 
 from ..run.errors import NotAllowed
 from ..run.stopping.watch import WatchLimits
-from .command import Option, complaint, positive, valid_if
+from .command import Option, positive, valid_if
 from .controllers import CONTROLLER
 from .options import seed_option
+from .parser import complaint
 
 PAYLOAD = "L"
 """What a body on the flange is called, and its unknown parameters after it."""

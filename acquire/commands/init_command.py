@@ -31,6 +31,7 @@ from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identify.recordings.importers.tables.import_table import BESIDE
 from exidyn.identify.recordings.importers.tables.table import Table
+from exidyn.identify.recordings.optional_signals import NEEDED
 from exidyn.identify.recordings.recording import EFFORT, Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.urdf import ENDINGS, movable_joints, read_urdf
@@ -80,6 +81,8 @@ def init_command(given: Namespace) -> None:
         proposal = proposal.by_gains()
     if held:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
+    if table is not None:
+        proposal = replace(proposal, notes=(*proposal.notes, *_damaged(proposal, table)))
     unsure = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
     urdf, still = _urdf(given.urdf, given.output), NOTHING
     if table is not None and urdf and not unsure:
@@ -105,6 +108,16 @@ def init_command(given: Namespace) -> None:
     print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
+
+
+def _damaged(proposal: Proposal, table: Table) -> list[str]:
+    """Columns with text in them that would be read, and what import makes of that, a sentence each."""
+    signals = {name: signal for signal, names in proposal.columns.items() for name in names}
+    return [
+        f"{place}: import {'refuses that' if signals[name] in ('time', *NEEDED) else 'leaves the column out'}"
+        for name, place in table.text.items()
+        if name in signals
+    ]
 
 
 def _table(logs: Sequence[Path], rate: float | None) -> Table | None:

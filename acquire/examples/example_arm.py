@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from exidyn.identify.effects import Payload, known_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identify.robot_files.commented import commented_text
 
 MASS = 175.0
 """Payload [kg], as in the paper."""
@@ -34,7 +34,7 @@ class ExampleArm:
     def files(self) -> Mapping[str, str]:
         """Robot files, name -> text."""
         models = {NOMINAL: self.nominal, TRUTH: self.truth, LOADED: self.truth + Payload("L", BODY)}
-        return {name: model_text(model) for name, model in models.items()}
+        return {name: commented_text(model) for name, model in models.items()}
 
     def write(self, folder: Path) -> None:
         """Write the robot files into a folder."""

@@ -12,8 +12,8 @@ from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
 
-from ..arguments.command import complaint
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
+from ..arguments.parser import complaint
 from ..run.errors import print_line
 from ..run.frames import END, text_frame
 from ..run.perform import Job, Outcome, perform

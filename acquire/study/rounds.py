@@ -16,7 +16,7 @@ from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.trajectories.next_run.choice import RUN
 
-from ..arguments.command import complaint
+from ..arguments.parser import complaint
 from ..run.errors import NotConfirmed
 
 CHOICE, NEXT, NOTEBOOK = "choice.json", "next.toml", "notebook.html"

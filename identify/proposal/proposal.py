@@ -6,20 +6,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arm.robot import Robot
-from ..errors import RecordingError, listed
+from ..errors import RecordingError
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
+from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .agreement import LONG, Guess, Sampled, posterior, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .drives import Gain, described, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
+from .refusals import no_time, not_found
 from .units import STATED, TIME, Units, moves, quirks
 
-NAMED = 3
-"""Joints that an error names, at most: it is one line long."""
 COMMANDS = {"command": "position", "command_velocity": "velocity"}
 """Commands, and what is measured in the same unit."""
 FOLLOWS = 2.0
@@ -87,10 +87,12 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     time = values[kept, clock]
     chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
     guesses += by_motion
-    _require("position" in chosen, "position", names, robot)
+    if "position" not in chosen:
+        raise not_found("position", ("position",), names, robot)
     values, restored = _restored(chosen, values)
     effort = next((signal for signal in EFFORT if signal in chosen), "")
-    _require(bool(effort), "current or torque", names, robot)
+    if not effort:
+        raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
     units, order, direction, more = units_and_order(log, robot, chosen, clock_unit)
@@ -108,6 +110,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     guesses = [guess for guess in guesses if guess.what not in astray]
     columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
+    notes += unit_questions(robot, log.values["position"][:, order], units.position)
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
         notes.append(f"{UNMEASURED}: {', '.join(mute)}")
@@ -166,30 +169,13 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
     return np.concatenate(parts)
 
 
-def _require(there: bool, what: str, names: Sequence[str], robot: Robot) -> None:
-    if not there:
-        raise RecordingError(
-            f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
-            f"{listed(names, what)}. "
-            "Name them: exidyn import --columns SIGNAL=NAME,...; or add those of another file"
-        )
-
-
-def _ends(joints: Sequence[str]) -> str:
-    """Names of joints; of many the first and the last."""
-    return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"
-
-
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Place of the column of time: one that is called so, else the only one that increases throughout."""
     rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
     called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
     found = called or rising
     if not found or (len(found) > 1 and not called):
-        raise RecordingError(
-            f"no column of time: {len(rising)} columns increase, none of which is called time. "
-            "Name it: exidyn import --columns time=NAME; or state the samples a second: exidyn init --rate HZ"
-        )
+        raise no_time(names, values, len(rising))
     return found[0]
 
 

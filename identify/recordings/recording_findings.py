@@ -7,6 +7,8 @@ import numpy as np
 
 from ..errors import BadTime, BadUnit, NotFinite, RecordingError
 from .recording import EFFORT, Recording, Signal
+from .steps_back import advice, steps_back
+from .wrong_unit import MILLIMETRES, angle_advice
 
 SLOWEST = 0.5
 """Longest median period of positions or currents [s]. An arm's motion cannot be followed at 2 Hz, but any
@@ -108,16 +110,14 @@ def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Fin
 
 
 def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
-    steps = np.diff(signal.time)
-    back = np.flatnonzero(steps <= 0)
+    back = steps_back(signal.time)
     if len(back):
         first = back[0]
         yield Finding(
             BadTime,
-            f"time of {name} does not increase at {len(back)} of {len(steps)} steps, first "
+            f"time of {name} does not increase at {len(back)} of {len(signal) - 1} steps, first "
             f"from {signal.time[first]:.6f} s to {signal.time[first + 1]:.6f} s",
-            "Sort the samples, or leave out what is wrong (at the beginning of a table: skip_rows, "
-            "--skip-rows)",
+            advice(signal.time, signal.values),
         )
     if name in ("position", *EFFORT) and signal.period > SLOWEST:
         yield Finding(
@@ -136,16 +136,15 @@ def _turns(recording: Recording) -> Iterator[Finding]:
     columns = recording.signals["position"].values.T
     found = np.array([np.max(np.abs(finite(column)), initial=0.0) for column in columns])
     for joint in np.flatnonzero(found > allowed):
-        unit, smaller, option = (
-            ("rad", "degrees", "degrees=True (--degrees)")
-            if revolute[joint]
-            else ("m", "millimetres", "positions in metres")
-        )
+        unit = "rad" if revolute[joint] else "m"
+        others = columns[revolute & (np.arange(len(columns)) != joint)]
         yield Finding(
             BadUnit,
             f"{recording.robot.joints[joint]} is at {found[joint]:g} {unit}, which it cannot reach (at most "
             f"{allowed[joint]:.3g} {unit} is possible)",
-            f"It looks like {smaller}: import with {option}",
+            angle_advice(recording.robot.joints[joint], columns[joint], others)
+            if revolute[joint]
+            else MILLIMETRES,
         )
 
 

@@ -43,34 +43,60 @@ class Made(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-Kind = Callable[[Model, Wishes, Limits, Sequence[int]], Made]
+Progress = Callable[[str], None]
+"""Called with a sentence at each stage."""
+Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], Made]
 
 
-def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+def _each(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
+    """What is called with a joint before its part is made, and says so."""
+
+    def begin(joint: int) -> None:
+        progress(f"move {model.robot.joints[joint]}, {list(joints).index(joint) + 1} of {len(joints)} joints")
+
+    return begin
+
+
+def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
     """Constant velocities back and forth, joint by joint: friction curves."""
     pose = _pose(model, wishes, limits)
-    return Made(constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
+    begin = _each(model, joints, progress)
+    return Made(
+        constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
+    )
 
 
-def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
     """Rests at poses reached from both sides: gravity and offsets."""
     run = static_poses(
-        limits, POSES, wishes.tick, clearances=wishes.clearances, model=model, start=wishes.start
+        limits,
+        POSES,
+        wishes.tick,
+        clearances=wishes.clearances,
+        model=model,
+        start=wishes.start,
+        begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
     )
     return Made(run.trajectory, tuple(run.notes))
 
 
-def single_joint(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+def single_joint(
+    model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
+) -> Made:
     """One joint at a time, slow and fast: what each does without the others."""
     pose = _pose(model, wishes, limits)
-    return Made(single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances))
+    begin = _each(model, joints, progress)
+    return Made(
+        single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
+    )
 
 
-def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int]) -> Made:
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
     """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
     under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
-    motion = plan(model, under, starts=1, seconds=SEARCH)[0].trajectory
+    motion = plan(model, under, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
+    progress("add the chirp")
     return Made(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
 
 
@@ -87,7 +113,13 @@ KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": sing
 """By the name that the command line gives them."""
 
 
-def by_rule(kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = ()) -> Plan:
+def by_rule(
+    kind: str,
+    model: Model,
+    wishes: Wishes,
+    joints: Sequence[int] = (),
+    progress: Progress = lambda _: None,
+) -> Plan:
     """A run of a kind.
 
     Args:
@@ -95,10 +127,11 @@ def by_rule(kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = ())
         model: Model of the arm.
         wishes: What is wanted of it.
         joints: That move, from 0; all by default.
+        progress: Called with a sentence at each stage.
     """
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     with in_words_of(model.robot):
-        made = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof))
+        made = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
     return Plan.of(
         made.trajectory,
         model,

@@ -4,7 +4,7 @@ What couples joints is out of the equation: a run that one joint's model explain
 arm's motion does not, points at coupling, and a joint that fails by itself at its drive.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -48,6 +48,7 @@ def single_joint_runs(
     periods: int = PERIODS,
     rest: float = REST,
     clearances: Collection[Clearance] = (),
+    begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
     r"""Each joint by itself along :math:`\sin \omega t - \sin(5 \omega t) / 5`, fast and slow.
 
@@ -63,6 +64,7 @@ def single_joint_runs(
         periods: Periods of the fast part; the slow one has one.
         rest: Before each part, and at the end [s].
         clearances: What to keep clear of; a joint's excursion shrinks to what is.
+        begin: Called with each joint before its motions are made.
 
     Raises:
         BadLimits: Limits or joints that are none.
@@ -75,6 +77,7 @@ def single_joint_runs(
         raise BadLimits(f"a share of {share:g} of the limits; it must be above 0 and at most 1")
     parts: list[Trajectory] = []
     for joint in joints:
+        begin(joint)
         clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
         fast = _fastest(_wave(clear, pose, joint, widest, periods), clear, share, tick)
         slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, tick), periods=1)

@@ -6,7 +6,7 @@ above: friction enters the two with opposite signs, the mean is what holds the a
 difference is friction.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -59,6 +59,7 @@ def static_poses(
     model: Model | None = None,
     start: np.ndarray | None = None,
     approach: float = APPROACH,
+    begin: Callable[[int, int], None] = lambda pose, poses: None,
 ) -> PoseRun:
     """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
 
@@ -72,6 +73,7 @@ def static_poses(
         model: Nominal; poses are those that show its parameters at rest. Spread out without.
         start: Where to begin and end, shape (n,) [rad]; the first pose unless given.
         approach: How far each joint comes from below or above [rad].
+        begin: Called with the number of each pose, and of all, before the way to it is looked for.
 
     Raises:
         BadLimits: Limits, a tick, a count or an approach that are none.
@@ -93,12 +95,20 @@ def static_poses(
     require_clear_pose(home, clearances)
     ways = _Ways(limits, tick, tuple(clearances), np.array([home, *chosen]))
     notes: list[str] = []
-    visits = ways.visits(home, _nearest_first(home, chosen, limits), dwell, approach, notes)
+    ordered = _said(_nearest_first(home, chosen, limits), begin)
+    visits = ways.visits(home, ordered, dwell, approach, notes)
     back = ways.home(visits, home, notes)
     if not visits:
         raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
     notes += [f"the way to {_words(visit.pose)} goes round" for visit in visits if visit.round]
     return _run(visits, back, notes)
+
+
+def _said(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> Iterator[np.ndarray]:
+    """The poses one by one, each said before it is asked for."""
+    for number, pose in enumerate(poses, 1):
+        begin(number, len(poses))
+        yield pose
 
 
 class _Visit(NamedTuple):
@@ -140,7 +150,7 @@ class _Ways(NamedTuple):
         return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
 
     def visits(
-        self, at: np.ndarray, poses: list[np.ndarray], dwell: float, approach: float, notes: list[str]
+        self, at: np.ndarray, poses: Iterable[np.ndarray], dwell: float, approach: float, notes: list[str]
     ) -> list[_Visit]:
         """Visits to all poses that can be reached, in their order; what cannot is noted."""
         found = []

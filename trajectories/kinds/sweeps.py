@@ -1,6 +1,6 @@
 """Slow sweeps at constant velocity: the friction curve of a joint, and how it answers to load."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ def constant_velocity_sweeps(
     clearances: Collection[Clearance] = (),
     longest: float = LONGEST,
     rest: float = REST,
+    begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
     """Joints one after another go forth and back at constant velocities; begins and ends at rest at a pose.
 
@@ -58,6 +59,7 @@ def constant_velocity_sweeps(
         clearances: What to keep clear of; the range shrinks to what is.
         longest: Longest time of each cruise [s]. The duration of a fast sweep follows from its range.
         rest: Before each pass [s].
+        begin: Called with each joint before its sweeps are made; to keep clear of geometry takes time.
 
     Raises:
         BadLimits: Limits, joints, velocities or ranges that are none.
@@ -73,6 +75,7 @@ def constant_velocity_sweeps(
     parts: list[Trajectory] = []
     for here, following in zip(poses, [*poses[1:], poses[0]], strict=True):
         for place, joint in enumerate(joints):
+            begin(joint)
             room = _room(limits, joint, here, None if ranges is None else allowed[place], clearances)
             own = _chosen(limits, room, joint, tick) if speeds is None else speeds[place]
             passes = [_pass(limits, room, here, joint, float(v), tick, longest) for v in own]

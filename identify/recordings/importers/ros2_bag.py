@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import NotAFile, RecordingError
+from ...errors import NotAFile, NotRecorded, RecordingError
 from ...model import Model
 from ...notebook import optional
 from ..mcap.mcap_topics import ARRAY_TOPICS
+from ..optional_signals import without_damaged
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from .tables.columns import find_joints
@@ -83,6 +84,7 @@ def import_ros2_bag(
             f"{source}: {len(chosen)} lists of joints in its messages have {', '.join(names)}; one is needed"
         )
     [(group, states)] = chosen.items()
+    _require_positions(source, states)
     # The controller's own stamps count, if it gives any; the bag's are those of the host.
     own = np.array(states.stamp if any(states.stamp) else states.bag)
     start, late = own[0], states.bag[0] - own[0]
@@ -97,7 +99,22 @@ def import_ros2_bag(
         settings={"source": source.name},
         host_time=np.array(states.bag),
     )
-    return [check(recording)]
+    return [check(without_damaged(recording))]
+
+
+def _require_positions(source: Path, states: _Samples) -> None:
+    """Make sure that the joint states are of an arm whose positions were sent.
+
+    Raises:
+        NotRecorded: No message has them.
+    """
+    if np.isnan(states.rows["position"]).all():
+        sent = [name for name, rows in states.rows.items() if not np.isnan(rows).all()]
+        raise NotRecorded(
+            f"{source}: the messages have no positions: of {len(states.bag)} joint states the field position "
+            f"is empty in all; there: {' and '.join(sent) or 'nothing'}. Record a topic with positions, or "
+            "name it: --topic TOPIC"
+        )
 
 
 def joints_of_bag(source: Path, topic: str | None = None) -> list[str]:

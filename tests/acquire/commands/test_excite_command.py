@@ -167,6 +167,21 @@ def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, wor
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("sweeps", ["make sweeps", "2 of 2 joints", "compute the torque", "check it against all limits"]),
+        ("single-joint", ["make single-joint", "1 of 2 joints", "2 of 2 joints"]),
+        ("poses", ["make poses", "move to pose 1 of ", "check it against all limits"]),
+    ],
+)
+def test_each_step_of_a_run_by_rule_is_said(robot, capsys, kind, said):
+    excite(robot, "--kind", kind)
+    text = capsys.readouterr().err
+    places = [text.index(one) for one in said]
+    assert places == sorted(places)
+
+
 def test_an_unknown_robot_is_one_clear_line(capsys):
     assert main(["excite", "nobody"]) == REFUSED
     text = capsys.readouterr().err

@@ -259,3 +259,32 @@ def test_a_preset_with_a_number_for_its_ranges_is_refused(files, capsys):
     capsys.readouterr()
     assert main(["import", "log.csv", "--robot", "robot.toml"]) == REFUSED
     assert "[still] is 3; expected a table of COLUMN = [LOWEST, HIGHEST]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("column", "said"), [("Temperatur_A2", "leaves the column out"), ("A2_Winkel", "refuses that")]
+)
+def test_text_in_a_column_is_said(files, capsys, column, said):
+    head, *lines = (files / "log.csv").read_text().splitlines()
+    warm = columns("Temperatur_A{k}", np.full_like(LOG.position, 30.0))
+    rows = [line.split(",") + ["30"] * len(warm) for line in lines]
+    names = [*head.split(","), *warm]
+    rows[40][names.index(column)] = "err"
+    (files / "log.csv").write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
+    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"log.csv line 42: 'err' in column '{column}' is no number: import {said}" in text
+    code = main(["import", "log.csv", "--robot", "robot.toml"])
+    assert (code == 0) == (said == "leaves the column out")
+
+
+def test_the_hint_for_a_log_of_fewer_joints_leads_on(files, capsys):
+    """What the error about numbered columns of some joints advises is what works."""
+    four = {"t": LOG.time, **columns("q{k}", LOG.position[:, :4]), **columns("i{k}", LOG.current[:, :4])}
+    table = np.column_stack(list(four.values()))
+    np.savetxt("part.csv", table, delimiter=",", header=",".join(four), comments="", fmt="%.9g")
+    assert main(["init", "part.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert "name the 4 in a robot.toml (urdf = ..., joints = [...])" in capsys.readouterr().err
+    joints = json.dumps(list(LOG.model.robot.joints[:4]))
+    (files / "four.toml").write_text(f'format = 1\nurdf = "arm.urdf"\njoints = {joints}\n')
+    assert main(["init", "part.csv", "--urdf", "four.toml", "-o", "made.toml"]) == 0

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from exidyn.acquire.command_line import COMMANDS, command
+from exidyn.identify.diagnosis.candidates import KINDS
+from exidyn.identify.effects import EFFECTS
 
 ROOT = Path(__file__).parents[3]
 README = ROOT / "README.md"
@@ -139,3 +141,27 @@ def test_every_page_is_in_the_index():
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.name == "README.md" or f"({page.name})" in index
+
+
+def test_every_page_is_in_the_navigation_of_the_site():
+    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
+    listed = set(re.findall(r"[\w/-]+\.(?:md|ipynb)", navigation))
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} <= listed
+
+
+def test_the_first_page_shows_what_it_is_and_how_to_begin():
+    first = ROOT / "docs" / "README.md"
+    text = first.read_text(encoding="utf-8")
+    pitch = "Find out what a robot arm's dynamics really are, from positions and motor currents"
+    assert all(pitch in page.read_text(encoding="utf-8") for page in (first, README))
+    begun = [line for line in shell_lines(README) if "bin/exidyn example" in line]
+    assert begun == [line for line in shell_lines(first) if "bin/exidyn example" in line]
+    assert len(begun) == 2
+    assert "](pictures/" in text
+
+
+def test_every_effect_that_outputs_name_is_explained():
+    text = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    explained = re.findall(r"^\*\*(\w+)\*\*", text, re.MULTILINE)
+    assert len(explained) == len(set(explained))
+    assert set(explained) == {*EFFECTS, *KINDS, "unexplained"}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import RecordingError
+from exidyn.identify.errors import BadTime, RecordingError
 from exidyn.identify.proposal.agreement import Guess, posterior
 from exidyn.identify.proposal.proposal import propose
 from exidyn.identify.robot_files.robot_file import read_model
@@ -150,6 +150,33 @@ def test_commands_are_read_where_the_joints_follow_them(scale, read):
 def test_efforts_of_another_file_are_asked_for():
     with pytest.raises(RecordingError, match="joint1 to joint6.*; or add those of another file$"):
         proposed({"t": LOG.time, **columns("q{k}", LOG.position)})
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_a_column_of_time_that_does_not_increase_is_named(second):
+    rows = np.repeat(np.arange(len(LOG.time)), 2 if second else 1)
+    time, position = LOG.time[rows].copy(), LOG.position[rows].copy()
+    if second:
+        position[1::2] = 0.0  # of another publisher
+    else:
+        time[7::7] = time[6::7][: len(time[7::7])]
+    named = {"t": time, **columns("q{k}", position), **columns("i{k}", LOG.current[rows])}
+    with pytest.raises(BadTime, match="^column t does not increase at .* in row") as raised:
+        proposed(named)
+    assert ("Rows of two sources seem mixed" in str(raised.value)) == second
+    assert ("Sort the rows by time" in str(raised.value)) != second
+
+
+def test_time_that_stands_still_is_named():
+    named = {"t": 0.0 * LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
+    with pytest.raises(BadTime, match="column t does not increase at all; .*--rate HZ"):
+        proposed(named)
+
+
+def test_numbered_columns_of_fewer_joints_are_counted():
+    named = {"t": LOG.time, **columns("q{k}", LOG.position[:, :4]), **columns("i{k}", LOG.current[:, :4])}
+    with pytest.raises(RecordingError, match=r"those of 4 joints: name the 4 in a robot.toml .*joints = \["):
+        proposed(named)
 
 
 def test_probabilities_sum_to_one_and_decide():

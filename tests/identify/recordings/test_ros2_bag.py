@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, RecordingError
+from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
 from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 
@@ -14,7 +14,12 @@ from ...parts.runs.runs import TIME, model, motion, noise
 
 
 def write_bag(
-    folder: Path, storage: str, stamped: bool = True, names=("axis2", "axis1"), effort: bool = True
+    folder: Path,
+    storage: str,
+    stamped: bool = True,
+    names=("axis2", "axis1"),
+    effort: bool = True,
+    moved: bool = True,
 ) -> None:
     """A bag whose joints are in another order than the robot's, written by rosbags."""
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
@@ -31,7 +36,8 @@ def write_bag(
             stamp = time(100 + moment // 10**9, moment % 10**9) if stamped else time(0, 0)
             position, torque = motion()[k, ::-1].copy(), noise()[k, ::-1].copy()
             silent = np.empty(0)
-            message = state(header(stamp, ""), list(names), position, silent, torque if effort else silent)
+            fields = (position, silent) if moved else (silent, position)
+            message = state(header(stamp, ""), list(names), *fields, torque if effort else silent)
             host = 1_700_000_000_000_000_000 + moment + (k % 7) * 1000
             writer.write(states, host, store.serialize_cdr(message, state.__msgtype__))
             message = array(layout([], 0), noise(seed=5)[k])
@@ -71,6 +77,12 @@ def test_a_bag_without_stamps_takes_those_of_the_host(tmp_path):
     write_bag(tmp_path / "bag", "mcap", stamped=False)
     [found] = import_source(tmp_path / "bag", model())
     np.testing.assert_allclose(found.signals["position"].time, TIME + np.arange(200) % 7 * 1e-6, atol=1e-9)
+
+
+def test_a_bag_with_velocities_only_is_refused(tmp_path):
+    write_bag(tmp_path / "bag", "mcap", moved=False)
+    with pytest.raises(NotRecorded, match="the messages have no positions: .*; there: velocity and torque"):
+        import_source(tmp_path / "bag", model())
 
 
 def test_a_bag_of_another_robot_is_refused(tmp_path):

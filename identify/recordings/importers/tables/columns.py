@@ -12,6 +12,7 @@ import numpy as np
 from ....arm.robot import Robot
 from ....errors import RecordingError, WrongShape, listed
 from ....notebook import optional
+from ...optional_signals import NEEDED
 from ...recording import SIGNALS, Recording
 from .table import Table
 
@@ -37,10 +38,14 @@ class Columns:
     """The columns of a table, looked up for one robot.
 
     `joints` are what the robot's are called in the table, as `_names_in_log` takes it.
+
+    Attributes:
+        left_out: Optional columns that were not read since text is in them, a sentence each.
     """
 
     def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
         self.source, self.table, self.robot = source, table, robot
+        self.left_out: list[str] = []
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
         there = table.joints
         if there and (joints or len(there) != robot.dof or set(self._joints) <= set(there)):
@@ -88,9 +93,15 @@ class Columns:
         for signal, choices in known.items():
             if signal not in given:
                 choices = [[name for name in names if name not in taken] for names in choices]
+            if signal not in NEEDED:
+                choices = [
+                    self._readable(signal, *each) for each in zip(self.robot.joints, choices, strict=True)
+                ]
             places = [self._place(names) for names in choices]
             if signal in given or signal == "position":
-                missing = [names[0] for names, place in zip(choices, places, strict=True) if place < 0]
+                missing = [
+                    names[0] for names, place in zip(choices, places, strict=True) if names and place < 0
+                ]
                 if missing:
                     raise WrongShape(
                         f"{where}: no column {listed(missing)} for {signal}. Columns: "
@@ -102,6 +113,12 @@ class Columns:
                     self._refuse_more(signal, given)
                 found[signal] = places
         return found
+
+    def _readable(self, signal: str, joint: str, names: Sequence[str]) -> list[str]:
+        """Those names of an optional column that is no text; of others it is noted that they are left out."""
+        text = [self.table.text[name] for name in names if name in self.table.text]
+        self.left_out += [f"{signal} of {joint} is left out: {where}" for where in text]
+        return [name for name in names if name not in self.table.text]
 
     def _place(self, names: Sequence[str]) -> int:
         """Number of the first of some columns that is there; -1 if none is."""

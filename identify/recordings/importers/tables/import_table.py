@@ -19,9 +19,11 @@ from ....robot_files.toml_fields import parse_toml, read_text
 from ....schema import Name, Number, Size, checked
 from ....schema import check as check_field
 from ....text_table import digits
+from ...optional_signals import without_damaged
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
-from ...units import ANGLES, factors, joint_side, to_axes_of_robot
+from ...units import ANGLES, factors, joint_side, to_axes_of_robot, unit_named
+from ...wrong_unit import percent_questions
 from .columns import Columns, Names
 from .table import Table
 
@@ -221,6 +223,11 @@ def import_table(
             payload=payload,
             settings={**known, **(settings or {})},
         )
+        recording = without_damaged(recording.with_warnings(*found.left_out))
+        if degrees or _in_degrees(used):
+            recording = recording.with_warnings(
+                *percent_questions(model.robot, recording.signals["position"].values)
+            )
         try:
             recordings.append(check(to_axes_of_robot(joint_side(recording, motor_side), sign, zero)))
         except NotFinite as error:  # named by its place in the file
@@ -229,6 +236,13 @@ def import_table(
             row = table.place(int(np.argmin(np.abs(stamps - stamps[0] - error.time))))
             raise NotFinite(f"{source} {row}: {error}", error.time) from error
     return recordings
+
+
+def _in_degrees(used: Preset) -> bool:
+    """Whether a preset reads positions, of a joint at least, in degrees."""
+    unit = used.signals.get("position", Reading("")).unit
+    units = [unit] if isinstance(unit, str) else unit
+    return any(unit_named(one or "rad") == unit_named("deg") for one in units)
 
 
 def _chosen(columns: Mapping[str, Names], effort: str) -> dict[str, Names]:

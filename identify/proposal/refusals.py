@@ -1,0 +1,80 @@
+"""What a log lacks, in the words of an error: its time, its positions, its efforts."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..errors import BadTime, RecordingError, listed
+from ..recordings.steps_back import advice, steps_back
+from ..text_table import digits
+from .column_names import STAMPS, families, words_of
+
+NAMED = 3
+"""Joints that an error names, at most: it is one line long."""
+RATE = "or state the samples a second: exidyn init --rate HZ"
+
+
+def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingError:
+    """Why no column is that of time: that which is called so does not increase, or none is.
+
+    Args:
+        names: Names of the columns, c of them.
+        values: Shape (t, c).
+        rising: Columns that increase throughout.
+    """
+    called = [k for k, name in enumerate(names) if STAMPS.intersection(words_of(name))]
+    moving = [k for k in called if len(values) > 1 and np.any(np.diff(values[:, k]) > 0)]
+    if moving:
+        return _goes_back(names[moving[0]], values[:, moving[0]], np.delete(values, called, axis=1))
+    if called:
+        return BadTime(f"column {names[called[0]]} does not increase at all; name that of time, {RATE}")
+    return RecordingError(
+        f"no column of time: {rising} columns increase, none of which is called time. "
+        f"Name it: exidyn import --columns time=NAME; {RATE}"
+    )
+
+
+def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingError:
+    """The error of a column of time (t,) beside others (t, c); rows count from 1."""
+    back = steps_back(time)
+    if not len(back):
+        lost = int(np.sum(~np.isfinite(time)))
+        return BadTime(f"column {name} is no number in {lost} of {len(time)} rows; leave them out, {RATE}")
+    first = int(back[0])
+    return BadTime(
+        f"column {name} does not increase at {len(back)} of {len(time) - 1} steps, first from "
+        f"{digits(time[first])} in row {first + 1} to {digits(time[first + 1])} in row {first + 2}. "
+        f"{advice(time, others)}"
+    )
+
+
+def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:
+    """The error of a log without columns for each joint of some signals, called `what`."""
+    text = (
+        f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
+        f"{listed(names, what)}. "
+    )
+    fewer = _fewer(signals, names, robot)
+    if fewer:
+        return RecordingError(
+            f"{text}They are those of {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
+            "[...]), and give that as --urdf"
+        )
+    return RecordingError(
+        f"{text}Name them: exidyn import --columns SIGNAL=NAME,...; or add those of another file"
+    )
+
+
+def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:
+    """How many joints the log has such columns of, if fewer than the robot has; else 0."""
+    for count in range(robot.dof - 1, 1, -1):
+        found = families(names, robot.joints[:count])
+        if any(family.signal in signals and not family.by_name for family in found):
+            return count
+    return 0
+
+
+def _ends(joints: Sequence[str]) -> str:
+    """Names of joints; of many the first and the last."""
+    return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"

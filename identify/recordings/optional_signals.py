@@ -1,0 +1,45 @@
+"""Signals that a recording can do without: what is damaged in one of them is left out, and said."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .recording import EFFORT, Recording, Signal
+from .recording_findings import is_number
+
+NEEDED = ("position", *EFFORT)
+"""Signals without which nothing is identified; what is damaged in them is an error."""
+
+
+def without_damaged(recording: Recording) -> Recording:
+    """The recording without joints of optional signals that are no number now and then, and with warnings."""
+    signals, warnings = dict(recording.signals), []
+    for name, signal in recording.signals.items():
+        if name in NEEDED:
+            continue
+        damaged = _damaged(signal)
+        if not damaged.any():
+            continue
+        joints = [recording.robot.joints[joint] for joint in np.flatnonzero(damaged)]
+        warnings.append(_warning(name, joints, signal, damaged))
+        kept = Signal(signal.time, np.where(damaged, np.nan, signal.values))
+        signals[name] = kept
+        if np.isnan(kept.values).all():
+            del signals[name]
+    return replace(recording, signals=signals).with_warnings(*warnings)
+
+
+def _damaged(signal: Signal) -> np.ndarray:
+    """Joints with a value that is no number, in samples in which any joint was measured; bool (n,)."""
+    measured = ~np.isnan(signal.values).all(axis=1)
+    bad = ~is_number(signal.values[measured])
+    return bad.any(axis=0) & ~np.isnan(signal.values).all(axis=0)
+
+
+def _warning(name: str, joints: list[str], signal: Signal, damaged: np.ndarray) -> str:
+    bad = ~is_number(signal.values[:, damaged]).all(axis=1) & ~np.isnan(signal.values).all(axis=1)
+    first = float(signal.time[bad.argmax()])
+    return (
+        f"{name} of {', '.join(joints)} is left out: no number in {bad.sum()} of {len(bad)} samples, "
+        f"first at {first:.3f} s"
+    )

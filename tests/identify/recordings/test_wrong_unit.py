@@ -1,0 +1,35 @@
+"""Numbers that are no radians: degrees, steps of an encoder, per cent of a gripper."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.recordings.wrong_unit import angle_advice, in_percent, in_ticks
+
+DEGREES = np.linspace(-40.0, 90.0, 500)
+TICKS = np.round(2048 + DEGREES / 360 * 4096)
+OPENING = np.linspace(10.0, 90.0, 500)
+RADIANS = np.radians(DEGREES)
+
+
+@pytest.mark.parametrize(
+    ("joint", "values", "other", "said"),
+    [
+        ("elbow", DEGREES, DEGREES, "looks like degrees"),
+        ("elbow", TICKS, TICKS, "Whole numbers, 1593 to 3072, look like steps of an encoder"),
+        ("elbow", np.radians(TICKS), np.radians(TICKS), "1593 to 3072, look like steps of an encoder"),
+        ("gripper", OPENING, RADIANS, "looks like per cent of what a gripper opens"),
+        ("gripper", OPENING, DEGREES, "looks like degrees"),
+        ("elbow", OPENING, RADIANS, "looks like degrees"),
+    ],
+)
+def test_what_the_numbers_look_like(joint, values, other, said):
+    assert said in angle_advice(joint, values, other[None])
+
+
+@pytest.mark.parametrize(("joint", "there"), [("left_finger1", True), ("handle", False), ("wrist", False)])
+def test_only_what_opens_is_in_per_cent(joint, there):
+    assert in_percent(joint, OPENING) == there
+
+
+def test_whole_degrees_are_no_steps():
+    assert not in_ticks(np.round(OPENING))
