@@ -46,6 +46,55 @@ class AlternativeRow(Struct, frozen=True):
     probability: Probability | None
 
 
+class PointRow(Struct, frozen=True):
+    """Torque of a finding where what it depends on has one value; `which` is empty on a curve."""
+
+    at: Finite
+    torque: Finite
+    std: Finite
+    which: str = ""
+
+
+class SizeRowOfTable(Struct, frozen=True):
+    """A size as a row of the table of parameters."""
+
+    words: str
+    torque: Finite
+    std: Finite
+
+
+class SizeTable(Struct, frozen=True, kw_only=True):
+    """Torque of a finding on one joint, with the standard deviation of all its numbers together.
+
+    Attributes:
+        joint: On which it shows best.
+        unit: Of the torque.
+        sentence: What is known of it, in words.
+        rows: The same as rows of a table.
+        beside_rms: Root mean square of what it gives that no other parameter can take over, fitted anew.
+        beside_std: Its standard deviation.
+        over: What the torque depends on, in words; empty where it follows nothing that was recorded.
+        over_unit: Its unit.
+        braking: Whether torques are against the motion.
+        change: Whether torques are less that of the first point.
+        points: At the smallest, usual (root mean square) and largest; or lowest, middle (median), highest.
+        curve: Over all that was recorded.
+    """
+
+    joint: JointNumber
+    unit: Unit
+    sentence: str
+    rows: tuple[SizeRowOfTable, ...]
+    beside_rms: SizeOrNull
+    beside_std: SizeOrNull
+    over: str = ""
+    over_unit: str = ""
+    braking: bool = False
+    change: bool = False
+    points: tuple[PointRow, ...] = ()
+    curve: tuple[PointRow, ...] = ()
+
+
 class FindingRow(Struct, frozen=True):
     """A finding, or what is undecided.
 
@@ -55,6 +104,8 @@ class FindingRow(Struct, frozen=True):
         certainty: How surely it is this, what it might be instead, and what would decide.
         torque_rms: Root mean square of its torque on each joint.
         held_out: By how much it lowers twice the negative log likelihood of runs held out.
+        size: Its torque with an interval; older files lack it.
+        left_out: Parameters that the data do not determine, which are not shown -> why.
     """
 
     effect: EffectName
@@ -68,6 +119,8 @@ class FindingRow(Struct, frozen=True):
     name: str = ""
     headline: str = ""
     certainty: str = ""
+    size: SizeTable | None = None
+    left_out: dict[str, str] = {}
 
     @property
     def places(self) -> list[int]:
@@ -220,6 +273,8 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     def _check_finding(self, one: FindingRow, where: str) -> None:
         check_joints(one.joints, f"{where}.joints", len(self.joints))
         self._by_joint(one.torque_rms, f"{where}.torque_rms")
+        if one.size is not None:
+            check_joints([one.size.joint], f"{where}.size.joint", len(self.joints))
         for place, other in enumerate(one.alternatives):
             check_joints(other.joints, f"{where}.alternatives[{place}].joints", len(self.joints))
 
