@@ -153,7 +153,7 @@ def _map(diagnosis: Diagnosed) -> list[Block]:
 
 
 def _findings_table(diagnosis: Diagnosed) -> list[Block]:
-    """A row a parameter, undecided findings last; nothing without findings."""
+    """A row a parameter that is determined, undecided findings last; nothing without findings."""
     rows: list[list[Cell]] = []
     for finding in diagnosis.file.every:
         mark = "" if finding in diagnosis.file.findings else ", undecided"
@@ -174,15 +174,16 @@ def _numbers(finding: FindingRow) -> list[list[Cell]]:
         if name not in finding.left_out:
             rows.append([f"  {name}", Number(value), Number(half, 2), "" if one.unit == "1" else one.unit])
     if (size := finding.size) is not None and finding.left_out:
+        rows.append([f"  {size.head}"])
         rows += [
-            [f"  {one.words}", Number(one.torque), Number(NORMAL_95 * one.std, 2), size.unit]
+            [f"    {one.words}", Number(one.torque), Number(NORMAL_95 * one.std, 2), size.unit]
             for one in size.rows
         ]
     return rows
 
 
 def _sure(finding: FindingRow) -> str:
-    return f"it is there and is this effect with a probability of {percent(finding.probability, 3)}"
+    return f"probability {percent(finding.probability, 3)} that it is there and is this effect"
 
 
 def _gain(finding: FindingRow) -> str:

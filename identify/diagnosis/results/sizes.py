@@ -29,7 +29,7 @@ FOLLOWS = 0.1
 TOGETHER = 0.25
 """Variance that is left of a number once another is known, over what it was, up to which the two change
 together [-]: its interval is half as wide then."""
-MUCH = 0.5
+MUCH = 0.25
 """Share of an effect's torque from which on it matters that a number's sign is not known [-]."""
 SIZES, SIGNED = ("smallest", "usual", "largest"), ("lowest", "middle", "highest")
 GAIN = "gain"
@@ -186,7 +186,8 @@ def left_out(
     """Numbers of a finding that are no size of it, since zero is within their 95 % interval and others change
     with them.
 
-    They do where that interval alone is more than half of the effect's torque, or twice what is uncertain of it.
+    They do where that interval alone is more than a quarter of the effect's torque, or twice what is uncertain
+    of it.
     """
     own, prediction = own_of(found, spread, place), spread.prediction
     rows = sum(run.rows for run in found.problem.fitted)

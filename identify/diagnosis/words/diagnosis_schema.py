@@ -70,6 +70,7 @@ class SizeTable(Struct, frozen=True, kw_only=True):
         joint: On which it shows best.
         unit: Of the torque.
         sentence: What is known of it, in words.
+        head: What the rows are.
         rows: The same as rows of a table.
         beside_rms: Root mean square of what it gives that no other parameter can take over, fitted anew.
         beside_std: Its standard deviation.
@@ -84,6 +85,7 @@ class SizeTable(Struct, frozen=True, kw_only=True):
     joint: JointNumber
     unit: Unit
     sentence: str
+    head: str
     rows: tuple[SizeRowOfTable, ...]
     beside_rms: SizeOrNull
     beside_std: SizeOrNull

@@ -39,15 +39,21 @@ def _place(one: Point, unit: str) -> str:
 
 
 def size_rows(size: Size, diagnosis: Diagnosis) -> list[tuple[str, float, float]]:
-    """The same as rows of a table: what it is, torque [N m] and standard deviation."""
+    """The same as rows of a table: where, torque [N m] and standard deviation."""
     if not size.known:
-        return [("torque that is its alone, root mean square", *size.beside)]
-    axis, unit = AXES[size.over], unit_over(size, diagnosis)
-    less = " over the first" if size.change else ""
-    return [
-        (f"torque at {axis.words} {_place(one, unit)}{less}", one.torque, one.std)
-        for one in size.points[1 if size.change else 0 :]
-    ]
+        return [("root mean square", *size.beside)]
+    shown, unit = size.points[1 if size.change else 0 :], unit_over(size, diagnosis)
+    return [(_place(one, unit), one.torque, one.std) for one in shown]
+
+
+def rows_head(size: Size, diagnosis: Diagnosis) -> str:
+    """What those rows are."""
+    if not size.known:
+        return "torque that no other parameter can take over"
+    axis = AXES[size.over]
+    against = " against the motion" if axis.braking else ""
+    first = f" over that at {digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}," if size.change else ""
+    return f"torque{against}{first} at a {axis.words} of"
 
 
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
