@@ -47,9 +47,7 @@ AXES: dict[str, Axis] = {
     "position": Axis("position [rad]", lambda trace, j: trace.position[:, j]),
     "where it brakes": Axis("position [rad]", lambda trace, j: trace.position[:, j], True),
     "load": Axis("nominal load [N m]", lambda trace, j: trace.load[:, j]),
-    "size of the load": Axis(
-        "size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True, True
-    ),
+    "size of the load": Axis("size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True, True),
     "torque": Axis("torque [N m]", lambda trace, j: trace.measured[:, j]),
     "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
     "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),

@@ -128,7 +128,9 @@ def with_shapes(found: SearchResult) -> Spread:
     return Spread(prediction, every)
 
 
-def deviations(found: SearchResult, spread: Spread | None = None) -> list[tuple[np.ndarray, dict[str, float]]]:
+def deviations(
+    found: SearchResult, spread: Spread | None = None
+) -> list[tuple[np.ndarray, dict[str, float]]]:
     """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
     spread = spread or with_shapes(found)
     std = np.sqrt(np.diag(spread.prediction.covariance))

@@ -62,9 +62,7 @@ def own_of(found: SearchResult, spread: Spread, place: int) -> Own:
     """Unknowns of one finding."""
     answer, (unknowns, names) = found.selected[place].answer, spread.of(found, place)
     values = found.prediction.values[places_of(found, place)]
-    return Own(
-        place, int(np.argmax(answer.by_joint)), unknowns, (*answer.candidate.names, *names), values
-    )
+    return Own(place, int(np.argmax(answer.by_joint)), unknowns, (*answer.candidate.names, *names), values)
 
 
 def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:

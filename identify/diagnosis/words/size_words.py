@@ -52,7 +52,9 @@ def rows_head(size: Size, diagnosis: Diagnosis) -> str:
         return "torque that no other parameter can take over"
     axis = AXES[size.over]
     against = " against the motion" if axis.braking else ""
-    first = f" over that at {digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}," if size.change else ""
+    first = (
+        f" over that at {digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}," if size.change else ""
+    )
     return f"torque{against}{first} at a {axis.words} of"
 
 

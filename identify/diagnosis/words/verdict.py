@@ -13,8 +13,8 @@ from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
 from .naming import capital, effect_words, joined, joint_words, lower, named
-from .size_words import left_out_words, size_words
 from .sentences import dependence, moment_sentence, sentence, undecided_sentence
+from .size_words import left_out_words, size_words
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
