@@ -33,11 +33,11 @@ class Size:
 
     Attributes:
         joint: On which it shows best, from 0.
-        beside: Root mean square of what it gives that no other parameter can take, fitted anew without it, and
-            its standard deviation [N m].
+        beside: Root mean square of what it gives that no other parameter can take over, fitted anew without
+            it, and its standard deviation [N m].
         over: What its torque depends on, a key of `AXES`; empty where it follows nothing recorded.
-        points: At zero (or the smallest recorded), usual (root mean square) and largest; of what has a sign, at
-            its lowest, middle (median) and highest.
+        points: At the smallest recorded, usual (root mean square) and largest; of what has a sign, at its
+            lowest, middle (median) and highest.
         curve: Over all that was recorded.
         change: Whether torques are less that of the first point, by which their intervals are half as wide.
     """
@@ -57,7 +57,7 @@ class Size:
 
 
 class LeftOut(NamedTuple):
-    """Why a number is not given: with it alone, the torque would be uncertain by more than all of the effect.
+    """Why a number is not given.
 
     Attributes:
         beside: The parameter that changes with it; empty where there is no one such.

@@ -1,6 +1,7 @@
 """Sizes: torque of each finding with its interval, and which of its numbers the data do not determine."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -80,12 +81,10 @@ def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: in
     runs = found.problem.fitted
     slopes = np.concatenate([_slopes(answer.candidate, own, run) for run in runs])
     covariance = spread.prediction.covariance[np.ix_(own.unknowns, own.unknowns)]
-    whole = Size(own.joint, _beside(spread, own, covariance, sum(run.rows for run in runs)))
-    for name in kind_of(answer.candidate.effect).drawn_against:
-        if sized := _over(name, slopes, own, covariance, traces):
-            over, points, curve, change = sized
-            return Size(own.joint, whole.beside, over, points, curve, change)
-    return whole
+    axes = kind_of(answer.candidate.effect).drawn_against
+    every = (_over(name, slopes, own, covariance, traces) for name in axes)
+    first = next((one for one in every if one is not None), Size(own.joint, (0.0, 0.0)))
+    return replace(first, beside=_beside(spread, own, covariance, sum(run.rows for run in runs)))
 
 
 def _slopes(candidate: Candidate, own: Own, run: Driven) -> np.ndarray:
@@ -101,43 +100,58 @@ def _slopes(candidate: Candidate, own: Own, run: Driven) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-class _Sized(NamedTuple):
-    over: str
-    points: tuple[Point, ...]
-    curve: tuple[Point, ...]
-    change: bool
+class _Along(NamedTuple):
+    """Torque along an axis, of the rows in which the joint does not stick.
+
+    Attributes:
+        x: Values of the axis, shape (r,).
+        slopes: Torque by a little more of each unknown, shape (r, q); against the motion where that is drawn.
+        bins: Rows of the curve.
+    """
+
+    x: np.ndarray
+    slopes: np.ndarray
+    bins: list[np.ndarray]
+
+    @classmethod
+    def of(cls, axis: Axis, slopes: np.ndarray, joint: int, traces: Sequence[Trace]) -> "_Along":
+        """By the traces of the rows that have these slopes (r, q)."""
+        x = np.concatenate([axis.values(trace, joint) for trace in traces])
+        velocity = np.concatenate([trace.velocity[:, joint] for trace in traces])
+        slides = np.concatenate([trace.weight[:, joint] for trace in traces]) > 0
+        used = slides & np.isfinite(x) & np.all(np.isfinite(slopes), axis=1)
+        turned = slopes * np.sign(velocity)[:, None] if axis.braking else slopes
+        return cls(x[used], turned[used], _bins(x[used]))
+
+    def means(self, every: Sequence[np.ndarray]) -> tuple[list[float], np.ndarray]:
+        """Of axis and slopes over some rows each."""
+        at = [float(self.x[rows].mean()) for rows in every]
+        return at, np.array([self.slopes[rows].mean(axis=0) for rows in every])
+
+    def followed(self, values: np.ndarray) -> bool:
+        """Whether the torque by coefficients (p,) is that of its curve."""
+        torque = self.slopes[:, : len(values)] @ values
+        apart = sum(len(rows) * float(np.var(torque[rows])) for rows in self.bins)
+        return apart <= FOLLOWS * float(np.sum(torque**2))
 
 
 def _over(
     name: str, slopes: np.ndarray, own: Own, covariance: np.ndarray, traces: Sequence[Trace]
-) -> _Sized | None:
-    """Torque over one axis; None where it does not follow that."""
-    axis, joint = AXES[name], own.joint
-    x = np.concatenate([axis.values(trace, joint) for trace in traces])
-    velocity = np.concatenate([trace.velocity[:, joint] for trace in traces])
-    counts = np.concatenate([trace.weight[:, joint] for trace in traces]) > 0
-    used = counts & np.isfinite(x) & np.all(np.isfinite(slopes), axis=1)
-    turned = slopes * np.sign(velocity)[:, None] if axis.braking else slopes
-    x, turned = x[used], turned[used]
-    if len(x) < FEWEST:
+) -> Size | None:
+    """Size over one axis; None where the torque does not follow that."""
+    axis = AXES[name]
+    along = _Along.of(axis, slopes, own.joint, traces)
+    if len(along.x) < FEWEST or not along.followed(own.values):
         return None
-    bins = _bins(x)
-    middles = np.array([turned[rows].mean(axis=0) for rows in bins])
-    torque, drawn = turned[:, : len(own.values)] @ own.values, np.zeros(len(x))
-    for rows, slope in zip(bins, middles, strict=True):
-        drawn[rows] = slope[: len(own.values)] @ own.values
-    if np.sum((torque - drawn) ** 2) > FOLLOWS * np.sum(torque**2):
-        return None
-    chosen = [_nearest(x, target) for target in _targets(x, axis)]
-    at = np.array([turned[rows].mean(axis=0) for rows in chosen])
+    places, at = along.means([_nearest(along.x, target) for target in _targets(along.x, axis)])
+    middles, curve = along.means(along.bins)
+    last, apart = (_variance(one, covariance) for one in (at[-1:], at[-1:] - at[0]))
+    if change := bool(apart[0] < TOGETHER * last[0]):
+        curve, at = curve - at[0], at - at[0]
     which = SIZES if axis.size else SIGNED
-    points = _points(which, [float(x[rows].mean()) for rows in chosen], at, own, covariance)
-    variance = np.einsum("kp,pq,kq->k", apart := np.array([at[-1], at[-1] - at[0]]), covariance, apart)
-    if change := bool(variance[1] < TOGETHER * variance[0]):
-        middles, at = middles - at[0], at - at[0]
-        points = _points(which, [one.at for one in points], at, own, covariance)
-    curve = _points(("",) * len(bins), [float(x[rows].mean()) for rows in bins], middles, own, covariance)
-    return _Sized(name, points, curve, change)
+    points = _points(which, places, at, own, covariance)
+    drawn = _points(("",) * len(middles), middles, curve, own, covariance)
+    return Size(own.joint, (0.0, 0.0), name, points, drawn, change)
 
 
 def _bins(x: np.ndarray) -> list[np.ndarray]:
@@ -161,8 +175,13 @@ def _points(
 ) -> tuple[Point, ...]:
     """Torque with its deviation where slopes are (k, q)."""
     torque = slopes[:, : len(own.values)] @ own.values
-    std = np.sqrt(np.maximum(np.einsum("kp,pq,kq->k", slopes, covariance, slopes), 0.0))
+    std = np.sqrt(_variance(slopes, covariance))
     return tuple(Point(*one) for one in zip(which, at, map(float, torque), map(float, std), strict=True))
+
+
+def _variance(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Of the torque where slopes are (k, q), shape (k,)."""
+    return np.maximum(np.einsum("kp,pq,kq->k", slopes, covariance, slopes), 0.0)
 
 
 def _beside(spread: Spread, own: Own, covariance: np.ndarray, rows: int) -> tuple[float, float]:
@@ -181,11 +200,10 @@ def _beside(spread: Spread, own: Own, covariance: np.ndarray, rows: int) -> tupl
 def left_out(
     found: SearchResult, spread: Spread, place: int, parameters: Mapping[str, Quantity]
 ) -> dict[str, LeftOut]:
-    """Numbers of a finding that are no size of it, since zero is within their 95 % interval and others change
-    with them.
+    """Numbers of a finding that are no size: zero is within their interval, and others change with them.
 
-    They do where that interval alone is more than a quarter of the effect's torque, or twice what is uncertain
-    of it.
+    They do where that 95 % interval alone is more than a quarter of the effect's torque, or twice what is
+    uncertain of it.
     """
     own, prediction = own_of(found, spread, place), spread.prediction
     rows = sum(run.rows for run in found.problem.fitted)

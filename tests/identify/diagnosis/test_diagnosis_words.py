@@ -180,8 +180,8 @@ def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
     first, second, *_ = verdict(one)
     assert "grows by 0.6 ± 0.5 N m per N m" in first
     assert (
-        "; over the size of the load, its torque against the motion is 0 N m at 0 N m (smallest), 0.19 ± 0.05 "
-        "N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)."
+        "; over the size of the load, its torque against the motion is 0 N m at 0 N m (smallest), 0.19 "
+        "± 0.05 N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)."
     ) in first
     assert (
         "preload is not given: these runs do not tell it from mu3, with which it changes together." in second
