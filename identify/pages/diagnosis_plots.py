@@ -7,7 +7,7 @@ import numpy as np
 from ..diagnosis.findings.finding import Moment, Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.improved.forward import Forward
-from ..diagnosis.words.diagnosis_schema import SizeTable
+from ..diagnosis.words.size_schema import SizeTable
 from ..text_table import NORMAL_95
 from .profiles import Axis, Profile, orders, profile, spectrum
 from .svg import Panel, Span, legend, picture, stretch, text

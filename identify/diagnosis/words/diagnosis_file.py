@@ -18,17 +18,15 @@ from .diagnosis_schema import (
     DiagnosisFile,
     FindingRow,
     MomentRow,
-    PointRow,
     QuantityRow,
     RemainderRow,
     ShareRow,
     SimulatedTable,
-    SizeRowOfTable,
-    SizeTable,
 )
 from .measures import by_kind, noise_measured, torque_units
 from .naming import distinct, effect_words, named
 from .sentences import possible, undecided_sentence
+from .size_schema import PointRow, SizeRow, SizeTable
 from .size_words import left_out_words, rows_head, size_rows, size_words, unit_over
 from .verdict import certainty, headline, left_on, sized, undecided, verdict
 
@@ -187,7 +185,7 @@ def _size(size: Size, diagnosis: Diagnosis) -> SizeTable:
         unit=torque_units(diagnosis)[size.joint],  # type: ignore[arg-type]
         sentence=size_words(size, diagnosis),
         head=rows_head(size, diagnosis),
-        rows=tuple(SizeRowOfTable(*row) for row in size_rows(size, diagnosis)),
+        rows=tuple(SizeRow(*row) for row in size_rows(size, diagnosis)),
         beside_rms=number(size.beside[0]),
         beside_std=number(size.beside[1]),
         over=axis.words if axis else "",

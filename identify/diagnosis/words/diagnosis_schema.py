@@ -1,7 +1,7 @@
 """Schema of diagnosis.json: the types of its fields, and what has to agree between them."""
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated
 
 from msgspec import Meta, Struct
 
@@ -21,9 +21,9 @@ from ...schema import (
     check_joints,
     check_length,
 )
+from .size_schema import SizeTable, Unit
 
 Joints = tuple[JointNumber, ...]
-Unit = Literal["N m", "N"]
 PERCENT = 1e4
 """Of a share in the misfit, at most: all together are 100, and what one explains another may take back."""
 Percent = Annotated[float, Meta(ge=-PERCENT, le=PERCENT)]
@@ -44,57 +44,6 @@ class AlternativeRow(Struct, frozen=True):
     effect: EffectName
     joints: Joints
     probability: Probability | None
-
-
-class PointRow(Struct, frozen=True):
-    """Torque of a finding where what it depends on has one value; `which` is empty on a curve."""
-
-    at: Finite
-    torque: Finite
-    std: Finite
-    which: str = ""
-
-
-class SizeRowOfTable(Struct, frozen=True):
-    """A size as a row of the table of parameters."""
-
-    words: str
-    torque: Finite
-    std: Finite
-
-
-class SizeTable(Struct, frozen=True, kw_only=True):
-    """Torque of a finding on one joint, with the standard deviation of all its numbers together.
-
-    Attributes:
-        joint: On which it shows best.
-        unit: Of the torque.
-        sentence: What is known of it, in words.
-        head: What the rows are.
-        rows: The same as rows of a table.
-        beside_rms: Root mean square of what it gives that no other parameter can take over, fitted anew.
-        beside_std: Its standard deviation.
-        over: What the torque depends on, in words; empty where it follows nothing that was recorded.
-        over_unit: Its unit.
-        braking: Whether torques are against the motion.
-        change: Whether torques are less that of the first point.
-        points: At the smallest, usual (root mean square) and largest; or lowest, middle (median), highest.
-        curve: Over all that was recorded.
-    """
-
-    joint: JointNumber
-    unit: Unit
-    sentence: str
-    head: str
-    rows: tuple[SizeRowOfTable, ...]
-    beside_rms: SizeOrNull
-    beside_std: SizeOrNull
-    over: str = ""
-    over_unit: str = ""
-    braking: bool = False
-    change: bool = False
-    points: tuple[PointRow, ...] = ()
-    curve: tuple[PointRow, ...] = ()
 
 
 class FindingRow(Struct, frozen=True):
