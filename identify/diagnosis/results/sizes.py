@@ -33,7 +33,6 @@ together [-]: its interval is half as wide then."""
 MUCH = 0.25
 """Share of an effect's torque from which on it matters that a number's sign is not known [-]."""
 SIZES, SIGNED = ("smallest", "usual", "largest"), ("lowest", "middle", "highest")
-GAIN = "gain"
 
 
 class Own(NamedTuple):
@@ -245,4 +244,4 @@ def _effect_of(found: SearchResult, spread: Spread, unknown: int) -> str:
         for effect in model.effects
         for parameter in effect.parameters(model.robot)
     }
-    return every.get(name, "drive_gain" if name.startswith(GAIN) else "")
+    return every.get(name, "")

@@ -20,7 +20,7 @@ from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diag
 from exidyn.identify.diagnosis.words.sentences import direction, moment_sentence, sentence
 from exidyn.identify.diagnosis.words.verdict import verdict
 from exidyn.identify.pages.budget import percents
-from exidyn.identify.pages.diagnosis_document import summary
+from exidyn.identify.pages.diagnosis_document import report_html, summary
 from exidyn.identify.pages.profiles import AXES
 
 from ...parts.small import two_joints
@@ -212,6 +212,15 @@ def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_i
     first = verdict(diagnosis(collinear(size=unknown)))[0]
     assert "; it gives 0.050 ± 0.008 N m, root mean square, that no other parameter can take over." in first
     assert "0.29" not in first
+
+
+def test_the_report_draws_the_torque_with_its_band():
+    curve = tuple(Point("", x, 0.3 * x, 0.02) for x in (0.1, 0.5, 1.0))
+    page = report_html(diagnosis(collinear(size=replace(LOADED, curve=curve))))
+    assert "Its torque over size of the load" in page
+    assert "torque against the motion [N m]" in page
+    assert 'class="sure"' in page
+    assert "Its torque over" not in report_html(diagnosis(collinear()))
 
 
 def test_the_file_has_the_size_with_units_and_what_is_not_given():
