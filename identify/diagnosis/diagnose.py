@@ -14,13 +14,14 @@ from ..model import Model
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
 from .candidates import kind_of
-from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity
+from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity, Trace
 from .findings.quantities import quantities
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes
-from .results.evidence import deviations, evidence, places_of
+from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
+from .results.sizes import left_out, size
 from .runs.driven import Driven
 from .runs.usable import usable
 from .search.once import moments
@@ -116,8 +117,12 @@ def _diagnosed(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     proof = evidence(found, noise)
-    spread, named = deviations(found), sum(one.named for one in found.selected)
-    every = [_finding(found, place, spread[place]) for place in range(len(found.selected))]
+    spread, named = with_shapes(found), sum(one.named for one in found.selected)
+    std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]
+    every = [
+        _sized(found, place, spread, fitted, _finding(found, place, std[place]))
+        for place in range(len(found.selected))
+    ]
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -167,6 +172,17 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
         candidate,
         one.alone,
         one.unnamed >= 1.0,
+    )
+
+
+def _sized(
+    found: SearchResult, place: int, spread: Spread, fitted: Sequence[Trace], finding: Finding
+) -> Finding:
+    """The finding with its torque and what of its numbers is not determined, by traces of the runs fitted."""
+    return replace(
+        finding,
+        size=size(found, spread, fitted, place),
+        left_out=left_out(found, spread, place, finding.parameters),
     )
 
 

@@ -153,22 +153,37 @@ def _map(diagnosis: Diagnosed) -> list[Block]:
 
 
 def _findings_table(diagnosis: Diagnosed) -> list[Block]:
-    """A row a parameter, undecided findings last; nothing without findings."""
+    """A row a parameter that is determined, undecided findings last; nothing without findings."""
     rows: list[list[Cell]] = []
     for finding in diagnosis.file.every:
         mark = "" if finding in diagnosis.file.findings else ", undecided"
-        rows.append([f"{name_of_finding(diagnosis, finding)}{mark}: {_probability(finding)}{_gain(finding)}"])
-        for name, one in finding.parameters.items():
-            value, half = value_of(one.value), NORMAL_95 * value_of(one.std)
-            unit = "" if one.unit == "1" else one.unit
-            rows.append([f"  {name}", Number(value), Number(half, 2), unit])
+        rows += [[f"{name_of_finding(diagnosis, finding)}{mark}"], [f"  {_sure(finding)}{_gain(finding)}"]]
+        rows += _numbers(finding)
     if not rows:
         return []
-    return [Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,)), Paragraph(HELD_OUT)]
+    why = [words for finding in diagnosis.file.every for words in finding.left_out.values()]
+    table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
+    return [table, *([Statements(why)] if why else []), Paragraph(HELD_OUT)]
 
 
-def _probability(finding: FindingRow) -> str:
-    return f"probability {percent(finding.probability, 3)}"
+def _numbers(finding: FindingRow) -> list[list[Cell]]:
+    """Its parameters; where some are not determined, what is known of its torque beside the others."""
+    rows: list[list[Cell]] = []
+    for name, one in finding.parameters.items():
+        value, half = value_of(one.value), NORMAL_95 * value_of(one.std)
+        if name not in finding.left_out:
+            rows.append([f"  {name}", Number(value), Number(half, 2), "" if one.unit == "1" else one.unit])
+    if (size := finding.size) is not None and finding.left_out:
+        rows.append([f"  {size.head}"])
+        rows += [
+            [f"    {one.words}", Number(one.torque), Number(NORMAL_95 * one.std, 2), size.unit]
+            for one in size.rows
+        ]
+    return rows
+
+
+def _sure(finding: FindingRow) -> str:
+    return f"probability {percent(finding.probability, 3)} that it is there and is this effect"
 
 
 def _gain(finding: FindingRow) -> str:

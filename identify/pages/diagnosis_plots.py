@@ -7,6 +7,8 @@ import numpy as np
 from ..diagnosis.findings.finding import Moment, Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.improved.forward import Forward
+from ..diagnosis.words.size_schema import SizeTable
+from ..text_table import NORMAL_95
 from .profiles import Axis, Profile, orders, profile, spectrum
 from .svg import Panel, Span, legend, picture, stretch, text
 
@@ -52,6 +54,22 @@ def profile_plot(
         + panel.line(after.x, after.mean, "after")
     )
     return picture(472, 246, f"residual over {label}", content)
+
+
+def size_plot(size: SizeTable) -> str:
+    """Torque of a finding over what it depends on, with its 95 % band."""
+    x, torque, std = np.array([(one.at, one.torque, one.std) for one in size.curve]).T
+    low, high = torque - NORMAL_95 * std, torque + NORMAL_95 * std
+    panel = Panel(Span.around(x, margin=0.02), Span.around(low, high, np.zeros(1)), 64, 24, 400, 190)
+    label = f"{size.over} [{size.over_unit}]"
+    what = "torque against the motion" if size.braking else "torque"
+    less = " over the first" if size.change else ""
+    content = (
+        panel.axes(label, f"{what}{less} [{size.unit}]")
+        + panel.band(x, low, high, "sure")
+        + panel.line(x, torque, "after")
+    )
+    return picture(472, 246, f"torque over {label}", content)
 
 
 def _keys(noise: float | None) -> list[tuple[str, str]]:

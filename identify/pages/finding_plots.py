@@ -7,15 +7,17 @@ import numpy as np
 
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.words.diagnosis_schema import FindingRow
-from ..diagnosis.words.naming import named
+from ..diagnosis.words.naming import capital, named
 from ..diagnosis.words.sentences import dependence
 from ..document.document import Block, Figure, Grid, Heading, Paragraph, Table
 from ..text_table import digits, percent
 from .diagnosed import Diagnosed, moments, name_of_finding
-from .diagnosis_plots import orders_plot, profile_plot, spectrum_plot, time_plot
+from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
 from .profiles import AXES, USUAL
 
 WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
+FEWEST_POINTS = 3
+"""Of a curve that is drawn."""
 NOTE = (
     "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
     "this effect alone, after is with it. Dots are rows and lines means of bins; where the two lines part, "
@@ -35,9 +37,21 @@ def findings_blocks(
         texts = [words for words in (one.headline or f"{one.sentence}.", one.certainty) if words]
         blocks += [Heading(name_of_finding(diagnosis, one)), *(Paragraph(words, "") for words in texts)]
         axes = kind_of(one.effect).drawn_against or USUAL[:2]
+        blocks += _size(one)
         blocks += _plots(without(diagnosis, place), diagnosis.clearest_joint(one), axes)
         blocks.append(_alternatives(diagnosis, one))
     return blocks
+
+
+def _size(finding: FindingRow) -> list[Block]:
+    """Its torque over what that depends on, with an interval, and its least and usual and most in words."""
+    if (size := finding.size) is None:
+        return []
+    words = Paragraph(f"{capital(size.sentence)}.", "")
+    if len(size.curve) < FEWEST_POINTS:
+        return [words]
+    remark = "by all its numbers together, with a 95 % band"
+    return [words, Grid([Figure(f"Its torque over {size.over}", remark, size_plot(size))])]
 
 
 def without(diagnosis: Diagnosed, place: int) -> Diagnosed:

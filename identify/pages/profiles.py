@@ -1,56 +1,18 @@
 """Profiles: a residual against what it may depend on, in bins and in spectra."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ..diagnosis.findings.axes import AXES as AXES
+from ..diagnosis.findings.axes import Axis
 from ..diagnosis.findings.finding import Trace
-from ..diagnosis.words.measures import in_unit
 
 BINS = 28
 """Across a profile: each then has some hundred rows of a run of half a minute."""
 FEWEST = 8
 """Rows from which on the mean of a bin is drawn."""
-MOTOR = "angle of the motor"
-
-
-class Axis(NamedTuple):
-    """What a residual is drawn against.
-
-    Attributes:
-        label: With its unit for revolute joints.
-        values: Values of a trace and a joint, shape (r,).
-        braking: Whether the residual is taken against the motion, as friction is.
-    """
-
-    label: str
-    values: Callable[[Trace, int], np.ndarray]
-    braking: bool = False
-
-    def title(self, revolute: bool) -> str:
-        """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
-        words, _, rest = self.label.partition(" [")
-        if revolute or words == MOTOR:
-            return self.label
-        return f"{words} [{in_unit(rest.removesuffix(']'), False)}]"
-
-
-AXES: dict[str, Axis] = {
-    "velocity": Axis("velocity [rad/s]", lambda trace, j: trace.velocity[:, j]),
-    "speed": Axis("speed [rad/s]", lambda trace, j: np.abs(trace.velocity[:, j]), True),
-    "position": Axis("position [rad]", lambda trace, j: trace.position[:, j]),
-    "where it brakes": Axis("position [rad]", lambda trace, j: trace.position[:, j], True),
-    "load": Axis("nominal load [N m]", lambda trace, j: trace.load[:, j]),
-    "size of the load": Axis("size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True),
-    "torque": Axis("torque [N m]", lambda trace, j: trace.measured[:, j]),
-    "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
-    "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),
-    "time": Axis("time [s]", lambda trace, j: trace.time),
-    "motor angle": Axis(f"{MOTOR} [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
-}
-"""Name -> what it is."""
-
 USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
 """What a residual without a name is drawn against."""
 

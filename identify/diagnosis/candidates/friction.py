@@ -179,7 +179,7 @@ KINDS = {
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "nonlinear_viscous_friction": Kind(
-        sentence="{joint} has nonlinear viscous friction: {Fn} at {one}[, growing with speed to the power "
+        sentence="{joint} has nonlinear viscous friction[: {Fn} at {one}][, growing with speed to the power "
         "{exponent:bare}]",
         drawn_against=("speed", "velocity"),
         shapes=tuple({"exponent": power} for power in (0.5, 0.8, 1.5, 2.0, 3.0)),

@@ -11,6 +11,7 @@ from ...notebook import InNotebook, counted
 from ...preparation.prepare import Filtering
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
+from .size import LeftOut, Size
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +93,8 @@ class Finding:
         candidate: What was asked, for columns over other runs.
         alone: Whether one joint alone shows it, though it acts on the whole arm.
         unnamed: Whether as much is left on its joint that depends on something and has no name.
+        size: Its torque with an interval; None where that was not asked.
+        left_out: Parameters that the data do not determine, and beside what.
     """
 
     effect: str
@@ -104,11 +107,18 @@ class Finding:
     candidate: Candidate
     alone: bool = False
     unnamed: bool = False
+    size: Size | None = None
+    left_out: Mapping[str, LeftOut] = field(default_factory=dict)
 
     @property
     def listed(self) -> bool:
         """Whether the vocabulary has a name for it."""
         return self.candidate.listed
+
+    @property
+    def determined(self) -> dict[str, Quantity]:
+        """Parameters that the data determine."""
+        return {name: one for name, one in self.parameters.items() if name not in self.left_out}
 
 
 UNCERTAIN = "no recorded quantity with certainty"

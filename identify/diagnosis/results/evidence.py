@@ -1,6 +1,7 @@
 """Evidence: traces of all runs out of a search's result, and how far the numbers of findings may be off."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,27 +89,54 @@ STEP = 0.02
 """Step of the difference that gives a column, share of a number or of its bounds [-]."""
 
 
-def deviations(found: SearchResult) -> list[tuple[np.ndarray, dict[str, float]]]:
-    """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
+class Spread(NamedTuple):
+    """What is known of all unknowns together, numbers of shapes among them.
+
+    Attributes:
+        prediction: Of all findings, with the torque by a little more of each shape's number as a column.
+        shapes: Finding and name of each such number; their unknowns are the last.
+    """
+
+    prediction: Prediction
+    shapes: tuple[tuple[int, str], ...]
+
+    def of(self, found: SearchResult, place: int) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Places of a finding's unknowns, coefficients first, and the names of those of its shape."""
+        first = len(self.prediction.rows.names) - len(self.shapes)
+        behind = [first + k for k, (one, _) in enumerate(self.shapes) if one == place]
+        names = tuple(name for one, name in self.shapes if one == place)
+        return np.append(places_of(found, place), behind).astype(int), names
+
+
+def with_shapes(found: SearchResult) -> Spread:
+    """The prediction of a search, with unknowns for the numbers of all shapes that may be refined."""
     ranges = [one.answer.candidate.bounds for one in found.selected]
-    every = [
+    every = tuple(
         (place, name)
         for place, shape in enumerate(ranges)
         for name, (_, low, high) in shape.items()
         if high > low  # a preload of a joint that bears no load is none
-    ]
+    )
     prediction = found.prediction
-    count, rows = len(prediction.rows.names), prediction.rows
     if every:
         columns = np.stack([_more(found, place, name) for place, name in every], axis=2)
         # Anywhere within its bounds is as likely beforehand.
         bounds = [ranges[place][name] for place, name in every]
         spread = np.array([(one.high - one.low) / np.sqrt(12.0) for one in bounds])
-        rows = rows.plus([name for _, name in every], columns, spread)
+        rows = prediction.rows.plus([name for _, name in every], columns, spread)
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    std = np.sqrt(np.diag(prediction.covariance))
-    shapes = [dict.fromkeys(shape, 0.0) for shape in ranges]
-    for (place, name), deviation in zip(every, std[count:], strict=True):
+    return Spread(prediction, every)
+
+
+def deviations(
+    found: SearchResult, spread: Spread | None = None
+) -> list[tuple[np.ndarray, dict[str, float]]]:
+    """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
+    spread = spread or with_shapes(found)
+    std = np.sqrt(np.diag(spread.prediction.covariance))
+    shapes = [dict.fromkeys(one.answer.candidate.bounds, 0.0) for one in found.selected]
+    behind = std[len(std) - len(spread.shapes) :]
+    for (place, name), deviation in zip(spread.shapes, behind, strict=True):
         shapes[place][name] = float(deviation)
     return [
         (std[places_of(found, place)], shape | _of_reported(found.selected[place].answer.candidate, shape))
@@ -141,12 +169,16 @@ def _more(found: SearchResult, place: int, name: str) -> np.ndarray:
         late = np.isin(np.arange(rows.difference.shape[1]), answer.columns.joints)
         return rows.columns[:, :, rows.names.index(CLOCK)] * late
     candidate, values = answer.candidate, found.prediction.values[places_of(found, place)]
+    less, more, apart = around(candidate, name)
+    torques = [Thinned.of(one, found.problem.runs).values @ values for one in (less, more)]
+    whole = np.zeros(rows.difference.shape)
+    whole[:, answer.columns.joints] = (torques[1] - torques[0]) / apart
+    return whole
+
+
+def around(candidate: Candidate, name: str) -> tuple[Candidate, Candidate, float]:
+    """The candidate with a little less and a little more of one number of its shape, and how far apart."""
     at, bounds = candidate.shape[name], candidate.bounds[name]
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)
     low, high = max(-step, bounds.low - at), min(step, bounds.high - at)
-    torques = [
-        Thinned.of(_shaped(candidate, name, more), found.problem.runs).values @ values for more in (low, high)
-    ]
-    whole = np.zeros(rows.difference.shape)
-    whole[:, answer.columns.joints] = (torques[1] - torques[0]) / (high - low)
-    return whole
+    return _shaped(candidate, name, low), _shaped(candidate, name, high), high - low

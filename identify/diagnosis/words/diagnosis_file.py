@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from msgspec import json
 
+from ..findings.axes import AXES
 from ..findings.finding import Alternative, Change, Diagnosis, Finding, Moment, Quantity, Remainder, Share
+from ..findings.size import Size
 from ..improved.forward import Forward
 from ..results.budget import NOISE, OTHER
 from .diagnosis_schema import (
@@ -21,10 +23,12 @@ from .diagnosis_schema import (
     ShareRow,
     SimulatedTable,
 )
-from .measures import by_kind, noise_measured, slides, torque_units
+from .measures import by_kind, noise_measured, torque_units
 from .naming import distinct, effect_words, named
-from .sentences import possible, sentence, undecided_sentence
-from .verdict import certainty, headline, left_on, undecided, verdict
+from .sentences import possible, undecided_sentence
+from .size_schema import PointRow, SizeRow, SizeTable
+from .size_words import left_out_words, rows_head, size_rows, size_words, unit_over
+from .verdict import certainty, headline, left_on, sized, undecided, verdict
 
 UNDECIDED = " (name undecided)"
 
@@ -142,7 +146,7 @@ def _simulated(forward: Forward) -> SimulatedTable:
 
 def _finding(diagnosis: Diagnosis, place: int, folder: str) -> FindingRow:
     finding = diagnosis.findings[place]
-    said = sentence(finding, diagnosis.joints, slides(diagnosis, finding))
+    said = sized(diagnosis, finding)
     return _row(diagnosis, finding, said, headline(diagnosis, finding), certainty(diagnosis, place, folder))
 
 
@@ -169,6 +173,27 @@ def _row(diagnosis: Diagnosis, finding: Finding, said: str, headline: str, certa
         name=_names(every, diagnosis.joints)[every.index(finding)],
         headline=headline,
         certainty=certainty,
+        size=None if finding.size is None else _size(finding.size, diagnosis),
+        left_out=left_out_words(finding.left_out),
+    )
+
+
+def _size(size: Size, diagnosis: Diagnosis) -> SizeTable:
+    axis = AXES.get(size.over)
+    return SizeTable(
+        joint=size.joint + 1,
+        unit=torque_units(diagnosis)[size.joint],  # type: ignore[arg-type]
+        sentence=size_words(size, diagnosis),
+        head=rows_head(size, diagnosis),
+        rows=tuple(SizeRow(*row) for row in size_rows(size, diagnosis)),
+        beside_rms=number(size.beside[0]),
+        beside_std=number(size.beside[1]),
+        over=axis.words if axis else "",
+        over_unit=unit_over(size, diagnosis),
+        braking=axis is not None and axis.braking,
+        change=size.change,
+        points=tuple(PointRow(one.at, one.torque, one.std, one.which) for one in size.points),
+        curve=tuple(PointRow(one.at, one.torque, one.std) for one in size.curve),
     )
 
 

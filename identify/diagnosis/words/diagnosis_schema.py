@@ -1,7 +1,7 @@
 """Schema of diagnosis.json: the types of its fields, and what has to agree between them."""
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated
 
 from msgspec import Meta, Struct
 
@@ -21,9 +21,9 @@ from ...schema import (
     check_joints,
     check_length,
 )
+from .size_schema import SizeTable, Unit
 
 Joints = tuple[JointNumber, ...]
-Unit = Literal["N m", "N"]
 PERCENT = 1e4
 """Of a share in the misfit, at most: all together are 100, and what one explains another may take back."""
 Percent = Annotated[float, Meta(ge=-PERCENT, le=PERCENT)]
@@ -55,6 +55,8 @@ class FindingRow(Struct, frozen=True):
         certainty: How surely it is this, what it might be instead, and what would decide.
         torque_rms: Root mean square of its torque on each joint.
         held_out: By how much it lowers twice the negative log likelihood of runs held out.
+        size: Its torque with an interval; older files lack it.
+        left_out: Parameters that the data do not determine, which are not shown -> why.
     """
 
     effect: EffectName
@@ -68,6 +70,8 @@ class FindingRow(Struct, frozen=True):
     name: str = ""
     headline: str = ""
     certainty: str = ""
+    size: SizeTable | None = None
+    left_out: dict[str, str] = {}
 
     @property
     def places(self) -> list[int]:
@@ -220,6 +224,8 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     def _check_finding(self, one: FindingRow, where: str) -> None:
         check_joints(one.joints, f"{where}.joints", len(self.joints))
         self._by_joint(one.torque_rms, f"{where}.torque_rms")
+        if one.size is not None:
+            check_joints([one.size.joint], f"{where}.size.joint", len(self.joints))
         for place, other in enumerate(one.alternatives):
             check_joints(other.joints, f"{where}.alternatives[{place}].joints", len(self.joints))
 

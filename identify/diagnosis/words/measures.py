@@ -48,7 +48,8 @@ def _stated(diagnosis: Diagnosis, finding: Finding) -> Finding:
     pairs = [(*determined_as.get(name, (name, one.unit)), one) for name, one in finding.parameters.items()]
     turning = not slides(diagnosis, finding)
     parameters = {name: one._replace(unit=in_unit(unit, turning)) for name, unit, one in pairs if name}
-    return replace(finding, parameters=parameters)
+    left_out = {determined_as.get(name, (name, ""))[0]: one for name, one in finding.left_out.items()}
+    return replace(finding, parameters=parameters, left_out=left_out)
 
 
 def noise_measured(diagnosis: Diagnosis) -> bool:

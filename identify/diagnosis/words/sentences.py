@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,19 +17,21 @@ OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
 def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> str:
-    """The finding as a sentence, without a full stop.
+    """The finding as a sentence, without a full stop; numbers that are not determined are not in it.
 
     Args:
         finding: Any; an effect without a sentence is given by its name.
         joints: Names of the robot's joints.
         sliding: Whether its joints slide.
     """
+    finding = replace(finding, parameters=finding.determined)
     kind, known = kind_of(finding.effect), formatted(finding)
     derived = kind.derived(finding, known) if kind.derived else {}
     known |= {**derived, **_places(finding, joints), **_units(known, sliding)}
     pattern = kind.sentence or f"{{joint}}: {finding.effect.replace('_', ' ')}"
     whole = OPTIONAL.sub(lambda part: _filled(part[1], known), pattern)
-    return _filled(whole, known) or f"{known['joint']}: {finding.effect.replace('_', ' ')}"
+    has = f"{known['joint']} has {effect_words(finding.effect)}" if finding.left_out else ""
+    return _filled(whole, known) or has or f"{known['joint']}: {finding.effect.replace('_', ' ')}"
 
 
 def _filled(pattern: str, known: Mapping[str, Any]) -> str:

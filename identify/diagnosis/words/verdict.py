@@ -14,6 +14,7 @@ from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
 from .naming import capital, effect_words, joined, joint_words, lower, named
 from .sentences import dependence, moment_sentence, sentence, undecided_sentence
+from .size_words import left_out_words, size_words
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
@@ -55,10 +56,17 @@ def explained(diagnosis: Diagnosis) -> bool:
 
 def headline(diagnosis: Diagnosis, finding: Finding) -> str:
     """What is missing, how much of the misfit it explains, and what the runs held out show."""
-    text = f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}."
+    text = f"{sized(diagnosis, finding)}."
     joint = clearest_joint(diagnosis, finding)
     parts = [text, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
     return " ".join(part for part in parts if part)
+
+
+def sized(diagnosis: Diagnosis, finding: Finding) -> str:
+    """The finding as a sentence, without a full stop; with its torque where numbers are not determined."""
+    text = sentence(finding, diagnosis.joints, slides(diagnosis, finding))
+    shown = finding.left_out and finding.size is not None
+    return f"{text}; {size_words(finding.size, diagnosis)}" if shown and finding.size else text
 
 
 def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
@@ -192,12 +200,13 @@ def certainty(diagnosis: Diagnosis, place: int, folder: str) -> str:
     ]
     parts += [_small(diagnosis, finding), _held_out(finding), _excluded(diagnosis, finding)]
     remark = kind_of(finding.effect).remark
-    parts += [_open(diagnosis, finding, files, folder), f"{remark}." if remark else ""]
+    parts += [*left_out_words(finding.left_out).values(), _open(diagnosis, finding, files, folder)]
+    parts.append(f"{remark}." if remark else "")
     return " ".join(part for part in parts if part)
 
 
 def _probability(probability: float) -> str:
-    return f"probability {percent(probability, 3)}"
+    return f"probability {percent(probability, 3)} that it is there and is this effect"
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:

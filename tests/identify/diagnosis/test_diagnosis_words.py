@@ -12,6 +12,7 @@ from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improveme
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
 from exidyn.identify.diagnosis.findings.quantities import Formatted, with_interval
+from exidyn.identify.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identify.diagnosis.questions.candidate import Candidate
 from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identify.diagnosis.results.budget import OTHER
@@ -19,7 +20,7 @@ from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diag
 from exidyn.identify.diagnosis.words.sentences import direction, moment_sentence, sentence
 from exidyn.identify.diagnosis.words.verdict import verdict
 from exidyn.identify.pages.budget import percents
-from exidyn.identify.pages.diagnosis_document import summary
+from exidyn.identify.pages.diagnosis_document import report_html, summary
 from exidyn.identify.pages.profiles import AXES
 
 from ...parts.small import two_joints
@@ -89,7 +90,8 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
         "2.00 -> 1.00 N m (10.0 -> 5.00 x noise)."
     )
     assert second.startswith(
-        "Load-dependent friction of joint 3: probability above 99.9 %. Excluded, below 1 %:"
+        "Load-dependent friction of joint 3: probability above 99.9 % that it is there and is this effect. "
+        "Excluded, below 1 %:"
     )
 
 
@@ -158,6 +160,82 @@ def test_what_the_search_asks_about_can_be_put_in_words(effect):
         # What is fitted of a balancer has the lever in it, which is not known.
         if effect != "spring_balancer":
             assert text != sentence(replace(one, parameters={}), model.robot.joints)
+
+
+LOADED = Size(
+    2, (0.05, 0.004), "size of the load",
+    (Point("smallest", 0.0, 0.0, 0.0), Point("usual", 0.85, 0.19, 0.024), Point("largest", 1.1, 0.29, 0.03)),
+)  # fmt: skip
+
+
+def collinear(**changes) -> Finding:
+    """Its preload is not known beside its growth; its torque is."""
+    numbers = {"mu3": Quantity(0.61, 0.27, "1"), "preload": Quantity(0.7771, 0.64, "N m")}
+    missing = {"preload": LeftOut("mu3")}
+    return replace(finding(parameters=numbers, size=LOADED, left_out=missing), **changes)
+
+
+def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
+    one = diagnosis(collinear())
+    first, second, *_ = verdict(one)
+    assert "grows by 0.6 ± 0.5 N m per N m" in first
+    assert (
+        "; over the size of the load, its torque against the motion is 0 N m at 0 N m (smallest), 0.19 "
+        "± 0.05 N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)."
+    ) in first
+    assert (
+        "preload is not given: these runs do not tell it from mu3, with which it changes together." in second
+    )
+    page = summary(one)
+    assert "0.7771" not in page
+    assert "0.78" not in page
+    rows = [line.split() for line in page.splitlines()]
+    assert ["0.85", "N", "m", "(usual)", "0.1900", "0.047", "N", "m"] in rows
+    assert "torque against the motion at a size of the load of" in page
+
+
+def test_without_any_number_that_is_determined_the_effect_and_its_torque_are_given():
+    missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
+    first, second, *_ = verdict(diagnosis(collinear(left_out=missing)))
+    assert first.startswith("Joint 3 has load-dependent friction; over the size of the load,")
+    assert "mu3 is not given: these runs do not tell it from Fc3 of Coulomb friction" in second
+    assert "preload is not given: these runs do not determine it beside all other parameters." in second
+
+
+def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_is_not_given():
+    changing = replace(LOADED, change=True)
+    assert (
+        verdict(diagnosis(collinear(size=changing)))[0].count("; over that at a size of the load of 0 N m")
+        == 1
+    )
+    unknown = replace(LOADED, points=(Point("largest", 1.1, 0.29, 0.2),))
+    first = verdict(diagnosis(collinear(size=unknown)))[0]
+    assert "; it gives 0.050 ± 0.008 N m, root mean square, that no other parameter can take over." in first
+    assert "0.29" not in first
+
+
+def test_the_report_draws_the_torque_with_its_band():
+    curve = tuple(Point("", x, 0.3 * x, 0.02) for x in (0.1, 0.5, 1.0))
+    page = report_html(diagnosis(collinear(size=replace(LOADED, curve=curve))))
+    assert "Its torque over size of the load" in page
+    assert "torque against the motion [N m]" in page
+    assert 'class="sure"' in page
+    assert "Its torque over" not in report_html(diagnosis(collinear()))
+
+
+def test_the_file_has_the_size_with_units_and_what_is_not_given():
+    [row] = plain(diagnosis(collinear()))["findings"]
+    assert row["size"]["points"][1] == {"at": 0.85, "torque": 0.19, "std": 0.024, "which": "usual"}
+    assert (row["size"]["unit"], row["size"]["over"], row["size"]["braking"]) == (
+        "N m",
+        "size of the load",
+        True,
+    )
+    assert set(row["left_out"]) == {"preload"}
+    [row] = plain(sliding(diagnosis(collinear())))["findings"]
+    assert (row["size"]["unit"], row["size"]["over_unit"]) == ("N", "N")
+    [row] = plain(diagnosis(finding()))["findings"]
+    assert row["size"] is None
 
 
 def test_a_name_that_is_not_known_is_still_reported():
@@ -275,7 +353,10 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
         "Joint 3: something is missing that is joint spring (65 %), time delay of the arm (20 %) or backlash "
         "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
     )
-    assert "Joint spring of joint 3, undecided: probability 65 %" in summary(one)
+    assert (
+        "Joint spring of joint 3, undecided\n  probability 65 % that it is there and is this effect"
+        in summary(one)
+    )
     leaning = diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),))
     assert (
         "The arm: something is missing that is base tilt (95 %), but only one joint shows that"
@@ -398,9 +479,11 @@ def test_warnings_come_last_as_sentences_and_what_is_left_before_them():
 
 def test_the_page_of_text_has_findings_intervals_and_ratios():
     page = summary(diagnosis(finding()))
-    heading = "Load-dependent friction of joint 3: probability above 99.9 %, held out 900"
+    heading = "Load-dependent friction of joint 3"
     lines = page.splitlines()
-    assert lines[lines.index(heading) + 1].split() == ["mu3", "0.1200", "0.012"]
+    sure = lines[lines.index(heading) + 1]
+    assert sure == "  probability above 99.9 % that it is there and is this effect, held out 900"
+    assert lines[lines.index(heading) + 2].split() == ["mu3", "0.1200", "0.012"]
     joint = [line for line in lines[lines.index(heading) :] if line.startswith("Joint 3 ")][0]
     # noise, nominal values, before and after by the budget, and the two over noise
     assert joint.split()[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]

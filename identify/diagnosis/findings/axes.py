@@ -1,0 +1,57 @@
+"""Axes: recorded quantities that a residual, or the torque of a finding, may depend on."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arm.robot import SLIDING
+from .finding import Trace
+
+MOTOR = "angle of the motor"
+
+
+class Axis(NamedTuple):
+    """What a residual, or the torque of a finding, depends on.
+
+    Attributes:
+        label: With its unit for revolute joints.
+        values: Values of a trace and a joint, shape (r,).
+        braking: Whether the residual is taken against the motion, as friction is.
+        size: Whether it is never below zero, and zero is none of it.
+    """
+
+    label: str
+    values: Callable[[Trace, int], np.ndarray]
+    braking: bool = False
+    size: bool = False
+
+    def title(self, revolute: bool) -> str:
+        """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
+        return f"{self.words} [{self.unit(revolute)}]"
+
+    @property
+    def words(self) -> str:
+        """The label without its unit."""
+        return self.label.partition(" [")[0]
+
+    def unit(self, revolute: bool) -> str:
+        """Its unit on a revolute or prismatic joint."""
+        own = self.label.partition(" [")[2].removesuffix("]")
+        return own if revolute or self.words == MOTOR else SLIDING.get(own, own)
+
+
+AXES: dict[str, Axis] = {
+    "velocity": Axis("velocity [rad/s]", lambda trace, j: trace.velocity[:, j]),
+    "speed": Axis("speed [rad/s]", lambda trace, j: np.abs(trace.velocity[:, j]), True, True),
+    "position": Axis("position [rad]", lambda trace, j: trace.position[:, j]),
+    "where it brakes": Axis("position [rad]", lambda trace, j: trace.position[:, j], True),
+    "load": Axis("nominal load [N m]", lambda trace, j: trace.load[:, j]),
+    "size of the load": Axis("size of the load [N m]", lambda trace, j: np.abs(trace.load[:, j]), True, True),
+    "torque": Axis("torque [N m]", lambda trace, j: trace.measured[:, j]),
+    "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
+    "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),
+    "time": Axis("time [s]", lambda trace, j: trace.time),
+    "motor angle": Axis(f"{MOTOR} [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
+}
+"""Name -> what it is."""

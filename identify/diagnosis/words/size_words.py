@@ -1,0 +1,70 @@
+"""Sizes in words: the torque of a finding with its 95 % interval, and why a number of it is not given."""
+
+from collections.abc import Mapping
+
+from ...text_table import digits
+from ..findings.axes import AXES
+from ..findings.finding import Diagnosis
+from ..findings.quantities import with_interval
+from ..findings.size import LeftOut, Point, Size
+from .measures import revolute, torque_units
+from .naming import effect_words, joined
+
+BESIDE = "root mean square, that no other parameter can take over"
+
+
+def unit_over(size: Size, diagnosis: Diagnosis) -> str:
+    """Unit of what the torque depends on; empty where it follows nothing."""
+    return AXES[size.over].unit(bool(revolute(diagnosis)[size.joint])) if size.over else ""
+
+
+def size_words(size: Size, diagnosis: Diagnosis) -> str:
+    """What is known of the torque, as a part of a sentence: of its points, or else of what is its alone."""
+    unit = torque_units(diagnosis)[size.joint]
+    if not size.known:
+        return f"it gives {with_interval(*size.beside)} {unit}, {BESIDE}"
+    axis = AXES[size.over]
+    against = " against the motion" if axis.braking else ""
+    first, *others = (_place(one, unit_over(size, diagnosis)) for one in size.points)
+    torques = [with_interval(one.torque, one.std) for one in size.points]
+    if size.change:
+        said = joined([f"{t} {unit} at {at}" for t, at in zip(torques[1:], others, strict=True)])
+        return f"over that at a {axis.words} of {first}, its torque{against} is {said}"
+    said = joined([f"{t} {unit} at {at}" for t, at in zip(torques, (first, *others), strict=True)])
+    return f"over the {axis.words}, its torque{against} is {said}"
+
+
+def _place(one: Point, unit: str) -> str:
+    return f"{digits(one.at, 2)} {unit} ({one.which})"
+
+
+def size_rows(size: Size, diagnosis: Diagnosis) -> list[tuple[str, float, float]]:
+    """The same as rows of a table: where, torque [N m] and standard deviation."""
+    if not size.known:
+        return [("root mean square", *size.beside)]
+    shown, unit = size.points[1 if size.change else 0 :], unit_over(size, diagnosis)
+    return [(_place(one, unit), one.torque, one.std) for one in shown]
+
+
+def rows_head(size: Size, diagnosis: Diagnosis) -> str:
+    """What those rows are."""
+    if not size.known:
+        return "torque that no other parameter can take over"
+    axis = AXES[size.over]
+    against = " against the motion" if axis.braking else ""
+    first = (
+        f" over that at {digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}," if size.change else ""
+    )
+    return f"torque{against}{first} at a {axis.words} of"
+
+
+def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
+    """Name of a number that is not given -> why, as a sentence."""
+    return {name: f"{name} is not given: {_why(one)}." for name, one in left_out.items()}
+
+
+def _why(one: LeftOut) -> str:
+    if not one.beside:
+        return "these runs do not determine it beside all other parameters"
+    of = f" of {effect_words(one.effect)}" if one.effect else ""
+    return f"these runs do not tell it from {one.beside}{of}, with which it changes together"
