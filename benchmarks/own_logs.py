@@ -5,6 +5,10 @@ people's libraries, from runs whose units are known. A guess is wrong if it was 
 units, columns and their order, whether an effort is the joint's torque, a gain by more than a factor of two
 or of the wrong sign. What init leaves open is no guess, and counted apart. Contradictions: numbers that text,
 page, JSON and robot.toml of one fit give under one name, and that differ.
+
+Thirty mistakes in a recording that is right without them (--quick: every third): whether init, import and
+identify name the cure, and whether a fit is printed as if nothing were wrong. Overstated: guesses of more
+than 99 % that are not true, mistakes that are suspected of a log that is right among them.
 """
 
 import contextlib
@@ -24,6 +28,7 @@ from common import options, save, show
 from parts.own_logs.contradictions import contradictions, in_fit, in_page, in_robot, in_text
 from parts.own_logs.foreign import foreign
 from parts.own_logs.logs import Known, Log, public
+from parts.own_logs.mistakes import MISTAKES, walk_mistake
 
 from exidyn.acquire.command_line import main as exidyn
 from exidyn.identify.robot_files.robot_file import read_model
@@ -41,6 +46,16 @@ def run(*arguments: Any) -> tuple[int, str, str]:
         except SystemExit as end:
             code = int(end.code or 0)
     return code, out.getvalue(), err.getvalue()
+
+
+OVERSTATED = 0.99
+"""Probability from which on a guess that is not true counts as overstated, written down or not."""
+
+
+def overstated(found: dict[str, Any], faults: list[str]) -> int:
+    """Guesses that are not true and were given more than 99 %."""
+    sure = [guess["what"] for guess in found["guesses"] if guess["probability"] > OVERSTATED]
+    return sum(any(fault.startswith(what) for what in sure) for fault in faults)
 
 
 def wrong(found: dict[str, Any], known: Known) -> list[str]:
@@ -76,6 +91,7 @@ def walk(log: Log, folder: Path) -> dict[str, Any]:
         return figures | {"failed": f"init: {error.strip()}", "minutes": 0.0}
     found = json.loads((folder / "init.json").read_text())
     figures["wrong"] = wrong(found, known)
+    figures["overstated"] = overstated(found, figures["wrong"])
     figures["open"] = [guess["what"] for guess in found["guesses"] if not guess["decided"]]
     if not log.fit:
         return figures | {"minutes": (time.perf_counter() - begin) / 60}
@@ -94,7 +110,8 @@ def fitted(then: str, folder: Path) -> dict[str, Any]:
     fit = folder / "fit"
     code, text, error = run("identify", folder / "run.mcap", "-o", fit)
     if code:
-        return {"imported": True, "failed": f"identify: {error.strip()}"}
+        certain = "--as-recorded" in error
+        return {"imported": True, "failed": f"identify: {error.strip()}", "suspected": int(certain)}
     table = json.loads((fit / "fit.json").read_text())
     said = [*in_text(text), *in_page((fit / "report.html").read_text()), *in_fit(table)]
     code, _, error = run("export", fit / "fit.json", "--to", "toml", "-o", folder / "identified.toml")
@@ -110,6 +127,19 @@ def fitted(then: str, folder: Path) -> dict[str, Any]:
         "exported": not code,
         "not_exported": error.strip() if code else "",
     }
+
+
+def walk_mistakes(every: bool) -> list[dict[str, Any]]:
+    """All mistakes, or every third."""
+    rows = []
+    for mistake in MISTAKES[:: 1 if every else 3]:
+        with tempfile.TemporaryDirectory() as folder:
+            rows.append(walk_mistake(mistake, run, Path(folder)))
+    head = ["mistake", "cure named", "physics blamed"]
+    words = {True: "yes", False: "no"}
+    table = [[one["mistake"], words[one["named"]], words[one["physics_blamed"]]] for one in rows]
+    show("Mistakes in a log, as init, import and identify see them", head, table)
+    return rows
 
 
 def main() -> None:
@@ -141,7 +171,13 @@ def main() -> None:
     for one in done:
         for fault in (*one["wrong"], *one.get("contradicting", [])[:3], *filter(None, [one["failed"]])):
             print(f"  {one['log']}: {fault}")
+    mistakes = walk_mistakes(every=not chosen.quick)
     figures = {
+        "named_cure": sum(one["named"] for one in mistakes),
+        "of_mistakes": len(mistakes),
+        "physics_blamed": sum(one["physics_blamed"] for one in mistakes),
+        "overstated": sum(one.get("overstated", 0) + one.get("suspected", 0) for one in done),
+        "mistakes": mistakes,
         "imported": sum(one["imported"] for one in ways),
         "of": len(ways),
         "looked_at": len(done),
@@ -151,7 +187,8 @@ def main() -> None:
         "minutes": {one["log"]: one["minutes"] for one in ways},
         "logs": done,
     }
-    print({key: figures[key] for key in ("imported", "of", "looked_at", "wrong_guesses", "contradictions")})
+    said = ("named_cure", "of_mistakes", "physics_blamed", "overstated", "imported", "of", "looked_at")
+    print({key: figures[key] for key in (*said, "wrong_guesses", "contradictions")})
     save(chosen.json, figures)
 
 

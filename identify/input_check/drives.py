@@ -21,7 +21,7 @@ UNITS = {
     0.11298: "lbf in",
 }
 """Torque of a number over that in the unit stated, and that unit as a person calls it."""
-RIGHT, UNIT, FACTOR, ANOTHER = 0.968, 0.02, 0.002, 0.01
+RIGHT, UNIT, FACTOR, ANOTHER = 0.973, 0.02, 0.002, 0.005
 """Probabilities of a log: units as stated, one of `UNITS`, any other factor of all joints, another arm."""
 TURNED, ALL_TURNED = 0.005, 0.01
 """Probability that one joint's effort counts the other way, and that all do."""

@@ -88,6 +88,8 @@ SETS = {
     "staubli_tx40": ("tx40.urdf", "train", "train", "torque", None),
     "emps": ("robot.toml", "*", "train", "torque", None),
     "kscale_sts3215": ("robot_{}.toml", "m*", "m1168_l100_sin_sin_kp16", "current", np.array([0.53])),
+    "dvrk_psm": ("psm.urdf", "*", "fourier_test2", "torque", None),
+    "bam_xl330": ("pend.urdf", "kp*", "kp100_sin_sin", "current", np.array([0.0007])),
     "odrive_spin_slow": ("", "*_measured", "nocomp_4_measured", "current", None),
 }
 """Folder -> robot file, runs that are looked at, the run that is fitted, effort, published gains."""
