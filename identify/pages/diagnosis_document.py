@@ -161,7 +161,11 @@ def _findings_table(diagnosis: Diagnosed) -> list[Block]:
         rows += _numbers(finding)
     if not rows:
         return []
-    why = [words for finding in diagnosis.file.every for words in finding.left_out.values()]
+    why = [
+        f"{name_of_finding(diagnosis, finding)}: {words}"
+        for finding in diagnosis.file.every
+        for words in finding.left_out.values()
+    ]
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(why)] if why else []), Paragraph(HELD_OUT)]
 

@@ -60,7 +60,7 @@ def rows_head(size: Size, diagnosis: Diagnosis) -> str:
 
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
     """Name of a number that is not given -> why, as a sentence."""
-    return {name: f"{name} is not given: {_why(one)}." for name, one in left_out.items()}
+    return {name: f"{name} is not given, since {_why(one)}." for name, one in left_out.items()}
 
 
 def _why(one: LeftOut) -> str:

@@ -184,7 +184,8 @@ def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
         "± 0.05 N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)."
     ) in first
     assert (
-        "preload is not given: these runs do not tell it from mu3, with which it changes together." in second
+        "preload is not given, since these runs do not tell it from mu3, with which it changes together."
+        in second
     )
     page = summary(one)
     assert "0.7771" not in page
@@ -198,8 +199,8 @@ def test_without_any_number_that_is_determined_the_effect_and_its_torque_are_giv
     missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
     first, second, *_ = verdict(diagnosis(collinear(left_out=missing)))
     assert first.startswith("Joint 3 has load-dependent friction; over the size of the load,")
-    assert "mu3 is not given: these runs do not tell it from Fc3 of Coulomb friction" in second
-    assert "preload is not given: these runs do not determine it beside all other parameters." in second
+    assert "mu3 is not given, since these runs do not tell it from Fc3 of Coulomb friction" in second
+    assert "preload is not given, since these runs do not determine it beside all other parameters." in second
 
 
 def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_is_not_given():
