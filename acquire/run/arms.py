@@ -36,7 +36,7 @@ def make_driver(
 def noise_seed(seed: int, run: str) -> int:
     """Seed of the noise of one run, by its name: two runs of an arm are two draws, and each can be repeated.
 
-    Runs with the same noise would not average it, and what is fitted to them would seem more certain than it is.
+    Runs with the same noise do not average it: what is fitted to them would seem more certain than it is.
     """
     return crc32(f"{seed} {run}".encode())
 

@@ -6,9 +6,17 @@ estimate's covariance is :math:`H^{-1} S H^{-1}`, where S is the covariance of t
 and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from the
 residual's autocovariances and is applied in the frequency domain. White noise would give
 :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
+
+That holds for a residual that is alike throughout a run. What a model lacks is not: it comes where a joint
+is slow, or far out. `blocks` therefore compares with the scatter of the gradient between blocks of time.
+
+Nominal drive gains are wrong by their tolerance. A relative error :math:`\delta_j` adds the measured torque
+of joint j times :math:`\delta_j` to what is fitted, so that it moves the estimate by
+:math:`\partial\beta/\partial\delta_j`, the solution for that torque alone: see `with_nominal_gains`.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,14 +41,27 @@ def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
     return autocovariance(pieces, weights, lags)
 
 
+class Spread(NamedTuple):
+    """How an estimate scatters.
+
+    Attributes:
+        covariance: By the noise, and by what the model lacks, shape (k, k).
+        by_scale: Change of each unknown with the relative error of each joint's measured torque, (k, n).
+    """
+
+    covariance: np.ndarray
+    by_scale: np.ndarray
+
+
 def sandwich(
     jacobian: np.ndarray,
     residual: np.ndarray,
     equations: Equations,
     left: np.ndarray | None = None,
     before: np.ndarray | None = None,
-) -> np.ndarray:
-    """Covariance (k, k) of the solution of weighted least squares with rows `jacobian`.
+    torque: np.ndarray | None = None,
+) -> Spread:
+    """How the solution of weighted least squares with rows `jacobian` scatters.
 
     Args:
         jacobian: Derivative of the prediction by the unknowns, shape (r, n, k), in the residual's unit.
@@ -48,9 +69,11 @@ def sandwich(
         equations: Weights and runs.
         left: Instruments in place of the transposed rows, shape (r, n, k).
         before: Inverse variance of each unknown before the data, shape (k,); zero by default.
+        torque: What a relative error of each joint's scale is one of, shape (r, n); zero by default.
     """
     weight, unknowns = equations.weight, jacobian.shape[2]
     left = jacobian if left is None else left
+    torque = np.zeros_like(residual) if torque is None else torque
     variance = np.sum(weight * residual**2, axis=0) / weight.sum(axis=0)
     # A joint that the model meets exactly (a channel that is zero throughout) would outweigh all others
     # beyond double precision.
@@ -63,11 +86,16 @@ def sandwich(
 
     held = np.zeros(unknowns) if before is None else before * scale**2
     bread, information, meat = np.stack([np.diag(held)] * 3)
+    by_scale, gradients, grams = np.zeros((unknowns, torque.shape[1])), [], []
     for run in equations.runs:
-        for rows in _segments(run):
-            moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
-            bread += moved.T @ right
-            information += right.T @ right
+        for rows in blocks(run, equations.rate):
+            moved, right = (weighted_rows(of, rows) for of in (left, jacobian))
+            gram = np.einsum("rnk,rnl->kl", right, right, optimize=True)
+            bread += np.einsum("rnk,rnl->kl", moved, right, optimize=True)
+            information += gram
+            grams.append(gram)
+            gradients.append(np.einsum("rnk,rn->k", moved, residual[rows] / deviation[:, 0]))
+            by_scale += np.einsum("rnk,rn->kn", moved, torque[rows] / deviation[:, 0])
     root = _inverse_root(information)
     # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
     # colour is that of the same drives and encoders, and a short run could not give its own.
@@ -80,7 +108,11 @@ def sandwich(
             taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
             meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
-    return inverse @ meat @ inverse.T * np.outer(scale, scale)
+    covariance = inverse @ meat @ inverse.T
+    longer = _longer(covariance, inverse @ _between_blocks(gradients, grams, information))
+    return Spread(
+        covariance * np.outer(longer * scale, longer * scale), scale[:, None] * (inverse @ by_scale)
+    )
 
 
 def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.ndarray:
@@ -121,7 +153,60 @@ def sandwich_with_gains(
     by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
     before = np.concatenate([np.zeros(len(values)), np.zeros(len(gain)) if wide is None else wide**-2.0])
-    return sandwich(jacobian, equations.current - torque / gain, equations, before=before)
+    return sandwich(jacobian, equations.current - torque / gain, equations, before=before).covariance
+
+
+BLOCK = 1.0
+"""Length of a block [s]: longer than noise and misfit are remembered for the most part, and so short that
+runs of some ten seconds have enough of them to scatter."""
+MOST_TAKEN = 0.9
+"""Share of a block's scatter that fitting took, at most: beyond it what is left says nothing of the noise."""
+
+
+def blocks(run: slice, rate: float) -> list[slice]:
+    """Blocks of time of one run, of about `BLOCK` each."""
+    count = max(1, round((run.stop - run.start) / (BLOCK * rate)))
+    edges = np.linspace(run.start, run.stop, count + 1).astype(int)
+    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _between_blocks(
+    gradients: list[np.ndarray], grams: list[np.ndarray], information: np.ndarray
+) -> np.ndarray:
+    """Gradients of all blocks, shape (k, m), as long as they were before the fit shortened them.
+
+    The fit makes the gradients of all blocks add up to zero. A block that has a share M of the information
+    has lost M of its own variance, and is longer by (1 - M)^(-1/2) (the correction CR2 of Bell and McCaffrey
+    2002): of m blocks alike, and one unknown, that is the usual m / (m - 1).
+    """
+    root = _inverse_root(information)
+    found = []
+    for gradient, gram in zip(gradients, grams, strict=True):
+        share, axes = np.linalg.eigh(root.T @ gram @ root)
+        more = 1.0 / np.sqrt(1.0 - np.clip(share, 0.0, MOST_TAKEN)) - 1.0
+        found.append(gradient + information @ root @ (axes @ (more * (axes.T @ (root.T @ gradient)))))
+    return np.array(found).T
+
+
+FEWEST_BLOCKS = 20
+"""Below which their scatter is not asked for: twenty give a deviation to a sixth, fewer mostly chance."""
+
+
+def _longer(covariance: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """By how much each deviation (k,) is longer by the scatter between blocks, at least 1.
+
+    From some tens of blocks a variance is known to a fifth, a covariance of more unknowns than blocks not at
+    all: correlations stay those of the noise, which is also the least that is there.
+
+    Args:
+        covariance: By the noise, shape (k, k).
+        moved: What each block moves each unknown by, shape (k, m).
+    """
+    variance = np.diag(covariance)
+    if moved.shape[1] < FEWEST_BLOCKS:
+        return np.ones(len(variance))
+    ratio = np.divide(np.sum(moved**2, axis=1), variance, out=np.ones_like(variance), where=variance > 0.0)
+    return np.sqrt(np.maximum(ratio, 1.0))
 
 
 def _segments(run: slice) -> Iterator[slice]:

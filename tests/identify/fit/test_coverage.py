@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
+from exidyn.identify.fit.estimators import (
+    bayesian,
+    consistent,
+    maximum_likelihood,
+    ordinary,
+    reweighted,
+    weighted,
+)
+from exidyn.identify.fit.estimators.nominal_gains import given_nominal
 
 from ...parts.small.two_joints import GAIN, coloured, equations
 
@@ -104,3 +112,37 @@ def test_priors_and_data_together():
         deviations.append(estimate.std)
     share = held(np.array(errors), np.array(deviations))
     assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share
+
+
+@pytest.mark.parametrize("estimator", [ordinary, weighted, reweighted, consistent])
+def test_nominal_gains_are_as_wrong_as_stated(estimator):
+    """True gains are drawn; each draw is fitted with the nominal ones, whose tolerance is in the intervals."""
+    exact, truth = equations(rows=1200, gain_tolerance=0.1)
+    random = np.random.default_rng(3)
+    errors, deviations, given = [], [], []
+    for _ in range(DRAWS):
+        true = GAIN * (1.0 + 0.1 * random.normal(size=2))
+        noise = np.concatenate([coloured(rows.stop - rows.start, random) for rows in exact.runs])
+        estimate = estimator(replace(exact, current=exact.current * GAIN / true + noise))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+        given.append(np.sqrt(np.diag(given_nominal(estimate))))
+    share = held(np.array(errors), np.array(deviations))
+    # all parameters of a joint are wrong with its gain: two draws in a repetition, not one a parameter
+    assert abs(share - 0.95) < 3 * np.sqrt(0.95 * 0.05 / (DRAWS * 2)) + 0.005, share
+    assert held(np.array(errors), np.array(given)) < 0.7
+
+
+def test_what_the_model_lacks_is_in_the_intervals():
+    """A torque that comes in bursts, where one joint is far out, is not noise that is alike throughout."""
+    exact, truth = equations(rows=2400)
+    random, burst = np.random.default_rng(5), np.abs(exact.regressor[:, 0, 1]) ** 2
+    burst /= np.sqrt(np.mean(burst**2))
+    errors, deviations = [], []
+    for _ in range(DRAWS):
+        noise = [coloured(rows.stop - rows.start, random) for rows in exact.runs]
+        estimate = weighted(replace(exact, current=exact.current + burst[:, None] * np.concatenate(noise)))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+    share = held(np.array(errors), np.array(deviations))
+    assert 0.92 < share < 0.975, share
