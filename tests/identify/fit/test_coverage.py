@@ -116,7 +116,7 @@ def test_priors_and_data_together():
 
 @pytest.mark.parametrize("estimator", [ordinary, weighted, reweighted, consistent])
 def test_nominal_gains_are_as_wrong_as_stated(estimator):
-    """True gains are drawn; each draw is fitted with the nominal ones, whose tolerance is in the intervals."""
+    """True gains are drawn and nominal ones fitted, whose tolerance is in the intervals."""
     exact, truth = equations(rows=1200, gain_tolerance=0.1)
     random = np.random.default_rng(3)
     errors, deviations, given = [], [], []
