@@ -158,7 +158,7 @@ def _gain_table(fit: Fit, found: bool) -> Table:
         known = prior if stated else np.nan
         rows.append(
             [
-                name, Number(gain, 5), Number(NORMAL_95 * std if found else np.nan, 2),
+                name, Number(gain, 5), Number(NORMAL_95 * std if std > 0.0 else np.nan, 2),
                 f"{robot.units('N m')[joint]}/A", Number(known),
                 Number(NORMAL_95 * tolerance if stated else np.nan, 2),
                 Number(100 * (gain / known - 1) if found else np.nan, 2),

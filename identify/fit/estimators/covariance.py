@@ -193,7 +193,7 @@ FEWEST_BLOCKS = 20
 
 
 def _longer(covariance: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """By how much each deviation (k,) is longer by the scatter between blocks, at least 1.
+    """By how much each deviation (k,) is longer by the scatter between blocks, if by more than chance.
 
     From some tens of blocks a variance is known to a fifth, a covariance of more unknowns than blocks not at
     all: correlations stay those of the noise, which is also the least that is there.
@@ -206,7 +206,8 @@ def _longer(covariance: np.ndarray, moved: np.ndarray) -> np.ndarray:
     if moved.shape[1] < FEWEST_BLOCKS:
         return np.ones(len(variance))
     ratio = np.divide(np.sum(moved**2, axis=1), variance, out=np.ones_like(variance), where=variance > 0.0)
-    return np.sqrt(np.maximum(ratio, 1.0))
+    chance = np.sqrt(2.0 / moved.shape[1])  # deviation of a variance that m normal numbers give
+    return np.sqrt(np.where(ratio > 1.0 + chance, ratio, 1.0))
 
 
 def _segments(run: slice) -> Iterator[slice]:
