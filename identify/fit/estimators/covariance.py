@@ -8,7 +8,7 @@ residual's autocovariances and is applied in the frequency domain. White noise w
 :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
 
 That holds for a residual that is alike throughout a run. What a model lacks is not: it comes where a joint
-is slow, or far out. `blocks` therefore compares with the scatter of the gradient between blocks of time.
+is slow, or far out. `block_scatter` therefore compares with the gradient's scatter between blocks of time.
 
 Nominal drive gains are wrong by their tolerance. A relative error :math:`\delta_j` adds the measured torque
 of joint j times :math:`\delta_j` to what is fitted, so that it moves the estimate by
@@ -22,6 +22,7 @@ import numpy as np
 
 from ...preparation.noise import autocovariance, spectrum
 from ..equations import Equations
+from .block_scatter import between_blocks, blocks, inverse_root, longer_by
 
 SEGMENT = 2048
 """Rows that are transformed at once. Noise is forgotten within some tens of rows, so cutting a long run
@@ -85,18 +86,19 @@ def sandwich(
         return of[rows] * (weight[rows, :, None] / deviation * scale)
 
     held = np.zeros(unknowns) if before is None else before * scale**2
-    bread, information, meat = np.stack([np.diag(held)] * 3)
-    by_scale, gradients, grams = np.zeros((unknowns, torque.shape[1])), [], []
-    for run in equations.runs:
-        for rows in blocks(run, equations.rate):
-            moved, right = (weighted_rows(of, rows) for of in (left, jacobian))
-            gram = np.einsum("rnk,rnl->kl", right, right, optimize=True)
-            bread += np.einsum("rnk,rnl->kl", moved, right, optimize=True)
-            information += gram
-            grams.append(gram)
-            gradients.append(np.einsum("rnk,rn->k", moved, residual[rows] / deviation[:, 0]))
-            by_scale += np.einsum("rnk,rn->kn", moved, torque[rows] / deviation[:, 0])
-    root = _inverse_root(information)
+    every = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
+    parts = [
+        _part(
+            weighted_rows(left, rows),
+            weighted_rows(jacobian, rows),
+            residual[rows] / deviation[:, 0],
+            torque[rows] / deviation[:, 0],
+        )
+        for rows in every
+    ]
+    sums, meat = _Part(*(np.sum(one, axis=0) for one in zip(*parts, strict=True))), np.diag(held)
+    bread, information = sums.bread + meat, sums.information + meat
+    root = inverse_root(information)
     # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
     # colour is that of the same drives and encoders, and a short run could not give its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
@@ -109,10 +111,33 @@ def sandwich(
             meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
     covariance = inverse @ meat @ inverse.T
-    longer = _longer(covariance, inverse @ _between_blocks(gradients, grams, information))
-    return Spread(
-        covariance * np.outer(longer * scale, longer * scale), scale[:, None] * (inverse @ by_scale)
-    )
+    moved = between_blocks([p.gradient for p in parts], [p.information for p in parts], information)
+    longer = scale * longer_by(covariance, inverse @ moved)
+    return Spread(covariance * np.outer(longer, longer), scale[:, None] * (inverse @ sums.by_scale))
+
+
+class _Part(NamedTuple):
+    """What one block of time adds to sums over all rows.
+
+    Attributes:
+        bread: Instruments times rows, shape (k, k).
+        information: Rows times rows, shape (k, k).
+        gradient: Instruments times residual, shape (k,).
+        by_scale: Instruments times each joint's torque, shape (k, n).
+    """
+
+    bread: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+    by_scale: np.ndarray
+
+
+def _part(left: np.ndarray, right: np.ndarray, residual: np.ndarray, torque: np.ndarray) -> _Part:
+    """Of instruments (r, n, k), rows (r, n, k), residual and torque (r, n), all over the noise."""
+    unknowns = left.shape[2]
+    moved, rows = left.reshape(-1, unknowns), right.reshape(-1, unknowns)
+    by_scale = np.einsum("rnk,rn->kn", left, torque)
+    return _Part(moved.T @ rows, rows.T @ rows, moved.T @ residual.ravel(), by_scale)
 
 
 def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.ndarray:
@@ -120,12 +145,6 @@ def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.nd
     counts = weight.sum(axis=0)
     square = np.sum(weight * residual**2, axis=0) / np.maximum(counts, 1.0)
     return np.where(counts > 0, np.maximum(np.sqrt(square), 1e-6 * usual), usual)
-
-
-def _inverse_root(matrix: np.ndarray) -> np.ndarray:
-    """R with R R^T the inverse of a positive definite matrix (k, k), rounding guarded."""
-    size, vectors = np.linalg.eigh(matrix)
-    return vectors / np.sqrt(np.maximum(size, np.finfo(float).eps * size[-1]))
 
 
 def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
@@ -154,60 +173,6 @@ def sandwich_with_gains(
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
     before = np.concatenate([np.zeros(len(values)), np.zeros(len(gain)) if wide is None else wide**-2.0])
     return sandwich(jacobian, equations.current - torque / gain, equations, before=before).covariance
-
-
-BLOCK = 1.0
-"""Length of a block [s]: longer than noise and misfit are remembered for the most part, and so short that
-runs of some ten seconds have enough of them to scatter."""
-MOST_TAKEN = 0.9
-"""Share of a block's scatter that fitting took, at most: beyond it what is left says nothing of the noise."""
-
-
-def blocks(run: slice, rate: float) -> list[slice]:
-    """Blocks of time of one run, of about `BLOCK` each."""
-    count = max(1, round((run.stop - run.start) / (BLOCK * rate)))
-    edges = np.linspace(run.start, run.stop, count + 1).astype(int)
-    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-
-
-def _between_blocks(
-    gradients: list[np.ndarray], grams: list[np.ndarray], information: np.ndarray
-) -> np.ndarray:
-    """Gradients of all blocks, shape (k, m), as long as they were before the fit shortened them.
-
-    The fit makes the gradients of all blocks add up to zero. A block that has a share M of the information
-    has lost M of its own variance, and is longer by (1 - M)^(-1/2) (the correction CR2 of Bell and McCaffrey
-    2002): of m blocks alike, and one unknown, that is the usual m / (m - 1).
-    """
-    root = _inverse_root(information)
-    found = []
-    for gradient, gram in zip(gradients, grams, strict=True):
-        share, axes = np.linalg.eigh(root.T @ gram @ root)
-        more = 1.0 / np.sqrt(1.0 - np.clip(share, 0.0, MOST_TAKEN)) - 1.0
-        found.append(gradient + information @ root @ (axes @ (more * (axes.T @ (root.T @ gradient)))))
-    return np.array(found).T
-
-
-FEWEST_BLOCKS = 20
-"""Below which their scatter is not asked for: twenty give a deviation to a sixth, fewer mostly chance."""
-
-
-def _longer(covariance: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """By how much each deviation (k,) is longer by the scatter between blocks, if by more than chance.
-
-    From some tens of blocks a variance is known to a fifth, a covariance of more unknowns than blocks not at
-    all: correlations stay those of the noise, which is also the least that is there.
-
-    Args:
-        covariance: By the noise, shape (k, k).
-        moved: What each block moves each unknown by, shape (k, m).
-    """
-    variance = np.diag(covariance)
-    if moved.shape[1] < FEWEST_BLOCKS:
-        return np.ones(len(variance))
-    ratio = np.divide(np.sum(moved**2, axis=1), variance, out=np.ones_like(variance), where=variance > 0.0)
-    chance = np.sqrt(2.0 / moved.shape[1])  # deviation of a variance that m normal numbers give
-    return np.sqrt(np.where(ratio > 1.0 + chance, ratio, 1.0))
 
 
 def _segments(run: slice) -> Iterator[slice]:
