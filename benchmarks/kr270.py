@@ -6,19 +6,20 @@ noise. The nominal drive gains are the manufacturer's of Table III, 8 to 19 % of
 """
 
 import os
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 import numpy as np
-from common import options, save, show
+from common import parser, save, show
+from parts.coverage import MASS, SECONDS, Arm, coverage
 from parts.kr270 import CATALOGUE, equations_of, gain_error, over_std, plant, record, true_base
 
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.equations import Equations
 from exidyn.identify.fit.estimators import ESTIMATORS, Estimate
-from exidyn.identify.fit.identification import common_filtering
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.simulate import Sensors
@@ -37,7 +38,9 @@ GAINS_III = ((-276, 1.15), (-427, 1.35), (-402, 1.23), (-295, 1.42), (-306, 1.25
 METHODS = ("literal", "total", "mixed", "ml")
 KEYS = {"total": "tls", "literal": "tls_literal"}
 """What the figures call an estimator, where it is not by its own name."""
-QUICK_DRAWS, DRAWS = 24, 200
+QUICK_ARMS, ARMS = 10, 100
+QUICK_SECONDS = 12.0
+"""Length of a run with --quick [s]."""
 
 
 def gains(equations: Equations) -> dict[str, Estimate]:
@@ -89,11 +92,11 @@ def literal_and_its_cure() -> dict[str, np.ndarray]:
     return figures
 
 
-def balancer_motion() -> dict[str, list[float]]:
+def balancer_motion(swings: Sequence[float], motions: Sequence[int]) -> dict[str, list[float]]:
     """Standard deviation of K_r and K_0 against the swing of joint 2, and why."""
     rows: list[list[float]] = []
-    for swing in (0.15, 0.3, 0.6, 1.0):
-        for motion in (0, 1):
+    for swing in swings:
+        for motion in motions:
             runs = record(0, Sensors(), swing, motion=motion)
             reached = float(np.ptp(runs[0].signals["position"].values[:, 1]))
             if any(row[:2] == [reached, float(motion)] for row in rows):
@@ -116,41 +119,16 @@ def balancer_motion() -> dict[str, list[float]]:
     return {"swing": [r[0] for r in rows], "k_r_std_percent": [r[2] for r in rows]}
 
 
-def draw(arguments: tuple[int, Filtering]) -> tuple[np.ndarray, np.ndarray]:
-    """For one draw of noise: errors over standard deviations, gains last, and errors of the gains [%]."""
-    seed, filtering = arguments
-    equations = equations_of(record(seed, Sensors()), filtering)
-    estimate = ESTIMATORS["ml"](equations)
-    values = (estimate.values - true_base(equations)) / estimate.std
-    gains = (estimate.gain - plant().robot.drive_gain) / estimate.gain_std
-    return np.concatenate([values, gains]), gain_error(estimate)
+def show_coverage(name: str, count: int, seconds: float, kept: Path | None) -> dict[str, float]:
+    """Share of the 95 % intervals that hold the truth [%], over arms drawn around one by its name."""
+    figures = coverage([Arm(name, number, seconds) for number in range(count)], kept)
+    rows = [[key.replace("_", " "), value] for key, value in figures.items()]
+    show(f"Truth inside 95 % intervals, {count} arms drawn around the {name}", ["of", "%"], rows)
+    return figures
 
 
-def coverage(draws: int) -> dict[str, float]:
-    """Share of the 95 % intervals that hold the truth, over draws of noise and all unknowns [%]."""
-    filtering = common_filtering(record(0, Sensors()), Filtering())
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(draw, [(9000 + k, filtering) for k in range(draws)], chunksize=4))
-    held = 100.0 * (np.abs([errors for errors, _ in found]) < 1.96)
-    close = 100.0 * np.mean([np.max(np.abs(percent)) < 0.5 for _, percent in found])
-    scatter = float(np.std(held.mean(axis=1)) / np.sqrt(draws))
-    rows = [
-        ["intervals of base parameters", float(held[:, :-6].mean())],
-        ["intervals of drive gains", float(held[:, -6:].mean())],
-        ["all intervals", float(held.mean())],
-        ["  its own standard deviation", scatter],
-        ["draws with all six gains within 0.5 %", float(close)],
-    ]
-    show(f"Truth inside 95 % intervals, {draws} draws of noise, maximum likelihood", ["of", "%"], rows)
-    return {
-        "coverage_95": float(held.mean()),
-        "coverage_95_gains": float(held[:, -6:].mean()),
-        "draws_within_half_percent": float(close),
-    }
-
-
-def main() -> None:
-    chosen = options(__doc__.splitlines()[0])
+def paper(quick: bool) -> dict[str, Any]:
+    """The paper's experiment, and what noise, bandwidth and motion do to it."""
     equations = equations_of(record(0, Sensors()))
     inertial = sum(
         name[:2] in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ") for name in equations.names
@@ -161,16 +139,28 @@ def main() -> None:
     )
     estimates = gains(equations)
     paper_table(equations, estimates)
-    figures = {
+    return {
         "gain_error_percent": {KEYS.get(m, m): gain_error(e) for m, e in estimates.items()},
         "gain_std_percent": {KEYS.get(m, m): 100 * e.gain_std / np.abs(e.gain) for m, e in estimates.items()},
         "k_r_error_over_std": over_std(estimates["ml"], equations, "Kr"),
         "k_0_error_over_std": over_std(estimates["ml"], equations, "K0"),
         "base_parameters_of_arm": len(base_parameters(read_model("kr270")).kept),
         "literal": literal_and_its_cure(),
-        "balancer": balancer_motion(),
+        "balancer": balancer_motion(*((0.3, 1.0), (0,)) if quick else ((0.15, 0.3, 0.6, 1.0), (0, 1))),
     }
-    figures |= coverage(QUICK_DRAWS if chosen.quick else DRAWS)
+
+
+def main() -> None:
+    described = parser(__doc__.splitlines()[0])
+    described.add_argument("--arm", choices=list(MASS), default="kr270", help="cobot: coverage alone")
+    described.add_argument("--arms", type=int, metavar="N", help=f"to draw; default: {ARMS}")
+    described.add_argument(
+        "--resume", type=Path, metavar="FILE", help="keeps each arm, and those that it has"
+    )
+    chosen = described.parse_args()
+    figures = paper(chosen.quick) if chosen.arm == "kr270" else {}
+    count, seconds = (QUICK_ARMS, QUICK_SECONDS) if chosen.quick else (ARMS, SECONDS)
+    figures |= show_coverage(chosen.arm, chosen.arms or count, seconds, chosen.resume)
     save(chosen.json, figures)
 
 

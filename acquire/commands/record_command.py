@@ -35,7 +35,7 @@ from ..arguments.options import (
 )  # fmt: skip
 from ..arguments.run_options import DRIVING, STOPS, body_of, check_length, facts_of, require_mock, stops_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
-from ..run.arms import make_driver, simulated_arm
+from ..run.arms import make_driver, noise_seed, simulated_arm
 from ..run.before import Checked, StartRules, checked
 from ..run.perform import Job, Outcome
 from ..run.pipe import PipeSink
@@ -102,12 +102,13 @@ def record_command(given: Namespace) -> int:
     name, settings = read_controller(given.controller, given.driver, given.set)
     if not given.dry_run:
         require_mock(given, name)
-    plant = _plant(given, ready, payload)
+    path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
+    run = given.name or path.stem
+    plant = _plant(given, ready, payload, run)
     driver = make_driver(name, settings, ready.model.robot, plant)
     if given.dry_run:
         rehearsed = {"cycle": _cycle(driver, ready)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
-    path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
     require_free(path)
     require_json(given.json)
     require_showable(targets)
@@ -130,7 +131,7 @@ def record_command(given: Namespace) -> int:
     # Read and written before the loop, which has no time for it; at full speed, as the file has it.
     head = partial(
         run_head,
-        name=given.name or path.stem,
+        name=run,
         model=read_model(given.robot),
         driver=name,
         payload=payload,
@@ -147,8 +148,8 @@ def _cycle(driver: Driver, ready: Checked) -> float:
     return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
-def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None) -> Callable[[], Plant]:
-    """What makes the arm of the mock, standing where the motion begins."""
+def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None, run: str) -> Callable[[], Plant]:
+    """What makes the arm of the mock for a run, standing where the motion begins."""
 
     def make() -> Plant:
         model = ready.model
@@ -159,7 +160,8 @@ def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None) -> Ca
         elif not given.dry_run:
             model = as_built(model)
         start = ready.plan.trajectory.state_at(0.0).position
-        return simulated_arm(model, start, seed=given.seed, payload=payload.name if payload else "")
+        seed = noise_seed(given.seed, run)
+        return simulated_arm(model, start, seed=seed, payload=payload.name if payload else "")
 
     return make
 

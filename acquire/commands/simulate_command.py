@@ -32,6 +32,7 @@ from ..arguments.options import (
 )
 from ..arguments.run_options import PAYLOAD
 from ..files.given_runs import ARM_HELP, read_arm
+from ..run.arms import noise_seed
 from ..run.simulated import simulated
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import with_bar
@@ -87,10 +88,10 @@ def simulate_command(given: Namespace) -> None:
     nominal, carried = _carrying(given, arm)
     for difference in robot_differences(plan, arm.robot) if plan.joints == arm.robot.joints else ():
         print_warning(difference)
-    began = time.perf_counter()
+    began, run = time.perf_counter(), given.name or given.output.stem
     recording = simulated(
         arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
-        seed=given.seed, exact=given.exact, name=given.name or given.output.stem, watched=with_bar,
+        seed=noise_seed(given.seed, run), exact=given.exact, name=run, watched=with_bar,
     )  # fmt: skip
     taken = time.perf_counter() - began
     write_recording(recording, given.output)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -30,6 +31,14 @@ def make_driver(
     limits = robot.limits
     arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
     return create(name, settings, arm)
+
+
+def noise_seed(seed: int, run: str) -> int:
+    """Seed of the noise of one run, by its name: two runs of an arm are two draws, and each can be repeated.
+
+    Runs with the same noise do not average it: what is fitted to them would seem more certain than it is.
+    """
+    return crc32(f"{seed} {run}".encode())
 
 
 def standing_pose(robot: Robot) -> np.ndarray:

@@ -100,7 +100,7 @@ class Fit(InNotebook):
     @property
     def unscaled(self) -> bool:
         """Whether what counts as torque is really current: gains neither stated nor estimated."""
-        return self.gains_unstated and not np.any(self.estimate.gain_std > 0.0)
+        return self.gains_unstated and not np.any(self.estimate.gain_estimated)
 
     @property
     def names(self) -> list[str]:
@@ -137,7 +137,7 @@ class Fit(InNotebook):
 
     def __repr__(self) -> str:
         runs = counted(len(self.runs), "run")
-        gains = "drive gains estimated" if np.any(self.estimate.gain_std > 0.0) else "drive gains as stated"
+        gains = "drive gains estimated" if np.any(self.estimate.gain_estimated) else "drive gains as stated"
         lines = [f"Fit of {self.model.robot.name}: {len(self.names)} base parameters from {runs}, {gains}"]
         for run in (self.validation or self.agreement)[:3]:
             ratios = ", ".join(f"{ratio:.3g}" for ratio in run.over_noise)

@@ -79,6 +79,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     joints: tuple[str, ...] | None = None
     drive_gain: tuple[Number, ...]
     drive_gain_std: tuple[SizeWritten, ...] | None = None
+    drive_gains_nominal: bool = False
     noise: tuple[SizeWritten, ...]
     noise_floor: tuple[SizeWritten, ...] | None = None
     noise_floor_from: str | None = None

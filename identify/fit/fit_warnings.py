@@ -12,6 +12,7 @@ from ..recordings.recording import EFFORT, Recording
 from ..text_table import NORMAL_95, digits
 from .base_parameters import BaseParameters, rich_motion
 from .estimators import Estimate
+from .estimators.nominal_gains import given_nominal
 from .fit import Fit, Unclear
 from .settled_gains import cure, open_by_gain
 
@@ -42,7 +43,7 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
 def far_gains(fit: Fit) -> tuple[str, ...]:
     """Gains that came out far from what was stated: more likely, the mass of the payload is wrong."""
     nominal = fit.model.robot.drive_gain
-    if fit.measures == "torque" or fit.gains_unstated or not np.any(fit.estimate.gain_std > 0.0):
+    if fit.measures == "torque" or fit.gains_unstated or not np.any(fit.estimate.gain_estimated):
         return ()
     ratio = fit.estimate.gain / nominal
     far = [
@@ -199,8 +200,7 @@ def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str
         return ()
     motion = rich_motion(model, payload=payload, seed=7)
     regressor = model.regressor(motion)[:, :, base.kept] / estimate.noise[None, :, None]
-    count = len(estimate.values)
-    covariance = estimate.covariance[:count, :count]
+    covariance = given_nominal(estimate)  # no motion shows how wrong nominal gains are
     # One more sample with row w shrinks the variance by (w c)^2 / (1 + w C w), c the column of C.
     seen = regressor @ covariance
     spread = np.sum(seen * regressor, axis=2)

@@ -20,6 +20,7 @@ from ..positive_definite import after_unit_prior
 from ..text_table import NORMAL_95
 from .base_parameters import BaseParameters
 from .estimators.consistent import Held, nearest, unconstrained, whitening
+from .estimators.nominal_gains import given_nominal
 from .fit import Fit
 from .settled_gains import Settled, settled
 from .verdict import gains_estimated
@@ -73,7 +74,7 @@ def identified(fit: Fit) -> Model:
     # What neither the data nor anybody knows stays unknown.
     unknown = (share > UNSEEN) & np.isinf([prior.std for prior in model.priors])
     deviation = np.where(unknown, np.inf, share * held.tolerance)
-    deviation = np.sqrt(deviation**2 + of_gains**2 + (_scale(fit) * standard) ** 2)
+    deviation = np.sqrt(deviation**2 + of_gains**2)
     return _stating(fit, found, standard, deviation)
 
 
@@ -88,27 +89,14 @@ def exported(fit: Fit) -> np.ndarray | None:
 def _held(fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.ndarray) -> Held:
     """Nominal values, held so loosely that they draw no kept value beyond its own 95 %."""
     kept = [base.names.index(name) for name in _structural_names(fit)]
-    loose = 1.0
+    std, loose = np.sqrt(np.diag(given_nominal(fit.estimate))), 1.0
     while True:
         tolerance = _tolerance(fit, base, values, loose)
         held = Held(base, fit.model.nominal_values, tolerance, tuple(fit.model.inertias))
         moved = base.regrouping[kept] @ unconstrained(held, values, covariance)[0] - values[kept]
-        if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * fit.estimate.std):
+        if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * std):
             return held
         loose *= 2.0
-
-
-def _scale(fit: Fit) -> np.ndarray:
-    """Deviation of each standard parameter over its value that nominal drive gains leave, shape (p,).
-
-    All that a joint's currents show is in the scale of its gain, and no better known.
-    """
-    model = fit.model
-    if fit.measures != "current" or gains_estimated(fit):
-        return np.zeros(len(model.names))
-    tolerance = model.robot.drive_gain_tolerance
-    joints = [joint for effect in model.effects for joint in effect.parameter_joints(model.robot)]
-    return np.array([np.max(tolerance) if joint is None else tolerance[joint] for joint in joints])
 
 
 def _structure(

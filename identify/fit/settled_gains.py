@@ -15,6 +15,7 @@ from scipy import stats
 from ..arm.robot import Robot
 from ..positive_definite import factored, solve
 from .estimators import Estimate
+from .estimators.nominal_gains import given_gains, slope
 from .fit import Fit
 
 OPEN = 0.3
@@ -51,7 +52,7 @@ def open_gains(estimate: Estimate, robot: Robot) -> np.ndarray:
     limit = OPEN * np.abs(estimate.gain)
     if stated(robot):
         limit = np.minimum(limit, robot.drive_gain_tolerance * np.abs(robot.drive_gain))
-    return (estimate.gain_std > 0.0) & (estimate.gain_std > limit)
+    return estimate.gain_estimated & (estimate.gain_std > limit)
 
 
 def settled(fit: Fit) -> Settled:
@@ -69,38 +70,10 @@ def settled(fit: Fit) -> Settled:
     return Settled(gain, covariance, values, given, by_gain)
 
 
-def given_gains(estimate: Estimate, which: np.ndarray) -> np.ndarray:
-    """Covariance of the base values if some gains, bool of shape (n,), were known, shape (b, b)."""
-    count = len(estimate.values)
-    whole = estimate.covariance[:count, :count]
-    if not np.any(which):
-        return np.array(whole)
-    by_gain = slope(estimate, which)
-    given = whole - by_gain @ estimate.covariance[count:, count:] @ by_gain.T
-    given = 0.5 * (given + given.T)
-    given[np.diag_indices(count)] = np.maximum(np.diag(given), np.finfo(float).eps * np.diag(whole))
-    return given
-
-
-def slope(estimate: Estimate, which: np.ndarray | None = None) -> np.ndarray:
-    """Change of each base value with each gain, or with some of them, shape (b, n).
-
-    It is zero for a gain that was not estimated.
-    """
-    count, std = len(estimate.values), estimate.gain_std
-    change = np.zeros((count, len(std)))
-    estimated = std > 0.0 if which is None else (std > 0.0) & which
-    if (known := np.flatnonzero(estimated)).size:
-        both = estimate.covariance[:count, count + known] / std[known]
-        gains = estimate.covariance[np.ix_(count + known, count + known)]
-        correlation = gains / np.outer(std[known], std[known])
-        change[:, known] = np.linalg.lstsq(correlation, both.T, rcond=None)[0].T / std[known]
-    return change
-
-
 def open_by_gain(estimate: Estimate, robot: Robot) -> dict[int, int]:
-    """Base parameters that are as uncertain as they are because a gain is open: place -> joint."""
-    free = np.flatnonzero(open_gains(estimate, robot))
+    """Base parameters that are as uncertain as they are because a gain is open or nominal: place -> joint."""
+    uncertain = estimate.gain_std > 0.0
+    free = np.flatnonzero(uncertain if estimate.nominal_gains else open_gains(estimate, robot))
     variance = np.diag(estimate.covariance)[: len(estimate.values)]
     if not free.size:
         return {}
@@ -149,8 +122,9 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
     """
     count = len(estimate.values)
     values = np.array(estimate.values)
-    # What may be larger or smaller with an open gain is not zero for that.
-    covariance = given_gains(estimate, estimate.gain_std > OPEN * np.abs(estimate.gain))
+    # What may be larger or smaller with an open or nominal gain is not zero for that.
+    loose = estimate.gain_std > OPEN * np.abs(estimate.gain)
+    covariance = given_gains(estimate, loose | estimate.nominal_gains)
     left, statistic = [k for k in range(count) if k not in held], 0.0
     dropped: list[int] = []
     while len(left) > (0 if held else 1):

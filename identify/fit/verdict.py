@@ -108,7 +108,7 @@ def _noise(fit: Fit) -> list[str]:
 
 def gains_estimated(fit: Fit) -> bool:
     """Whether the fit found the drive gains, rather than taking the nominal ones."""
-    return bool(np.any(fit.estimate.gain_std > 0.0))
+    return bool(np.any(fit.estimate.gain_estimated))
 
 
 def surprises(fit: Fit) -> list[str]:
@@ -178,7 +178,8 @@ def gains_sentence(fit: Fit) -> str:
         if fit.measures == "torque":
             return "Torque was recorded, and taken as measured; there are no drive gains to find."
         return (
-            "Drive gains are nominal, not measured: an error in them is an error of every parameter. "
+            "Drive gains are nominal, not measured: an error in them is an error of every parameter, and "
+            "what they are stated to be off by is in every interval. "
             "Finding them needs motor currents and a run with a known payload."
         )
     estimate, free = fit.estimate, open_gains(fit.estimate, fit.model.robot)

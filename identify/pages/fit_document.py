@@ -25,6 +25,7 @@ from ..document.html import html
 from ..document.text import text
 from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
+from ..fit.estimators.nominal_gains import given_nominal
 from ..fit.fit import Fit
 from ..fit.verdict import (
     EXPLAINED,
@@ -157,7 +158,7 @@ def _gain_table(fit: Fit, found: bool) -> Table:
         known = prior if stated else np.nan
         rows.append(
             [
-                name, Number(gain, 5), Number(NORMAL_95 * std if found else np.nan, 2),
+                name, Number(gain, 5), Number(NORMAL_95 * std if std > 0.0 else np.nan, 2),
                 f"{robot.units('N m')[joint]}/A", Number(known),
                 Number(NORMAL_95 * tolerance if stated else np.nan, 2),
                 Number(100 * (gain / known - 1) if found else np.nan, 2),
@@ -230,10 +231,12 @@ def _conditioning(fit: Fit) -> list[Block]:
 
 
 def correlations(fit: Fit) -> list[tuple[str, str, float]]:
-    """Pairs of estimates, gains included, that the data distinguish worst, worst first."""
-    std = np.sqrt(np.diag(fit.estimate.covariance))
+    """Pairs of estimates, estimated gains included, that the data distinguish worst, worst first."""
+    found = gains_estimated(fit)
+    covariance = fit.estimate.covariance if found else given_nominal(fit.estimate)
+    std = np.sqrt(np.diag(covariance))
     kept = np.flatnonzero(std > 0.0)
-    scaled = fit.estimate.covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
+    scaled = covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
     names = [*fit.names, *(f"gain of {joint}" for joint in fit.model.robot.joints)]
     first, second = np.triu_indices(len(kept), 1)
     worst = np.argsort(-np.abs(scaled[first, second]), kind="stable")[:WORST_PAIRS]

@@ -14,11 +14,13 @@ from .fit_plots import interval_bar
 
 def parameters_section(fit: Fit) -> Section:
     """Parameters by effect, the payload's centre, what is open, what was dropped or is exported otherwise."""
+    nominal = fit.estimate.nominal_gains and np.any(fit.estimate.gain_std)
+    gains = " and the tolerance of nominal drive gains" if nominal else ""
     note = (
         "R marks a parameter into which others are regrouped; the number is that of its joint. ±: half of "
-        "the 95 % interval, with the residual's autocorrelation in it. open: standard deviation above "
-        f"{OPEN:g} % of the value. off nominal: more than {SURPRISE:g} standard deviations of value and "
-        "nominal value together."
+        f"the 95 % interval, with the residual's autocorrelation{gains} in it. open: standard deviation "
+        f"above {OPEN:g} % of the value. off nominal: more than {SURPRISE:g} standard deviations of value "
+        "and nominal value together."
     )
     plot = "Grey: the nominal value with its 95 % interval; blue: the estimate with its interval."
     centres = [Paragraph(words, "") for words in payload_centres(fit)]

@@ -11,6 +11,7 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload, Prior, known_parameters
 from exidyn.identify.errors import DifferentRobot, RobotError
 from exidyn.identify.fit.base_parameters import BaseParameters, rich_motion
+from exidyn.identify.fit.estimators.nominal_gains import given_nominal
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.model import Model
 
@@ -98,7 +99,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
         what = "shapes" if wishes.shapes else "a payload"
         raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
-    gains_found = bool(np.all(fit.estimate.gain_std > 0.0))  # then they too are known only so well
+    gains_found = bool(np.all(fit.estimate.gain_estimated))  # then they too are known only so well
     experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
@@ -109,7 +110,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
 def _values(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Experiment:
     """What the fit knows of its base parameters, its gains taken as exact."""
     base, visible = _visible(fit, payloads)
-    covariance = fit.estimate.covariance[np.ix_(visible, visible)]
+    covariance = given_nominal(fit.estimate)[np.ix_(visible, visible)]
     return Experiment(learned(fit), base, payloads, noise, _precision(covariance))
 
 

@@ -128,6 +128,8 @@ def _known(path: Path, effort: str, gain: np.ndarray | None) -> Known:
         "position": [f"q{k}" for k in numbers],
         effort: [f"{column}{k}" for k in numbers],
     }
+    if "dvrk" in str(path):  # whether its efforts are torques of the motor or of the joint nobody knows
+        columns.pop(effort)
     unit = "m" if "emps" in str(path) else "rad"
     return Known("s", unit, unit if "dq1" in names else "", effort, gain, columns)
 

@@ -18,27 +18,30 @@ from .compressed import Compressed, Estimate
 from .covariance import noise_covariance
 from .drive_gains import linearised
 from .least_squares import weighted
+from .nominal_gains import gain_deviation, given_nominal, slope, with_nominal_gains
 
 
 def bayesian(equations: Equations) -> Estimate:
     """Most probable base parameters given data and priors.
 
     The data enter with the covariance of coloured noise: weights as if it were white would trust the
-    data several times too much against the priors.
+    data several times too much against the priors. Gains stay nominal, and with them the scale that values
+    have: what is probable is so given the gains, and what they may be off by comes on top.
     """
-    data = weighted(equations)
-    count = len(data.values)
-    values, covariance = joined(data.values, data.covariance[:count, :count], *prior(equations))
+    data, (mean, deviation) = weighted(equations), prior(equations)
+    given, by_gain = given_nominal(data), slope(data)
+    values, covariance = joined(data.values, given, mean, deviation)
+    by_gain, _ = joined(by_gain, given, np.zeros_like(by_gain), deviation)  # the priors hold values back
+    full = with_nominal_gains(covariance, by_gain, gain_deviation(equations))
     noise = Compressed.of(equations).residual_std(values, equations.gain)
-    full = np.pad(covariance, (0, len(equations.gain)))
     standard = standard_parameters(equations, values)
-    return Estimate("bayesian", values, equations.gain, full, noise, standard)
+    return Estimate("bayesian", values, equations.gain, full, noise, standard, nominal_gains=True)
 
 
 def joined(
     values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (b,) and covariance (b, b) when two independent ones are joined, scaled against rounding."""
+    """Mean (b,) or (b, m) and covariance (b, b) when two independent ones are joined, scaled for rounding."""
     total = covariance + deviation
     share = solve(factored(total), covariance).T  # Kalman's gain
     both = share @ deviation

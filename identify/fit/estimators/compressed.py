@@ -22,9 +22,11 @@ class Estimate:
         method: Name of the estimator.
         values: Base parameters, shape (b,).
         gain: Torque per unit of current, shape (n,); nominal where the method does not estimate it.
-        covariance: Covariance of values, then gains, shape (b + n, b + n); zero for what was not estimated.
+        covariance: Covariance of values, then gains, shape (b + n, b + n); nominal gains are as uncertain as
+            stated, and zero are those that are known or not stated.
         noise: Standard deviation of the residual of each joint, shape (n,) [N m].
         standard: Standard parameters, shape (p,), where the method finds them.
+        nominal_gains: Whether gains are those stated, rather than estimated.
     """
 
     method: str
@@ -33,6 +35,7 @@ class Estimate:
     covariance: np.ndarray
     noise: np.ndarray
     standard: np.ndarray | None = None
+    nominal_gains: bool = False
 
     @property
     def std(self) -> np.ndarray:
@@ -43,6 +46,11 @@ class Estimate:
     def gain_std(self) -> np.ndarray:
         """Standard deviation of the drive gains, shape (n,)."""
         return np.sqrt(np.diag(self.covariance)[len(self.values) :])
+
+    @property
+    def gain_estimated(self) -> np.ndarray:
+        """Whether each drive gain was estimated, shape (n,)."""
+        return (self.gain_std > 0.0) & (not self.nominal_gains)
 
 
 Estimator = Callable[[Equations], Estimate]

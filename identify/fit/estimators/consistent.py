@@ -22,6 +22,7 @@ from ..equations import Equations
 from .bayesian import finite_tolerance
 from .compressed import Compressed, Estimate
 from .least_squares import weighted
+from .nominal_gains import given_nominal
 
 MARGIN = 1e-6
 """Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
@@ -42,14 +43,15 @@ def consistent(equations: Equations) -> Estimate:
     """
     start = weighted(equations)
     held = Held(equations.base, equations.nominal, finite_tolerance(equations), equations.bodies)
-    standard = nearest(held, start.values, start.covariance[: len(start.values), : len(start.values)])
+    # Given the gains: what is nearest is to give the currents that were measured.
+    standard = nearest(held, start.values, given_nominal(start))
     values = equations.base.regrouping @ standard
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     # The unconstrained covariance, an upper bound where a constraint holds. Where one moves values by several
     # deviations, data and constraint contradict each other, and that far either may be wrong.
     moved = values - start.values
     covariance = start.covariance + np.pad(np.outer(moved, moved), (0, len(equations.gain)))
-    return Estimate("consistent", values, equations.gain, covariance, noise, standard)
+    return Estimate("consistent", values, equations.gain, covariance, noise, standard, nominal_gains=True)
 
 
 class Held(NamedTuple):

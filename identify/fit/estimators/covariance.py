@@ -6,14 +6,23 @@ estimate's covariance is :math:`H^{-1} S H^{-1}`, where S is the covariance of t
 and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from the
 residual's autocovariances and is applied in the frequency domain. White noise would give
 :math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
+
+That holds for a residual that is alike throughout a run. What a model lacks is not: it comes where a joint
+is slow, or far out. `block_scatter` therefore compares with the gradient's scatter between blocks of time.
+
+Nominal drive gains are wrong by their tolerance. A relative error :math:`\delta_j` adds the measured torque
+of joint j times :math:`\delta_j` to what is fitted, so that it moves the estimate by
+:math:`\partial\beta/\partial\delta_j`, the solution for that torque alone: see `with_nominal_gains`.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from ...preparation.noise import autocovariance, spectrum
 from ..equations import Equations
+from .block_scatter import between_blocks, blocks, inverse_root, longer_by
 
 SEGMENT = 2048
 """Rows that are transformed at once. Noise is forgotten within some tens of rows, so cutting a long run
@@ -33,14 +42,27 @@ def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
     return autocovariance(pieces, weights, lags)
 
 
+class Spread(NamedTuple):
+    """How an estimate scatters.
+
+    Attributes:
+        covariance: By the noise, and by what the model lacks, shape (k, k).
+        by_scale: Change of each unknown with the relative error of each joint's measured torque, (k, n).
+    """
+
+    covariance: np.ndarray
+    by_scale: np.ndarray
+
+
 def sandwich(
     jacobian: np.ndarray,
     residual: np.ndarray,
     equations: Equations,
     left: np.ndarray | None = None,
     before: np.ndarray | None = None,
-) -> np.ndarray:
-    """Covariance (k, k) of the solution of weighted least squares with rows `jacobian`.
+    torque: np.ndarray | None = None,
+) -> Spread:
+    """How the solution of weighted least squares with rows `jacobian` scatters.
 
     Args:
         jacobian: Derivative of the prediction by the unknowns, shape (r, n, k), in the residual's unit.
@@ -48,9 +70,11 @@ def sandwich(
         equations: Weights and runs.
         left: Instruments in place of the transposed rows, shape (r, n, k).
         before: Inverse variance of each unknown before the data, shape (k,); zero by default.
+        torque: What a relative error of each joint's scale is one of, shape (r, n); zero by default.
     """
     weight, unknowns = equations.weight, jacobian.shape[2]
     left = jacobian if left is None else left
+    torque = np.zeros_like(residual) if torque is None else torque
     variance = np.sum(weight * residual**2, axis=0) / weight.sum(axis=0)
     # A joint that the model meets exactly (a channel that is zero throughout) would outweigh all others
     # beyond double precision.
@@ -62,13 +86,19 @@ def sandwich(
         return of[rows] * (weight[rows, :, None] / deviation * scale)
 
     held = np.zeros(unknowns) if before is None else before * scale**2
-    bread, information, meat = np.stack([np.diag(held)] * 3)
-    for run in equations.runs:
-        for rows in _segments(run):
-            moved, right = (weighted_rows(of, rows).reshape(-1, unknowns) for of in (left, jacobian))
-            bread += moved.T @ right
-            information += right.T @ right
-    root = _inverse_root(information)
+    every = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
+    parts = [
+        _part(
+            weighted_rows(left, rows),
+            weighted_rows(jacobian, rows),
+            residual[rows] / deviation[:, 0],
+            torque[rows] / deviation[:, 0],
+        )
+        for rows in every
+    ]
+    sums, meat = _Part(*(np.sum(one, axis=0) for one in zip(*parts, strict=True))), np.diag(held)
+    bread, information = sums.bread + meat, sums.information + meat
+    root = inverse_root(information)
     # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
     # colour is that of the same drives and encoders, and a short run could not give its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
@@ -80,7 +110,34 @@ def sandwich(
             taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
             meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
     inverse = np.linalg.inv(bread)
-    return inverse @ meat @ inverse.T * np.outer(scale, scale)
+    covariance = inverse @ meat @ inverse.T
+    moved = between_blocks([p.gradient for p in parts], [p.information for p in parts], information)
+    longer = scale * longer_by(covariance, inverse @ moved)
+    return Spread(covariance * np.outer(longer, longer), scale[:, None] * (inverse @ sums.by_scale))
+
+
+class _Part(NamedTuple):
+    """What one block of time adds to sums over all rows.
+
+    Attributes:
+        bread: Instruments times rows, shape (k, k).
+        information: Rows times rows, shape (k, k).
+        gradient: Instruments times residual, shape (k,).
+        by_scale: Instruments times each joint's torque, shape (k, n).
+    """
+
+    bread: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+    by_scale: np.ndarray
+
+
+def _part(left: np.ndarray, right: np.ndarray, residual: np.ndarray, torque: np.ndarray) -> _Part:
+    """Of instruments (r, n, k), rows (r, n, k), residual and torque (r, n), all over the noise."""
+    unknowns = left.shape[2]
+    moved, rows = left.reshape(-1, unknowns), right.reshape(-1, unknowns)
+    by_scale = np.einsum("rnk,rn->kn", left, torque)
+    return _Part(moved.T @ rows, rows.T @ rows, moved.T @ residual.ravel(), by_scale)
 
 
 def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.ndarray:
@@ -88,12 +145,6 @@ def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.nd
     counts = weight.sum(axis=0)
     square = np.sum(weight * residual**2, axis=0) / np.maximum(counts, 1.0)
     return np.where(counts > 0, np.maximum(np.sqrt(square), 1e-6 * usual), usual)
-
-
-def _inverse_root(matrix: np.ndarray) -> np.ndarray:
-    """R with R R^T the inverse of a positive definite matrix (k, k), rounding guarded."""
-    size, vectors = np.linalg.eigh(matrix)
-    return vectors / np.sqrt(np.maximum(size, np.finfo(float).eps * size[-1]))
 
 
 def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
@@ -121,7 +172,7 @@ def sandwich_with_gains(
     by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
     before = np.concatenate([np.zeros(len(values)), np.zeros(len(gain)) if wide is None else wide**-2.0])
-    return sandwich(jacobian, equations.current - torque / gain, equations, before=before)
+    return sandwich(jacobian, equations.current - torque / gain, equations, before=before).covariance
 
 
 def _segments(run: slice) -> Iterator[slice]:

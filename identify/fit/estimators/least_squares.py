@@ -11,6 +11,7 @@ from ...errors import FitError
 from ..equations import Equations
 from .compressed import Compressed, Estimate, solve
 from .covariance import sandwich
+from .nominal_gains import of_nominal_gains
 
 HUBER = 1.345
 """Residuals beyond this many standard deviations count less than quadratically: 95 % efficiency on
@@ -86,18 +87,17 @@ def _estimate(
     common: bool = False,
     huber: np.ndarray | None = None,
 ) -> Estimate:
-    left = residual(equations, values, equations.gain)
+    left, torque = residual(equations, values, equations.gain), equations.gain * equations.current
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     jacobian, instruments = equations.regressor, None
     if common:  # the sandwich divides rows by each joint's variance; ordinary least squares does not
         instruments = equations.regressor * (noise**2)[None, :, None]
     if huber is not None:  # an outlier pulls with a bounded force, and by a small step not more or less
         left, instruments = left * huber, equations.regressor
-        jacobian = equations.regressor * (huber == 1.0)[:, :, None]
-    covariance = sandwich(jacobian, left, equations, instruments)
-    n = len(equations.gain)
-    full = np.pad(covariance, (0, n))
-    return Estimate(method, values, equations.gain, full, noise)
+        jacobian, torque = equations.regressor * (huber == 1.0)[:, :, None], torque * (huber == 1.0)
+    spread = sandwich(jacobian, left, equations, instruments, torque=torque)
+    covariance = of_nominal_gains(spread, equations)
+    return Estimate(method, values, equations.gain, covariance, noise, nominal_gains=True)
 
 
 def instrumental(equations: Equations) -> Estimate:
@@ -124,6 +124,7 @@ def instrumental(equations: Equations) -> Estimate:
         values = np.linalg.solve(normal / np.outer(size, size), right / size) / size
         left = residual(equations, values, equations.gain)
         noise = np.sqrt(np.sum(equations.weight * left**2, axis=0) / equations.weight.sum(axis=0))
-    covariance = sandwich(equations.regressor, left, equations, commanded)
-    full = np.pad(covariance, (0, len(equations.gain)))
-    return Estimate("instrumental", values, equations.gain, full, noise)
+    covariance = of_nominal_gains(
+        sandwich(equations.regressor, left, equations, commanded, torque=torque), equations
+    )
+    return Estimate("instrumental", values, equations.gain, covariance, noise, nominal_gains=True)

@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.estimators import bayesian, maximum_likelihood, ordinary, reweighted, weighted
+from exidyn.identify.fit.estimators import (
+    bayesian,
+    consistent,
+    maximum_likelihood,
+    ordinary,
+    reweighted,
+    weighted,
+)
+from exidyn.identify.fit.estimators.nominal_gains import given_nominal
 
 from ...parts.small.two_joints import GAIN, coloured, equations
 
@@ -104,3 +112,40 @@ def test_priors_and_data_together():
         deviations.append(estimate.std)
     share = held(np.array(errors), np.array(deviations))
     assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share
+
+
+@pytest.mark.parametrize("estimator", [ordinary, weighted, reweighted, consistent])
+def test_nominal_gains_are_as_wrong_as_stated(estimator):
+    """True gains are drawn and nominal ones fitted, whose tolerance is in the intervals."""
+    exact, truth = equations(rows=1200, gain_tolerance=0.1)
+    random = np.random.default_rng(3)
+    errors, deviations, given = [], [], []
+    for _ in range(DRAWS):
+        true = GAIN * (1.0 + 0.1 * random.normal(size=2))
+        noise = np.concatenate([coloured(rows.stop - rows.start, random) for rows in exact.runs])
+        estimate = estimator(replace(exact, current=exact.current * GAIN / true + noise))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+        given.append(np.sqrt(np.diag(given_nominal(estimate))))
+    share = held(np.array(errors), np.array(deviations))
+    # all parameters of a joint are wrong with its gain: two draws in a repetition, not one a parameter
+    assert abs(share - 0.95) < 3 * np.sqrt(0.95 * 0.05 / (DRAWS * 2)) + 0.005, share
+    assert held(np.array(errors), np.array(given)) < 0.7
+
+
+def test_what_the_model_lacks_is_in_the_intervals():
+    """Noise that grows with speed is not alike throughout; viscous friction is known half as well for it."""
+    exact, truth = equations(rows=2400)
+    place = exact.names.index("Fv1")
+    speed = np.abs(exact.regressor[:, 0, place])
+    level = np.stack([np.minimum((speed / np.std(speed)) ** 2, 20.0), np.ones(len(speed))], axis=1)
+    random, errors, deviations = np.random.default_rng(5), [], []
+    for _ in range(100):
+        noise = np.concatenate([coloured(rows.stop - rows.start, random) for rows in exact.runs])
+        estimate = weighted(replace(exact, current=exact.current + level * noise))
+        errors.append(estimate.values - truth)
+        deviations.append(estimate.std)
+    share = held(np.array(errors), np.array(deviations))
+    assert abs(share - 0.95) < 0.025, share
+    # one autocovariance for the whole run states 0.47 of it
+    assert 0.8 < np.mean(deviations, axis=0)[place] / np.std(errors, axis=0)[place] < 1.2

@@ -142,7 +142,8 @@ def test_deviations_under_nominal_gains_contain_their_tolerance(estimator):
     model = identified(nominal_fit(estimator))
     for name in ("Fv1", "Fc1", "Fc2"):
         stated = model.stated[name]
-        assert stated.std >= 0.1 * abs(stated.value)
+        # of its own gain; other joints' gains take a thousandth of that
+        assert stated.std >= 0.099 * abs(stated.value)
         assert abs(stated.value - TRUE[name]) < 2 * stated.std  # the gains are a tenth too large
 
 

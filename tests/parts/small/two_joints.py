@@ -52,7 +52,7 @@ def motion(rows, seed=0, payload="", rate=20.0):
     return replace(trajectory(rows / rate + 10.0, seed).at(time), payload=payload)
 
 
-def equations(rows=800, payload=False, rate=20.0):
+def equations(rows=800, payload=False, rate=20.0, gain_tolerance=0.0):
     """Equations without noise, and the true base parameters; with a payload half the rows carry it."""
     of = model(Payload("L", MASS)) if payload else model()
     base = base_parameters(of, ["", "L"] if payload else [""])
@@ -68,7 +68,7 @@ def equations(rows=800, payload=False, rate=20.0):
         weight=np.ones((len(regressor), 2)),
         gain=GAIN,
         gain_known=False,
-        gain_tolerance=0.1,
+        gain_tolerance=gain_tolerance,
         runs=(slice(0, rows // 2), slice(rows // 2, len(regressor))),
         rate=rate,
         noise=np.full(2, 1e-3),

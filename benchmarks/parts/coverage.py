@@ -1,0 +1,148 @@
+"""Whether 95 % intervals hold the truth, over arms whose values and drive gains are drawn.
+
+Each arm is the nominal one with every parameter and gain wrong by a normal draw of its tolerance. Two runs,
+one with a payload of which only the mass is stated, give its gains; the unloaded run alone is fitted with the
+nominal ones. Half of the current noise is white, and half lasts for `MEMORY`, so that residuals are coloured.
+"""
+
+import json
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy import signal
+
+from exidyn.identify.effects import Payload, known_parameters
+from exidyn.identify.fit.fit import Fit
+from exidyn.identify.fit.identification import identify
+from exidyn.identify.model import Model
+from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identify.text_table import NORMAL_95
+from exidyn.trajectories.random_motion import random_fourier
+
+TOLERANCE = 0.1
+"""Relative deviation of true values and gains from nominal ones, as data sheets of gains are wrong [-]."""
+MASS = {"kr270": 175.0, "cobot": 8.0}
+"""Payload of each arm [kg]."""
+RATE, SECONDS, MEMORY = 200.0, 20.0, 0.05
+"""Samples a second [Hz], length of a run [s], and after which 37 % is left of half of the noise [s]."""
+NOISE = 0.01
+"""Deviation of each half of the current noise over the rms current [-]."""
+
+
+class Held(NamedTuple):
+    """One arm's errors over deviations: base values, then gains; and of the fit with nominal gains."""
+
+    values: list[float]
+    gains: list[float]
+    nominal: list[float]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A drawn arm: its name, its number, and the length of its runs [s]."""
+
+    name: str
+    number: int
+    seconds: float = SECONDS
+
+
+def held(arm: Arm) -> Held:
+    """Draw an arm, record it, and identify it with and without its payload."""
+    random = np.random.default_rng(1000 + arm.number)
+    nominal, mass = _nominal(arm.name), MASS[arm.name]
+    body = known_parameters(
+        mass, (0.05, 0.03, -0.22), 0.05 * mass * np.array([1.0, 0.01, 0.02, 1.1, 0.03, 0.9])
+    )
+    loaded = nominal + Payload("L", body)
+    values = loaded.nominal_values * (1.0 + TOLERANCE * random.normal(size=len(loaded.names)))
+    true = dict(zip(loaded.names, values, strict=True)) | {f"{name}L": value for name, value in body}
+    gain = nominal.robot.drive_gain * (1.0 + TOLERANCE * random.normal(size=nominal.robot.dof))
+    runs = [_run(arm, model, values, gain, nominal, k, random) for k, model in enumerate((nominal, loaded))]
+    found, alone = identify(runs, filtering=Filtering()), identify(runs[:1], filtering=Filtering())
+    gains = (found.estimate.gain - gain) / found.estimate.gain_std
+    return Held(_errors(found, true), gains.tolist(), _errors(alone, true))
+
+
+def _nominal(name: str) -> Model:
+    model = read_model(name)
+    tolerance = np.full(model.robot.dof, TOLERANCE)
+    return replace(model, robot=replace(model.robot, drive_gain_tolerance=tolerance))
+
+
+def _run(
+    arm: Arm, plant: Model, values: np.ndarray, gain: np.ndarray, nominal: Model, k: int,
+    random: np.random.Generator,
+) -> Recording:  # fmt: skip
+    """The unloaded run, k = 0, or the loaded one, on the arm's own motion."""
+    motion = random_fourier(nominal.robot.limits, arm.seconds, seed=arm.number)
+    path = motion.at(np.arange(0.0, arm.seconds, 1.0 / RATE))
+    payload = KnownPayload("L", (("M", MASS[arm.name]),)) if k else None
+    sensors, own = Sensors(current_noise=NOISE), values[: len(plant.names)]
+    run = simulate(
+        plant, own, gain, path, nominal, sensors, payload, ("alone", "loaded")[k], 2 * arm.number + k
+    )
+    current = run.signals["current"]
+    usual = np.sqrt(np.mean(current.values**2, axis=0))
+    lasting = current.values + NOISE * usual * _lasting(current.values.shape, random)
+    return replace(run, signals=run.signals | {"current": replace(current, values=lasting)})
+
+
+def _lasting(shape: tuple[int, ...], random: np.random.Generator) -> np.ndarray:
+    """Noise (t, n) of deviation one, of which 37 % is left after `MEMORY`."""
+    share = np.exp(-1.0 / (RATE * MEMORY))
+    return signal.lfilter([np.sqrt(1.0 - share**2)], [1.0, -share], random.normal(size=shape), axis=0)
+
+
+def _errors(fit: Fit, true: dict[str, float]) -> list[float]:
+    """Error of each base parameter over its deviation."""
+    truth = fit.base.regrouping @ [true[parameter.name] for parameter in fit.base.parameters]
+    return ((fit.estimate.values - truth) / fit.estimate.std).tolist()
+
+
+def coverage(arms: Sequence[Arm], kept: Path | None = None) -> dict[str, float]:
+    """Shares of intervals that hold the truth [%]; arms that are in the file `kept` are not made again."""
+    done = _read(kept)
+    left = [arm for arm in arms if _key(arm) not in done]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for arm, one in zip(left, pool.map(held, left), strict=True):
+            done[_key(arm)] = one
+            if kept is not None:
+                with kept.open("a") as file:
+                    file.write(json.dumps([_key(arm), *one]) + "\n")
+    every = [done[_key(arm)] for arm in arms]
+    identified = [one.values + one.gains for one in every]
+    return {
+        "coverage_95": _share(identified),
+        "coverage_95_gains": _share([one.gains for one in every]),
+        "coverage_95_nominal_gains": _share([one.nominal for one in every]),
+        "coverage_95_std": _scatter(identified),
+        "coverage_95_nominal_gains_std": _scatter([one.nominal for one in every]),
+    }
+
+
+def _share(errors: Sequence[Sequence[float]]) -> float:
+    return 100.0 * float(np.mean(np.abs(np.concatenate(errors)) < NORMAL_95))
+
+
+def _scatter(errors: Sequence[Sequence[float]]) -> float:
+    """Standard deviation of a share over arms [%]; the intervals of one arm are not independent."""
+    return float(np.std([_share([one]) for one in errors]) / np.sqrt(len(errors)))
+
+
+def _key(arm: Arm) -> str:
+    return f"{arm.name} {arm.number} {arm.seconds:g} s"
+
+
+def _read(kept: Path | None) -> dict[str, Held]:
+    """Arms of earlier, interrupted runs."""
+    if kept is None or not kept.exists():
+        return {}
+    return {key: Held(*rest) for key, *rest in map(json.loads, kept.read_text().splitlines())}
