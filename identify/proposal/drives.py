@@ -21,6 +21,8 @@ HEAVY, BALANCED = 300.0, 1.0
 and its torque over that of the bodies, standard deviation."""
 TOLD = 0.35
 """Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
+GAINS = np.logspace(-3, 3, 121)
+"""Gains against which a gain of 1, of an effort that is the joint's torque, is weighed [N m per unit]."""
 DECADES = np.linspace(-3.0, 3.0, 121)
 """Gains that are weighed where nothing is known of the unit, as powers of ten about the described torque over
 the effort, both as standard deviations: that is the gain of a drive that carries nothing but the described
@@ -152,13 +154,13 @@ def _gain(torque: np.ndarray, errors: np.ndarray, log: Sampled, joint: int) -> G
     noise = max(min(forward, backward), 0.01) * effort.var() * len(rows) / independent(effort)
     sign = 1.0 if positive > 0.5 else -1.0
     weighed = torque.std() / effort.std() * 10.0**DECADES
-    likely = _log_likelihood(sign * effort, torque, errors, friction, noise, [1.0, *weighed])
-    one, likely = likely[0], likely[1:]
+    likely = _log_likelihood(sign * effort, torque, errors, friction, noise, [1.0, *GAINS, *weighed])
+    one, others, likely = likely[0], likely[1 : 1 + len(GAINS)], likely[1 + len(GAINS) :]
     weight = np.exp(likely - likely.max())
     weight /= weight.sum()
     middle = float(weight @ np.log(weighed))
     relative = float(np.sqrt(weight @ (np.log(weighed) - middle) ** 2))
-    as_torque = one - likely.max() - np.log(np.exp(likely - likely.max()).mean())
+    as_torque = one - others.max() - np.log(np.exp(others - others.max()).mean())
     both = np.maximum(as_torque - np.logaddexp(0.0, [-odds, odds]) - np.log(0.5), UNLIKE)
     if int(np.argmax(likely)) in (0, len(likely) - 1):  # the best lies beyond: what is weighed is no answer
         return Gain(positive=positive, torque=both[0], against=both[1])
