@@ -13,6 +13,8 @@ from ..proposal.agreement import FOLDS, Sampled, friction_columns, odds_of, piec
 UNEVEN = 0.05
 """Share of an effort (root mean square) that gains off by a twentieth leave: a fit of all joints that leaves
 less says nothing more of signs and units."""
+STILL = 1e-9
+"""Standard deviation of an effort over the largest, up to which it does not change."""
 EXPLAINS = 0.3
 """The same, up to which one set of bodies explains all joints: the gains are about as stated."""
 RIDGE = 1e-5
@@ -38,7 +40,9 @@ class Coupled:
     def of(cls, rigid: np.ndarray, log: Sampled) -> "Coupled":
         """Of the bodies' columns (t, n, p), and a log whose efforts are torques by the gains stated."""
         t, n = log.effort.shape
-        scale = 1.0 / np.maximum(log.effort.std(axis=0), 1e-12)
+        spread = log.effort.std(axis=0)
+        # An effort that does not change says nothing.
+        scale = np.where(spread > STILL * np.abs(log.effort).max(), 1.0 / np.maximum(spread, 1e-300), 0.0)
         columns = _columns(rigid, log) * (log.sliding * scale)[:, :, None]
         efforts = np.zeros((t, n, n))
         efforts[:, range(n), range(n)] = (log.effort - log.effort.mean(axis=0)) * scale * log.sliding

@@ -17,10 +17,10 @@ UNITS = {
     0.0980665: "kgf cm",
     9.80665: "kgf m",
     1e3: "thousands",
-    1.3558: "lbf ft",
     0.11298: "lbf in",
 }
-"""Torque of a number over that in the unit stated, and that unit as a person calls it."""
+"""Torque of a number over that in the unit stated, and that unit as a person calls it. A foot-pound is not
+among them: 1.36 N m are as well a gain that is off."""
 RIGHT, UNIT, FACTOR, ANOTHER = 0.973, 0.02, 0.002, 0.005
 """Probabilities of a log: units as stated, one of `UNITS`, any other factor of all joints, another arm."""
 TURNED, ALL_TURNED = 0.005, 0.01

@@ -98,8 +98,10 @@ def _count(values: np.ndarray) -> float | None:
         return None
     steps = np.diff(sizes)
     for step in (1.0, float(np.median(steps[steps < 1.5 * np.percentile(steps, 5)])), float(sizes[0])):
-        multiples = sizes / step
-        if np.all(np.abs(multiples - np.round(multiples)) < 0.01 + WRITTEN * multiples):
+        with np.errstate(over="ignore"):
+            multiples = sizes / step
+        whole = np.isfinite(multiples).all()
+        if whole and np.all(np.abs(multiples - np.round(multiples)) < 0.01 + WRITTEN * multiples):
             return step
     return None
 

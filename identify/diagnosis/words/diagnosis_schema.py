@@ -243,6 +243,7 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
         for name in ("units", "before_rms", "after_rms"):
             self._by_joint(getattr(budget, name), f"budget.{name}")
         findings = len(self.findings) + len(self.undecided)
+        check(bool(budget.shares), "budget.shares", [], "at least one part")
         for place, one in enumerate(budget.shares):
             where = f"budget.shares[{place}]"
             check_joints(one.joints, f"{where}.joints", len(self.joints))

@@ -7,6 +7,7 @@ import pytest
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
 from exidyn.drivers.mock.driver import EPOCH, SteppedClock
+from exidyn.identify.fit.estimators.nominal_gains import given_nominal
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.simulation.plant import Plant
@@ -209,6 +210,7 @@ def test_parameters_are_found_again_in_a_recording_of_it():
     deviation = noisy.estimate.std
     assert np.abs(error / deviation).max() < 4.0
     assert np.sqrt(np.mean((error / deviation) ** 2)) < 1.6
+    deviation = np.sqrt(np.diag(given_nominal(noisy.estimate)))  # of noise, with the gains as stated
     assert np.median(deviation / np.maximum(np.abs(noisy.estimate.values), 0.1)) < 0.03
     # What the drives, the sampling and the encoder leave without current noise is small beside it.
     exact, bias = fitted(quiet=True)

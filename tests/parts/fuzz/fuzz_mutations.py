@@ -198,6 +198,7 @@ def _edit(holder: Any, key: Any, places: list[tuple[Any, Any]], random: np.rando
     elif isinstance(value, bool | str | dict | list) or value is None:
         holder[key] = ODD[random.integers(len(ODD))]
     else:
+        value = value if abs(value) < 1e300 else 1  # of whole numbers beyond, no float can be made
         numbers = (*AMOUNTS, -value, str(value), float(value) + 0.5, 1e6 * value, 1e-6 * value, [value])
         holder[key] = numbers[random.integers(len(numbers))]
 
