@@ -141,8 +141,11 @@ def diagnose(
     validate: Run | Sequence[Run] = (),
     robot: Arm | None = None,
     filtering: Filtering = Filtering(),  # noqa: B008
+    as_recorded: bool = False,
 ) -> Diagnosis:
     """Which physics the model leaves out, with what evidence and which alternatives; see `identify`.
+
+    `as_recorded` takes columns, units and signs as they are stated, however unlikely.
 
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
@@ -152,7 +155,8 @@ def diagnose(
         raise RecordingError("nothing to diagnose; give at least one recording besides those for validation")
     model = fitted[0].model if robot is None else _robot(robot)
     roles = [(run.settings.get("role", ""), run) for run in fitted]
-    return _diagnose(model, [*roles, *((HELD_OUT, run) for run in held_out)], filtering=filtering)
+    every = [*roles, *((HELD_OUT, run) for run in held_out)]
+    return _diagnose(model, every, filtering=filtering, as_recorded=as_recorded)
 
 
 def simulate(

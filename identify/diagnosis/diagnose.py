@@ -80,9 +80,10 @@ def diagnose(
     name: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
+    as_recorded: bool = False,
 ) -> Diagnosis:
     """Find the physics that a model leaves out; see `diagnosed`."""
-    return diagnosed(model, recordings, name, filtering, progress).diagnosis
+    return diagnosed(model, recordings, name, filtering, progress, as_recorded=as_recorded).diagnosis
 
 
 def _diagnosed(

@@ -34,7 +34,8 @@ def require_plausible(runs: Sequence[Recording], robot: Robot) -> list[str]:
     """
     asked = {run.name: suspect([run], robot) for run in runs}
     if len(runs) > 1 and not any(one is not None and one.certain for one in asked.values()):
-        asked = {"all runs": suspect(runs, robot)}
+        together = suspect(runs, robot)
+        asked = asked if together is None else {"all runs": together}
     for name, suspicion in asked.items():
         if suspicion is not None and suspicion.certain:
             raise WrongInput(f"{name}: {suspicion}. If that is right, --as-recorded takes it as it is")

@@ -68,7 +68,9 @@ def mistakes(robot: Robot, log: Sampled) -> Iterator[Mistake]:
             yield Mistake(f"the columns {words}", "give them in the robot's order", _moved(log, order, order))
     ranks = np.array([sorted(joints).index(joint) for joint in joints])
     if not np.array_equal(ranks, plain):
-        yield Mistake("the columns are sorted by name", "give joints", _moved(log, ranks, ranks))
+        yield Mistake(
+            "the columns are sorted by name", "give them in the robot's order", _moved(log, ranks, ranks)
+        )
     for j in range(n):
         factor = np.where(plain == j, -1.0, 1.0)
         yield Mistake(

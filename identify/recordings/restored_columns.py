@@ -69,7 +69,7 @@ def signed(effort: np.ndarray) -> Restored | None:
         if 2 ** (bits - 1) <= largest < 2**bits
     }
     readings |= {
-        f"with bit {bit} as its sign: -45 is {2**bit + 45}": np.where(
+        f"with its sign, bit {bit}, as part of the number: -45 is {2**bit + 45}": np.where(
             counts >= 2**bit, 2.0**bit - counts, counts
         )
         for bit in SIGN_BITS

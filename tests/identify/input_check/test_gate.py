@@ -1,11 +1,15 @@
 """Wrong columns, units, signs and robots are named before anything is fitted."""
 
+import sys
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.input_check.gate import require_plausible, suspect
+from exidyn.identify.input_check.suspicion import Suspicion
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -69,6 +73,14 @@ def test_identify_refuses_certain_mistakes_unless_told():
     with pytest.raises(WrongInput, match="joint1 and joint2 are exchanged.*--as-recorded"):
         identify([wrong])
     assert identify([wrong], as_recorded=True).runs == ("log",)
+
+
+def test_what_is_likely_of_one_run_is_said_though_not_of_all(monkeypatch):
+    module = sys.modules[require_plausible.__module__]
+    likely = Suspicion("the efforts are in kgf cm", "state it", 0.8)
+    monkeypatch.setattr(module, "suspect", lambda runs, robot: likely if runs[0].name == "odd" else None)
+    odd = replace(recording(), name="odd")
+    assert require_plausible([recording(), odd], ARM) == [f"odd: {likely}"]
 
 
 def test_noise_alone_is_no_mistake():
