@@ -16,8 +16,17 @@ from scipy import optimize
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
-from .agreement import Guess, Sampled, agreement_odds, left_out
-from .drives import agreed, described_values
+from .agreement import DECIDED, Guess, Sampled, agreement_odds, independent, left_in_and_out, left_out
+from .described_bodies import (
+    DECADES,
+    PLACEHOLDER,
+    Bodies,
+    bodies_of,
+    described_values,
+    log_likelihood,
+    sliding_rows,
+)
+from .drives import agreed, braking_odds
 
 GRAVITY = "direction of gravity"
 """What a guess of the mounting asks."""
@@ -81,16 +90,26 @@ def found_direction(robot: Robot, log: Sampled) -> Direction | None:
 
 
 def right_way(robot: Robot, direction: Direction, log: Sampled) -> float:
-    """Log odds of gravity along a direction over the opposite one, by described masses and friction."""
-    fields, values = Fields.of(robot, log), described_values(robot)
-    there, back = (agreed(fields.along(sign * np.array(direction)) @ values, log) for sign in (1, -1))
-    return there - back
+    """Log odds of gravity along a direction over the opposite one, by described masses and friction.
+
+    The masses are those of a drawing, or numbers that say nothing: for all bodies alike.
+    """
+    fields = Fields.of(robot, log)
+    ways = []
+    for sign in (1.0, -1.0):
+        rigid = fields.along(sign * np.array(direction))
+        left, each = left_in_and_out(rigid, log)[0], bodies_of(robot, log, rigid)
+        drawn, any_mass = np.sum(
+            [_of_masses(bodies, log, j, left[j]) for j, bodies in enumerate(each)], axis=0
+        )
+        ways.append(np.logaddexp(np.log(1 - PLACEHOLDER) + drawn, np.log(PLACEHOLDER) + any_mass))
+    return float(ways[0] - ways[1])
 
 
 def mounted_robot(
     robot: Robot, directions: Mapping[Direction, float], sample: Sampled
 ) -> tuple[Robot, list[Guess]]:
-    """The robot as it stands, and what is guessed of that, if it is not as described.
+    """The robot as it stands, and what is guessed of that, unless it surely is as described.
 
     Each direction of gravity, up to its sign, has its probability.
     """
@@ -100,10 +119,10 @@ def mounted_robot(
     as_described = likeliest == described_direction(robot)
     prior = np.log((1 - OTHERWISE) / OTHERWISE) if as_described else 0.0
     way = right_way(robot, likeliest, sample) + prior
-    if as_described and way > 0:
-        return robot, []
     direction = tuple(np.sign(way) * part for part in likeliest)
     probability = directions[likeliest] / (1 + np.exp(-min(abs(way), 99.0)))
+    if as_described and way > 0 and probability >= DECIDED:
+        return robot, []
     why, option = "bodies, friction", "gravity in robot.toml"
     guess = Guess(GRAVITY, f"{direction_words(direction)} of the base", probability, why, option)
     return (under(robot, direction) if guess.decided else robot), [guess]
@@ -133,6 +152,24 @@ class Fields(NamedTuple):
         for share, field in zip(direction, self.each, strict=True):
             columns += share * field
         return columns
+
+
+def _of_masses(bodies: Bodies, log: Sampled, joint: int, left: float) -> tuple[float, float]:
+    """Log-likelihood of an effort by bodies as described, and by those of any mass; drives of either sign."""
+    rows = sliding_rows(log, joint)
+    if not len(rows) or not np.any(bodies.torque[rows]):
+        return 0.0, 0.0
+    bodies, effort = bodies.at(rows), log.effort[rows, joint]
+    noise = max(left, 0.01) * effort.var() * len(rows) / independent(effort)
+    gains = bodies.torque.std() / effort.std() * 10.0**DECADES
+    brakes = braking_odds(bodies, effort)
+    each = []
+    for kind in (bodies, bodies.of_any_mass):
+        either = [np.logaddexp.reduce(log_likelihood(sign * effort, kind, noise, gains)) for sign in (1, -1)]
+        each.append(
+            float(np.logaddexp(either[0] - np.logaddexp(0, -brakes), either[1] - np.logaddexp(0, brakes)))
+        )
+    return each[0], each[1]
 
 
 def _frame(axis: np.ndarray) -> np.ndarray:

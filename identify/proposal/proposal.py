@@ -14,7 +14,8 @@ from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .agreement import LONG, Guess, Sampled, posterior, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
-from .drives import Gain, described, gain_guesses, gains
+from .described_bodies import described
+from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
 from .refusals import no_time, not_found

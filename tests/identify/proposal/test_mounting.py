@@ -8,11 +8,13 @@ from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.rigid_body import inertial_parameters
 from exidyn.identify.preparation.filters import differentiate
 from exidyn.identify.proposal.mounting import GRAVITY, under
-from exidyn.identify.proposal.proposal import propose
+from exidyn.identify.proposal.proposal import one_after_another, propose
 from exidyn.identify.proposal.proposal_text import proposal_text, robot_toml
+from exidyn.identify.recordings.importers import read_tables
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, columns
+from ...parts.runs.runs import DATA, needs_data
 
 LOG = cobot_log()
 ROBOT = LOG.model.robot
@@ -66,3 +68,13 @@ def test_nothing_is_said_of_an_arm_that_stands_about_as_described(lean):
     found = proposed(torque_under((np.sin(lean), 0.0, -np.cos(lean))))
     assert GRAVITY not in asked(found)
     assert found.gravity == ()
+
+
+@needs_data
+def test_masses_that_nobody_measured_turn_no_arm_upside_down():
+    folder = DATA / "dvrk_psm"
+    tables = [read_tables(path)[0] for path in sorted(folder.glob("fourier_test*.csv.gz"))]
+    values = one_after_another(tables[0].names, [table.values for table in tables])
+    found = propose(tables[0].names, values, read_model(folder / "psm.urdf").robot)
+    assert found.gravity == ()
+    assert GRAVITY in [guess.what for guess in found.open]
