@@ -84,6 +84,7 @@ class Robot:
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
         direct_drive: Joints whose motor has no gear that could bend or have play.
+        passive: Joints without a motor: their torque is zero, whatever was measured.
         coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
             unit diagonal, shape (n, n) [-].
         flange: Placement of the flange in the last link's frame; payloads are given in it.
@@ -99,6 +100,7 @@ class Robot:
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)
     direct_drive: tuple[str, ...] = ()
+    passive: tuple[str, ...] = ()
     coupling: np.ndarray = field(default_factory=_not_given)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
@@ -123,7 +125,7 @@ class Robot:
         object.__setattr__(self, "drive_gain_tolerance", np.zeros(n) + self.drive_gain_tolerance)
         if self.limits.velocity.size == 0:
             object.__setattr__(self, "limits", Limits.none(n))
-        for joint in self.direct_drive:
+        for joint in (*self.direct_drive, *self.passive):
             self.index(joint)
 
     @property

@@ -63,8 +63,11 @@ class Agreement:
 
     @property
     def over_noise(self) -> np.ndarray:
-        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing."""
-        return self.residual_rms / self.noise
+        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing.
+
+        NaN for a joint whose torque is known without noise, as it has no motor.
+        """
+        return _over(self.residual_rms, self.noise)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
         return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)

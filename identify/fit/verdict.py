@@ -31,11 +31,13 @@ UNJUDGED = (
     "not judged: the recordings were smoothed, and neither their noise at rest nor that above the motion is "
     "that of the motion"
 )
+NO_MOTOR = "no motor"
 LISTED_AS = {
     FAR_ABOVE: "More than noise is left on",
     ABOVE_NOISE: "A little more than noise is left on",
     UNTESTED: "Not distinguished from noise on",
     UNJUDGED: "Not judged on",
+    NO_MOTOR: "Without a motor:",
 }
 """Words about a joint -> how a sentence about several joints begins."""
 LISTED = 3
@@ -74,7 +76,8 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
         tested = np.any([run.r_squared >= TESTED for run in runs], axis=0)
     for j, joint in enumerate(fit.model.robot.joints):
         run, over = runs[worst[j]], float(ratios[worst[j], j])
-        words = _words(over, bool(tested[j]), run.noise_source)
+        passive = joint in fit.model.robot.passive
+        words = NO_MOTOR if passive else _words(over, bool(tested[j]), run.noise_source)
         verdicts.append(JointVerdict(joint, run.run, over, words))
     return verdicts
 
@@ -138,7 +141,7 @@ def _joints(fit: Fit) -> str:
         )
     kind = "runs held out" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
     open_ones = [v for v in found if v.words != EXPLAINED]
-    worst = max(found, key=lambda v: v.over_noise)
+    worst = max(found, key=lambda v: np.nan_to_num(v.over_noise))
     if not open_ones:
         every = {1: "the one joint", 2: "both joints"}.get(len(found), f"all {len(found)} joints")
         return (
@@ -165,7 +168,11 @@ def _joints(fit: Fit) -> str:
 
 def _listed(words: str, found: Sequence[JointVerdict]) -> str:
     """One sentence for all joints for which the same holds; empty if there are none."""
-    joints = [f"{v.joint} ({v.over_noise:.1f} x noise)" for v in found if v.words == words]
+    joints = [
+        v.joint if words == NO_MOTOR else f"{v.joint} ({v.over_noise:.1f} x noise)"
+        for v in found
+        if v.words == words
+    ]
     _, colon, why = words.partition(":")
     return f" {LISTED_AS[words]} {', '.join(joints)}{colon}{why}." if joints else ""
 

@@ -172,7 +172,8 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
     motion, current = even.motion(cutoff), even.signal(even.measures)
-    off = torque_off(current, motion.position, even.rate)
+    driven = ~np.isin(recording.robot.joints, recording.robot.passive)
+    off = torque_off(current, motion.position, even.rate) & driven
     # All samples that the decimation filter takes from where a drive was off.
     near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1)))
     # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].

@@ -59,6 +59,9 @@ def joint_odds(
     for order, prior in orders.items():
         each = {signal: values[:, order] for signal, values in log.values.items()}
         seen = moves(log.time, each["position"], each.get("velocity"))
+        driven = np.any([each[one].any(axis=0) for one in EFFORT if one in each], axis=0)
+        if driven.any():  # what no drive moves falls as fast as it falls, whatever its limit
+            seen = seen._replace(speed=seen.speed * driven)
         of_units = unit_odds(seen, robot.limits, robot.revolute, stated)
         # One unit of time for all: under another one the filters would leave other samples to explain.
         time = next(iter(posterior(of_units))).time

@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT
-from ..recordings.recording_checks import UNMEASURED, unread
+from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
@@ -115,6 +115,8 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
         notes.append(f"{UNMEASURED}: {', '.join(mute)}")
+    if none := [robot.joints[j] for j in np.flatnonzero(~log.values[effort][:, order].any(axis=0))]:
+        notes.append(f"no effort at all: {', '.join(none)}. Without a motor: {NO_MOTOR}")
     notes += [f"{every[command].pattern} {what}" for command, what in astray.items()]
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")

@@ -42,6 +42,8 @@ BINARY = -np.log(2 * SAME_BITS)
 """Log odds of a unit in which a turn is a power of two of steps: others are by chance in so few cases."""
 STATED = 0.99
 """Probability that a unit in a column's name is right."""
+STEPS = 5
+"""Steps of time over which speeds are taken, so that stamps which jitter make them a quarter too high."""
 GAP = 1.5
 """Steps of more median periods than this miss at least one sample."""
 COARSE = 0.3
@@ -78,7 +80,8 @@ class Moves(NamedTuple):
 
 def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -> Moves:
     """Speeds and ranges of a log; time (t,) increases, position and velocity are (t, n)."""
-    every = max(1, len(time) // 2000)  # steps far over the resolution of encoders
+    # Over steps far over the resolution of encoders, and over what stamps jitter: up to a step or so.
+    every = max(STEPS, len(time) // 2000) if len(time) > 10 * STEPS else 1
     steps = np.diff(time[::every])[:, None]
     speeds = np.diff(position[::every], axis=0) / steps
     ratio = np.nan

@@ -37,6 +37,7 @@ tenth of a second may be taken for now."""
 UNREAD = 0.5
 """Share of samples in motion at one value from which on the value is the median, whatever the joint does."""
 UNMEASURED = "efforts at one value in most samples in which their joint moves, as if they were not measured"
+NO_MOTOR = "state the joint in robot.toml, [drive] passive"
 WINDOW = 0.1
 """Time over which a joint's motion is looked at [s]; over less, the steps of an encoder look like rest."""
 FEWEST = 50
@@ -168,10 +169,12 @@ def _stuck(recording: Recording, name: str) -> list[str]:
         if not len(column):
             continue
         if np.ptp(column) == 0:
-            warnings.append(
-                f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor was "
-                "off"
-            )
+            if joint not in recording.robot.passive or column[0] != 0.0:
+                cure = "" if column[0] else f". If it has no motor: {NO_MOTOR}"
+                warnings.append(
+                    f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor "
+                    f"was off{cure}"
+                )
             continue
         for extreme in (column.min(), column.max()):
             count = _clipped(column, extreme)

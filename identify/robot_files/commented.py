@@ -44,6 +44,7 @@ KEYS = {
     ("[drive]", "gain_tolerance"): "how far gains may be off: standard deviation, as a share",
     ("[drive]", "gear_ratio"): "turns of the motor per turn of the joint [-]",
     ("[drive]", "direct_drive"): "joints whose motor has no gear",
+    ("[drive]", "passive"): "joints without a motor: their torque is zero",
     ("[drive]", "coupling"): "motor velocity over gear ratio = coupling x joint velocity; identity: none [-]",
     ("[flange]", "origin"): "its place [m]",
     ("[flange]", "rotation"): "its axes, as a matrix [-]",

@@ -53,7 +53,7 @@ KEYS = (
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
-DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "direct_drive", "coupling")
+DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "direct_drive", "passive", "coupling")
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
 STRONGEST_GRAVITY = 30.0
@@ -183,8 +183,9 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
         known[name] = numbers(table[key], n, f"[drive] {key}")
         if not np.all(known[name]):
             raise RobotError(f"[drive] {key}: {known[name].tolist()} has a zero; give 1 where it is unknown")
-    if "direct_drive" in table:
-        known["direct_drive"] = tuple(strings(table["direct_drive"], "[drive] direct_drive"))
+    for key in ("direct_drive", "passive"):
+        if key in table:
+            known[key] = tuple(strings(table[key], f"[drive] {key}"))
     if "coupling" in table:
         known["coupling"] = matrix(table["coupling"], n, "[drive] coupling")
     return known

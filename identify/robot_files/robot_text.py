@@ -73,6 +73,7 @@ def _drive(robot: Robot) -> dict[str, Any]:
         "gain_tolerance": tolerance[0] if np.all(tolerance == tolerance[0]) else tolerance,
         "gear_ratio": robot.gear_ratio,
         **({"direct_drive": robot.direct_drive} if robot.direct_drive else {}),
+        **({"passive": robot.passive} if robot.passive else {}),
         "coupling": robot.coupling,
     }
 

@@ -107,11 +107,17 @@ class Compressed:
         return gain[joint] * self.current(joint) - self.known(joint)
 
     def residual_std(self, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-        """Standard deviation of each joint's residual, shape (n,) [N m]; b/n unknowns are laid to each."""
+        """Standard deviation of each joint's residual, shape (n,) [N m]; b/n unknowns are laid to each.
+
+        A joint without a motor, whose torque is zero throughout, has the largest one of the others: values
+        of zero solve its equations exactly, whatever is wrong with them.
+        """
         joints = range(len(self.factors))
         squares = [np.sum((self.torque(j, gain) - self.regressor(j) @ values) ** 2) for j in joints]
         freedom = np.maximum(self.counts - len(values) / len(self.factors), 1.0)
-        return np.sqrt(np.array(squares) / freedom)
+        deviations = np.sqrt(np.array(squares) / freedom)
+        driven = np.array([np.any(self.torque(j, gain)) for j in joints])
+        return np.where(driven, deviations, np.max(deviations, where=driven, initial=0.0))
 
 
 def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
