@@ -1,7 +1,7 @@
 """Hypotheses of units and order, weighed together: what limits and rigid bodies say of each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from ..text_table import digits
 from .agreement import Guess, Sampled, agreement, agreement_odds, posterior, sampled
 from .column_names import Family
 from .mounting import DIRECTIONS, OTHERWISE, Direction, described_direction, found_direction, under
-from .units import SLIDING, TIME, TURNING, Units, moves, unit_odds
+from .units import SLIDING, TIME, TURNING, Units, moves, other_unit_odds, unit_odds
 
 AS_NUMBERED = {"as numbered": 0.99, "alphabetical": 0.008, "other": 0.002}
 """Prior of the order of joints where columns have numbers: ROS tools sort by name."""
@@ -140,6 +140,9 @@ def units_and_order(log: Log, robot: Robot, chosen: Mapping[str, Family], clock:
     best, order = max(likely, key=lambda one: likely[one])
     why = _reasons(log, robot, best)
     guesses = [_unit_guess(robot, part, best, why[part], likely) for part in why]
+    guesses[list(why).index("position")] = _among_known(
+        log, robot, best, guesses[list(why).index("position")]
+    )
     if len(orders) > 1:
         probability = sum(p for (_, one), p in likely.items() if one == order)
         value = "as numbered" if order == tuple(range(robot.dof)) else ", ".join(str(k + 1) for k in order)
@@ -147,6 +150,15 @@ def units_and_order(log: Log, robot: Robot, chosen: Mapping[str, Family], clock:
         guesses.append(Guess("order of joints", value, probability, reason, option))
     units = best if "velocity" in why else best._replace(velocity="")
     return Likeliest(units, order, directions, guesses)
+
+
+def _among_known(log: Log, robot: Robot, units: Units, guess: Guess) -> Guess:
+    """A guess of the unit of positions, which may be none of those that are weighed."""
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    among = float(1 / (1 + np.exp(other_unit_odds(seen, robot.limits, robot.revolute, units))))
+    if among < 0.5:
+        return replace(guess, value="", probability=0.0, option="positions in radians, or metres")
+    return replace(guess, probability=guess.probability * among)
 
 
 def _reasons(log: Log, robot: Robot, units: Units) -> dict[str, str]:

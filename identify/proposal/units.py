@@ -32,6 +32,10 @@ OVER = 0.1
 """How far a limit may be exceeded, as a share: encoders see a little more than controllers enforce."""
 BEYOND = np.log(0.01)
 """A log in the right unit exceeds a speed or range by more than that once in a hundred robots."""
+OTHER_UNIT = 0.01
+"""Probability that a log has positions in counts of an encoder, turns of a motor, or whatever else."""
+ANY = np.log(1e3)
+"""Standard deviation of the logarithm of speeds and ranges in such a unit."""
 AGREES = 0.05
 """Relative error of the ratio between a velocity column and the derivative of position."""
 NOT_DERIVED = 0.01
@@ -139,6 +143,14 @@ def _stated(unit: str, stated: str, units: dict[str, float]) -> float:
     if stated not in units:
         return 0.0
     return float(np.log(STATED if unit == stated else (1 - STATED) / (len(units) - 1)))
+
+
+def other_unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, units: Units) -> float:
+    """Log odds that positions are in a unit that is none of those weighed, over the best of these."""
+    factor = np.where(revolute == revolute.any(), {**TURNING, **SLIDING}[units.position], 1.0)
+    known = _motion(seen, factor, TIME[units.time], limits, revolute)
+    anywhere = 2 * log_normal(1.0, 1.0, ANY)
+    return float(np.log(OTHER_UNIT / (1 - OTHER_UNIT)) + anywhere - known)
 
 
 def _motion(seen: Moves, factor: np.ndarray, second: float, limits: Limits, revolute: np.ndarray) -> float:

@@ -10,8 +10,6 @@ PERCENT = 100.0
 """Opening of a gripper that is all of it."""
 GRIPPERS = re.compile(r"gripper|finger|jaw|claw|hand(?!le)", re.IGNORECASE)
 """Names of what opens and closes, for which controllers give a share."""
-TICKS = 65536.0
-"""Steps of an encoder a turn, at most; 4096 are usual for servos."""
 TURNS = 720.0
 """Degrees that a joint of an arm never reaches: two turns."""
 IN_RADIANS = 4 * np.pi
@@ -23,6 +21,7 @@ PER_CENT = (
     "this looks like per cent of what a gripper opens. Give it in radians, or leave the joint out: "
     "joints = [...] in robot.toml"
 )
+OF_STEPS = "subtract that of zero, and multiply by 2 pi over the steps a turn (often 4096)"
 MILLIMETRES = "It looks like millimetres: import with positions in metres"
 
 
@@ -66,10 +65,10 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
 
 
 def in_ticks(values: np.ndarray) -> bool:
-    """Whether numbers (t,) are steps of an encoder: whole, never below zero, and too many for degrees."""
+    """Whether numbers (t,) are steps of an encoder: whole, and too many for degrees."""
     known = values[np.isfinite(values)]
     whole = len(known) > 0 and bool(np.all(np.abs(known - np.round(known)) < WHOLE))
-    return whole and float(known.min()) >= 0.0 and TURNS < float(known.max()) <= TICKS
+    return whole and float(np.abs(known).max()) > TURNS
 
 
 def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
@@ -85,8 +84,10 @@ def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
     if ticks is not None:
         return (
             f"Whole numbers, {np.nanmin(ticks):.0f} to {np.nanmax(ticks):.0f}, look like steps of an "
-            "encoder: subtract the step of zero, and multiply by 2 pi over the steps a turn (often 4096)"
+            f"encoder: {OF_STEPS}"
         )
+    if np.nanmax(np.abs(values)) > TURNS:
+        return f"In degrees it were impossible, too. As counts of an encoder: {OF_STEPS}"
     if in_percent(joint, values) and np.all(np.abs(others) < IN_RADIANS):
         return f"The other joints are in radians: {PER_CENT}"
     return "It looks like degrees: import with degrees=True (--degrees)"

@@ -91,6 +91,10 @@ def _sign_bit(bit: int) -> Callable[[np.ndarray], np.ndarray]:
     return change
 
 
+def _counted(steps: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda values: np.round(values * steps / (2 * np.pi))
+
+
 def _rows(change: Callable[[int], np.ndarray]) -> Callable[[Columns], Columns]:
     """The same samples in other rows; change takes their number."""
 
@@ -171,7 +175,7 @@ MISTAKES = (
     Mistake("position of joint 3 in degrees", _times(180 / np.pi, "q3"), "joint3.*(degrees|deg )"),
     Mistake("radians taken for degrees", _times(1.0), "without (--)?degrees|radians", options=("--degrees",)),
     Mistake("milliseconds", _times(1000.0, "t"), "time-scale|ms "),
-    Mistake("positions in counts", _times(4096 / 2 / np.pi, r"q\d"), "counts|ticks|steps of"),
+    Mistake("positions in counts", _each(_counted(65536), r"q\d"), "counts|ticks|steps of"),
     Mistake("joints 1 and 2 from 0 to 360 degrees", _turned, "full turn"),
     Mistake("currents of 16 bits without sign", _each(_register(16), r"i\d"), "sign"),
     Mistake("current of joint 2, sign in bit 10", _each(_sign_bit(10), "i2"), "sign"),

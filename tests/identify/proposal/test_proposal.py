@@ -45,6 +45,13 @@ def test_angles_a_little_far_in_radians_and_hardly_any_in_degrees_are_left_open(
     assert "unit of position" in [guess.what for guess in found.open]
 
 
+def test_positions_in_counts_of_an_encoder_are_neither_radians_nor_degrees():
+    counts = np.round(LOG.position * 65536 / (2 * np.pi))
+    found = proposed({"t": LOG.time, **columns("q{k}", counts), **columns("i{k}", LOG.current)})
+    assert probability(found, "unit of position") < 0.05
+    assert any("steps of an encoder" in note for note in found.notes)
+
+
 @pytest.mark.parametrize("order", [(0, 1, 2, 3, 4, 5), (1, 0, 2, 3, 4, 5), (2, 1, 0, 3, 4, 5)])
 def test_order_of_joints_is_that_which_rigid_bodies_explain(order):
     named = {"t": LOG.time, **columns("q{k}", LOG.position[:, order])}
