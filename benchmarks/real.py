@@ -1,4 +1,4 @@
-"""Real arms: drive gains and an unknown mass of a UR10e, and held-out residuals of three arms.
+"""Real arms: gains and an unknown mass of a UR10e, held-out residuals of three arms, known masses on a servo.
 
 The model is the README's (rigid body, rotors, viscous and dry friction, offset). How dry friction reverses,
 from which speed on a joint counts as sliding, and the tolerance of the drawn inertias is chosen by
@@ -26,6 +26,7 @@ from common import options, save, show
 from parts.real.choice import LAWS, Compared, choose, in_words
 from parts.real.data import FOLDER, KR300, PANDA, UR10E, DataSet
 from parts.real.payload import payloads
+from parts.real.servo_masses import servo_masses
 
 from exidyn.identify.model import Model
 
@@ -100,6 +101,7 @@ def main() -> None:
         for data, (text, figures) in zip(sets, pool.map(study, sets, [chosen.quick] * 3), strict=True):
             print(text, end="", flush=True)
             results[data.key] = figures
+    results["known_masses"] = servo_masses()
     save(chosen.json, results)
 
 
