@@ -5,6 +5,7 @@ from typing import Any
 
 from exidyn.identify.diagnosis import Diagnosis
 from exidyn.identify.diagnosis.belief.belief import Belief
+from exidyn.identify.diagnosis.belief.gain_item import GAINS, gain_words
 from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
 from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.diagnosis.words.naming import joint_words, lower
@@ -111,6 +112,8 @@ def _remains(belief: Belief, choice: Choice) -> Iterator[str]:
             yield " ".join(remaining(belief, questions[place]))
         elif item.words == UNSEEN:
             yield unseen_words(belief)
+        elif item.words == GAINS:
+            yield gain_words(belief)
         else:
             yield f"Values of parameters leave {100 * open_torque(belief):.0f} % of the resolution open."
 

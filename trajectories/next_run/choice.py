@@ -112,26 +112,23 @@ def choose(
         for place, item in enumerate(every)
     )
     open_ones = [place for place, one in enumerate(every) if one.open]
-    ordered = _ordered(every, found, open_ones, seconds)
-    if not open_ones and (repeated or not found):
-        verdict = UNDECIDABLE if unexplained else DECIDED
-    elif open_ones and not any(decidable[place] for place in open_ones):
-        verdict = UNDECIDABLE
-    elif ordered[0].offer.motion > seconds:
-        verdict = OUT_OF_TIME
+    asked = [place for place in open_ones if decidable[place]]
+    ordered = _ordered(every, found, asked, seconds)
+    if found and (asked or not repeated):
+        verdict = RUN if ordered[0].offer.motion <= seconds else OUT_OF_TIME
     else:
-        verdict = RUN
+        verdict = UNDECIDABLE if open_ones or unexplained else DECIDED
     return Choice(verdict, tuple(every), ordered, decidable)
 
 
 def _ordered(
-    every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int], seconds: float
+    every: Sequence[Item], found: Sequence[Forecast], asked: Sequence[int], seconds: float
 ) -> tuple[Forecast, ...]:
     """Forecasts, those first that there is time for, and of these those that are worth while.
 
-    Where nothing is open, by what they take off everything.
+    By what they take off that which some run decides; where there is nothing, off everything.
     """
-    asked = open_ones or range(len(every))
+    asked = asked or range(len(every))
 
     def last(one: Forecast) -> tuple[bool, bool, float]:
         worth = any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in asked)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...positive_definite import root, solve
 from ..blocks.prediction import factored
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CREDIBLE, Answer
 from ..questions.candidate_fit import FORMULA
 from ..search.search import SearchResult
 
@@ -35,8 +35,10 @@ class Question(NamedTuple):
 
     Attributes:
         answers: The most probable first; their probabilities add to one.
-        seen: Whether a misfit asks it; else nothing does but that no run so far could show the effect.
-        own: Unknowns that belong to the finding in question, not there for other answers, (p,).
+        seen: Whether a misfit asks it, or values that are strained beyond their tolerances; else nothing does
+            but that no run so far could show the effect.
+        own: Unknowns that belong to the finding in question, not there for other answers, (p,); none where
+            nothing was found, and something is only suspected.
     """
 
     answers: tuple[Believed, ...]
@@ -47,6 +49,12 @@ class Question(NamedTuple):
     def probabilities(self) -> np.ndarray:
         """Of the answers, shape (m,)."""
         return np.array([one.probability for one in self.answers])
+
+    @property
+    def settled(self) -> bool:
+        """Whether one answer is credible; that a finding is nothing is none, for it would be none then."""
+        first = self.answers[0]
+        return first.probability >= CREDIBLE and bool(first.effect or not self.own.size)
 
 
 class Stance(NamedTuple):

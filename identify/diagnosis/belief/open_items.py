@@ -14,6 +14,7 @@ from ..questions.block_answer import CREDIBLE
 from ..search.selected import EXCLUDED
 from ..words.naming import joined, lower, named
 from .belief import Belief, Believed, Question, Stance, separations
+from .gain_item import GAINS, gain_entropy, untested
 from .questions import material
 from .run_columns import RunColumns, products
 
@@ -34,7 +35,7 @@ class Item(NamedTuple):
     """One thing that may be open.
 
     Attributes:
-        words: What it is about: the effects and joints of a question, "unseen effects", "parameters".
+        words: What it is about: the effects and joints of a question, `UNSEEN`, `PARAMETERS` or `GAINS`.
         entropy: Entropy of its answers [nat].
         open: Whether it has yet to be settled.
     """
@@ -45,16 +46,16 @@ class Item(NamedTuple):
 
 
 def items(belief: Belief) -> list[Item]:
-    """Everything that may be open: each question about a misfit, all unseen effects, all parameters."""
+    """Everything that may be open: questions about misfits, unseen effects, parameters, drive gains."""
     found = []
     for question in belief.questions:
         if question.seen:
-            settled = question.answers[0].probability >= CREDIBLE and question.answers[0].effect
             words = " or ".join(_label(one) for one in question.answers if one.probability > EXCLUDED)
-            found.append(Item(words, entropy(question.probabilities), not settled))
+            found.append(Item(words, entropy(question.probabilities), not question.settled))
     unseen = sum(entropy(question.probabilities) for question in belief.questions if not question.seen)
     found.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE))
-    return [*found, Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0)]
+    found.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0))
+    return [*found, Item(GAINS, gain_entropy(belief), bool(untested(belief)))]
 
 
 def compared(belief: Belief) -> Compared:
@@ -72,14 +73,14 @@ def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.nd
     left = []
     for question, stances, before in compared:
         further = np.maximum(separations(stances, belief.gram + seen) - before, 0.0)
-        # Whether it is there at all, a run has to show by itself.
-        nothing = [not answer.effect for answer in question.answers]
+        # Whether a finding is there at all, a run has to show by itself. What strains priors does so once.
+        nothing = [not answer.effect and question.own.size > 0 for answer in question.answers]
         further[:, nothing] = separations(stances, seen)[:, nothing]
         left.append(expected_entropy(question.probabilities, further))
     unseen = sum(
         _unseen_entropy(belief, question, seen) for question in belief.questions if not question.seen
     )
-    return np.array([*left, unseen, parameter_entropy(belief, seen)])
+    return np.array([*left, unseen, parameter_entropy(belief, seen), gain_entropy(belief, seen)])
 
 
 def information(belief: Belief, run: RunColumns) -> np.ndarray:
