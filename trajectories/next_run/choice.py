@@ -93,7 +93,6 @@ def choose(
     offers: Sequence[Offer],
     runs: Sequence[RunColumns],
     seconds: float,
-    repeated: bool = True,
     unexplained: bool = False,
 ) -> Choice:
     """The offer that gains most per second.
@@ -103,7 +102,6 @@ def choose(
         offers: What could be made or taken.
         runs: Columns of each.
         seconds: Seconds of motion that are left [s].
-        repeated: Whether another motion has led to the same findings, or to none again.
         unexplained: Whether something is left that no effect explains, whatever the run.
     """
     found, every = forecasts(belief, offers, runs), items(belief)
@@ -114,7 +112,7 @@ def choose(
     open_ones = [place for place, one in enumerate(every) if one.open]
     asked = [place for place in open_ones if decidable[place]]
     ordered = _ordered(every, found, asked, seconds)
-    if found and (asked or not repeated):
+    if asked:
         verdict = RUN if ordered[0].offer.motion <= seconds else OUT_OF_TIME
     else:
         verdict = UNDECIDABLE if open_ones or unexplained else DECIDED

@@ -161,13 +161,13 @@ class Belief:
         return Stance(held, self.precision[held], own, ways)
 
 
-def separations(stances: Sequence[Stance], gram: np.ndarray) -> np.ndarray:
+def separations(stances: Sequence[Stance], gram: np.ndarray, strain: bool = True) -> np.ndarray:
     """How far each answer (row) is from being explained by each other one (column), shape (m, m).
 
     The chi-squared of its torque that the other leaves over runs of these products of columns (c, c), and
     that of what its coefficients and the other unknowns have to be for that, by their priors. The formula of
     an effect is wrong by `FORMULA` of its torque: all of that may look like what the other leaves, however
-    long the runs are.
+    long the runs are. Without `strain`, priors say nothing: those that have spoken already.
     """
     found = np.zeros((len(stances), len(stances)))
     for rival, other in enumerate(stances):
@@ -183,5 +183,5 @@ def separations(stances: Sequence[Stance], gram: np.ndarray) -> np.ndarray:
             taken = solve(factor, whole[other.held])
             strained = float(np.sum(other.precision[:, None] * taken**2))
             left = float(np.sum(ways * whole) - np.sum(taken * whole[other.held])) - strained
-            found[true, rival] = strained + max(left, 0.0) / (1.0 + FORMULA**2 * power)
+            found[true, rival] = strain * strained + max(left, 0.0) / (1.0 + FORMULA**2 * power)
     return found

@@ -16,7 +16,7 @@ from ..words.naming import joined, lower, named
 from .belief import Belief, Believed, Question, Stance, separations
 from .gain_item import GAINS, gain_entropy, untested
 from .questions import material
-from .run_columns import RunColumns, products
+from .run_columns import RunColumns
 
 UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
 """What items that are no question about a misfit are called."""
@@ -73,9 +73,10 @@ def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.nd
     left = []
     for question, stances, before in compared:
         further = np.maximum(separations(stances, belief.gram + seen) - before, 0.0)
-        # Whether a finding is there at all, a run has to show by itself. What strains priors does so once.
-        nothing = [not answer.effect and question.own.size > 0 for answer in question.answers]
-        further[:, nothing] = separations(stances, seen)[:, nothing]
+        # Whether it is there at all, a run has to show by itself; priors that are strained are so once.
+        nothing = [not answer.effect for answer in question.answers]
+        alone = separations(stances, seen, strain=question.own.size > 0)[:, nothing]
+        further[:, nothing] = alone if question.own.size else np.maximum(further[:, nothing], alone)
         left.append(expected_entropy(question.probabilities, further))
     unseen = sum(
         _unseen_entropy(belief, question, seen) for question in belief.questions if not question.seen
@@ -88,9 +89,9 @@ def information(belief: Belief, run: RunColumns) -> np.ndarray:
 
     What a new body leaves unknown is fitted in it.
     """
-    shared, own, known = run.split(belief.search.prediction.rows.names)
-    count = shared.shape[2]
-    gram = products(np.concatenate([shared, own], axis=2), run.rows.weight * belief.weight)
+    names = belief.search.prediction.rows.names
+    gram, count = run.products(names, belief.weight)
+    known = run.known(names)
     if not len(known):
         return gram
     mixed, fitted = gram[:count, count:], gram[count:, count:] + np.diag(known)

@@ -42,7 +42,7 @@ def belief_of(
     std = [prediction.rows.std, *(prior_std(one.candidate, one.columns) for one in suspects.rivals)]
     # no larger in any run than it may be there: the run that shows it best limits it
     std += [
-        np.min([one.columns.std, *(run.suspects[place].std for run in runs)], axis=0)
+        np.min([one.columns.std, *(run.suspects[place] for run in runs)], axis=0)
         for place, one in enumerate(suspects.left, len(suspects.rivals))
     ]
     belief = Belief(
@@ -136,11 +136,13 @@ def _reaches(
     """As in `Belief`: the resolution is a share of the largest usual torque of each joint."""
     names = search.prediction.rows.names
     torque = np.concatenate([run.thinned(run.torque) for run in search.problem.runs])
-    parts = [(columns, counts, torque)]
-    parts += [(run.split(names)[0], run.rows.weight > 0.0, run.torque) for run in runs]
-    usual = np.sqrt(np.max([np.mean(torque**2, axis=0) for _, _, torque in parts], axis=0))
-    resolution = LINEAR * np.maximum(usual, 1e-9)
-    return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
+    usual = np.sqrt(np.max([np.mean(torque**2, axis=0), *(run.power for run in runs)], axis=0))
+    share = (LINEAR * np.maximum(usual, 1e-9)) ** -2.0
+    found = [products(columns, counts * share / max(len(columns), 1))]
+    for run in runs:
+        every, count = run.products(names, share / max(run.rows, 1))
+        found.append(every[:count, :count])
+    return np.array(found)
 
 
 def _about_findings(belief: Belief, suspects: Suspects, nameless: np.ndarray) -> Iterator[Question]:

@@ -20,30 +20,47 @@ ENOUGH = 2.5
 
 @dataclass(frozen=True, eq=False)
 class RunColumns:
-    """Torque per unit of everything, over the rows of one run.
+    """Products of the torques per unit of everything, over the rows of one run.
+
+    No rows are kept: a study asks for tens of runs, each of which has hundreds of megabytes of them.
 
     Attributes:
-        rows: Unknowns of the model, its nuisances and all findings.
-        suspects: Columns of each suspect, in the order in which they were given.
-        torque: Torque of the motors by the fitted model, shape (r, n) [N m].
+        names: Unknowns of the model, its nuisances and all findings, b of them.
+        std: How far each of these may be from its mean, shape (b,).
+        suspects: The same of the coefficients of each suspect, in the order in which they were given.
+        each: Products of all columns, those of suspects last, on each joint where it slides, (n, c, c).
+        power: Mean square torque of each motor by the fitted model, shape (n,) [(N m)^2].
+        rows: Number of rows.
     """
 
-    rows: Rows
-    suspects: tuple[Thinned, ...]
-    torque: np.ndarray
+    names: tuple[str, ...]
+    std: np.ndarray
+    suspects: tuple[np.ndarray, ...]
+    each: np.ndarray
+    power: np.ndarray
+    rows: int
 
-    def split(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Columns, and what the run brings of its own: unknowns of a body that no run has carried so far.
+    def products(self, names: Sequence[str], weight: np.ndarray) -> tuple[np.ndarray, int]:
+        """Products of named unknowns, all suspects and then all other unknowns, joints weighted (n,).
+
+        Others are what the run brings of its own: unknowns of a body that no run has carried so far.
 
         Returns:
-            Columns of named unknowns and all suspects (r, n, c), of the others (r, n, e); precision of these
-            (e,).
+            Products, shape (c, c), and the number of those that are shared with other runs.
         """
-        place = {name: k for k, name in enumerate(self.rows.names)}
-        known = self.rows.columns[:, :, [place[name] for name in names]]
-        shared = np.concatenate([known, *(one.everywhere(known.shape[1]) for one in self.suspects)], axis=2)
-        own = [k for name, k in place.items() if name not in set(names)]
-        return shared, self.rows.columns[:, :, own], np.maximum(self.rows.std[own], CERTAIN) ** -2.0
+        place = {name: k for k, name in enumerate(self.names)}
+        shared = [*(place[name] for name in names), *range(len(self.names), len(self.each[0]))]
+        own = self._own(names)
+        order = np.array([*shared, *own])
+        return np.tensordot(weight, self.each, axes=1)[np.ix_(order, order)], len(shared)
+
+    def known(self, names: Sequence[str]) -> np.ndarray:
+        """Precision of the priors of those others, shape (e,)."""
+        return np.maximum(self.std[self._own(names)], CERTAIN) ** -2.0
+
+    def _own(self, names: Sequence[str]) -> list[int]:
+        shared = set(names)
+        return [k for k, name in enumerate(self.names) if name not in shared]
 
 
 def run_columns(
@@ -78,7 +95,27 @@ def run_columns(
     run = replace(problem.known, model=model, values=values).on(run)
     rows = with_nuisances(model_rows(model, [run], values), model, [run], values)
     rows = with_found(rows, [_over(one, run) for one in found])
-    return RunColumns(rows, tuple(_over(one, run).columns for one in suspects), run.thinned(run.torque))
+    over = [_over(one, run).columns for one in suspects]
+    torque = run.thinned(run.torque)
+    return RunColumns(
+        rows.names,
+        rows.std,
+        tuple(one.std for one in over),
+        _by_joint(rows, over),
+        np.mean(torque**2, axis=0),
+        len(torque),
+    )
+
+
+def _by_joint(rows: Rows, suspects: Sequence[Thinned]) -> np.ndarray:
+    """Products of all columns on each joint, rows weighted, shape (n, c, c)."""
+    joints = rows.difference.shape[1]
+    found = []
+    for joint in range(joints):
+        own = [one.values[:, one.joints == joint].sum(axis=1) for one in suspects]
+        columns = np.concatenate([rows.columns[:, joint], *own], axis=1)[:, None]
+        found.append(products(columns, rows.weight[:, joint, None]))
+    return np.array(found)
 
 
 def products(columns: np.ndarray, weight: np.ndarray) -> np.ndarray:
