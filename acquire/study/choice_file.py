@@ -51,7 +51,6 @@ def choice_table(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> dict[s
                 "seconds": one.offer.seconds,
                 "request": one.offer.request,
                 "gained": BIT * one.gained,
-                "expected": BIT * float(choice.entropy - one.left.sum()),
             }
             for one in choice.forecasts
         ],

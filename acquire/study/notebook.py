@@ -79,7 +79,7 @@ def _row(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> list[Cel
     if before is None:
         return [name, "an excitation", so_far, "-", "-", left]
     best, realised = before["offers"][0], before["entropy"] - choice["entropy"]
-    return [name, best["name"], so_far, Number(best["expected"], 3), Number(realised, 3), left]
+    return [name, best["name"], so_far, Number(best["gained"], 3), Number(realised, 3), left]
 
 
 def _round(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> Section:
@@ -88,7 +88,7 @@ def _round(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> Sectio
         best = before["offers"][0]
         asked = [_why(best), _learned(best, before["entropy"] - choice["entropy"])]
     items: list[list[Cell]] = [
-        [one["words"], Number(one["entropy"], 3), "open" if one["open"] else "settled", _told(one)]
+        ["open" if one["open"] else "settled", one["words"], Number(one["entropy"], 3), _told(one)]
         for one in choice["items"]
     ]
     blocks: list[Block] = [
@@ -97,7 +97,7 @@ def _round(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> Sectio
         Heading("What is believed"),
         Statements(choice["believed"]),
         Heading("What is open"),
-        Table(["question", "[bit]", "", "a run on offer settles it"], items, words=(2, 3)),
+        Table(["", "question", "[bit]", "a run on offer settles it"], items, words=(1, 3)),
     ]
     if choice["offers"]:
         blocks += [Heading("Runs on offer"), _offers(choice["offers"])]
@@ -119,7 +119,7 @@ def _why(best: dict[str, Any]) -> str:
 
 
 def _learned(best: dict[str, Any], realised: float) -> str:
-    text = f"Expected information {best['expected']:.2f} bit, realised {realised:.2f} bit."
+    text = f"Expected information {best['gained']:.2f} bit, realised {realised:.2f} bit."
     if realised < 0.0:
         text += " The run raised a question that was not open before."
     return text
@@ -128,13 +128,13 @@ def _learned(best: dict[str, Any], realised: float) -> str:
 def _offers(offers: Sequence[dict[str, Any]]) -> Table:
     rows: list[list[Cell]] = [
         [
-            one["name"],
-            one["request"],
-            Number(one["seconds"], 3),
-            Number(one["gained"], 3),
             Number(1e3 * one["gained"] / one["seconds"], 3),
+            one["name"],
+            Number(one["motion"], 3),
+            Number(one["seconds"] - one["motion"], 3),
+            Number(one["gained"], 3),
         ]
         for one in offers
     ]
-    head = ["run", "asks of a person", "takes [s]", "of what is open [bit]", "a second [mbit/s]"]
+    head = ["a second [mbit/s]", "run", "motion [s]", "a person's part [s]", "of what is open [bit]"]
     return Table(head, rows, words=(1,))

@@ -18,8 +18,7 @@ def open_plot(pairs: Pairs) -> str:
     moved = np.array([choice["moved"] for choice, _ in pairs])
     left = np.array([choice["entropy"] for choice, _ in pairs])
     expected = [
-        np.nan if before is None else before["entropy"] - before["offers"][0]["expected"]
-        for _, before in pairs
+        np.nan if before is None else before["entropy"] - before["offers"][0]["gained"] for _, before in pairs
     ]
     across = Span.around(np.append(moved, 0.0), margin=0.03)
     panel = Panel(across, Span.around(left, np.append(expected, 0.0)), 64, 22, 560, 180)

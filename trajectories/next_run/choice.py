@@ -25,8 +25,8 @@ class Forecast:
 
     Attributes:
         offer: The run.
-        left: Entropy of each item behind it, expected, shape (i,) [nat].
-        left_hour: Entropy of each item behind an hour of it, expected, shape (i,) [nat].
+        left: Entropy of each item that it leaves open, expected, shape (i,) [nat].
+        left_hour: The same of an hour of it, shape (i,) [nat].
         gained: By how much less what is open is behind it [nat].
     """
 
@@ -78,8 +78,8 @@ class Choice:
 
     @property
     def entropy(self) -> float:
-        """Of everything, settled or not [nat]."""
-        return sum(one.entropy for one in self.items)
+        """Of everything that is open [nat]."""
+        return sum(one.entropy for one in self.items if one.open)
 
     @property
     def remains(self) -> tuple[Item, ...]:

@@ -12,6 +12,7 @@ from ..blocks.prediction import factored
 from ..questions.block_answer import CREDIBLE, Answer
 from ..questions.candidate_fit import FORMULA
 from ..search.search import SearchResult
+from ..search.selected import NAMED
 
 
 class Believed(NamedTuple):
@@ -51,10 +52,19 @@ class Question(NamedTuple):
         return np.array([one.probability for one in self.answers])
 
     @property
+    def settling(self) -> np.ndarray:
+        """Probability from which on each answer settles it, shape (m,).
+
+        That a finding is nothing does not, for it would be none then. That nothing is where something is only
+        suspected does, where it is as much likelier than all else as what has a name.
+        """
+        nothing = np.inf if self.own.size else NAMED
+        return np.array([CREDIBLE if one.effect else nothing for one in self.answers])
+
+    @property
     def settled(self) -> bool:
-        """Whether one answer is credible; that a finding is nothing is none, for it would be none then."""
-        first = self.answers[0]
-        return first.probability >= CREDIBLE and bool(first.effect or not self.own.size)
+        """Whether one of its answers settles it."""
+        return bool(np.any(self.probabilities >= self.settling))
 
 
 class Stance(NamedTuple):

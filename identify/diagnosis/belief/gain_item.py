@@ -29,9 +29,9 @@ def gain_entropy(belief: Belief, seen: np.ndarray | None = None) -> float:
     return 0.5 * float(np.sum(np.log1p(share**2)))
 
 
-def untested(belief: Belief) -> list[int]:
-    """Joints with gains of which the runs show less than is stated."""
-    open_ones = gain_deviations(belief) > _wanted(belief)
+def untested(belief: Belief, seen: np.ndarray | None = None) -> list[int]:
+    """Joints of whose gains the runs, and products `seen` (c, c) of another, show less than is stated."""
+    open_ones = gain_deviations(belief, seen) > _wanted(belief)
     return [joint for joint, one in zip(_joints(belief), open_ones, strict=True) if one]
 
 

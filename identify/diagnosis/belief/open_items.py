@@ -69,7 +69,10 @@ def compared(belief: Belief) -> Compared:
 
 
 def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.ndarray:
-    """Entropy of each item that a run with these products of columns (c, c) leaves, expected, (i,) [nat]."""
+    """Entropy of each item that a run of these products of columns (c, c) leaves open, expected, (i,) [nat].
+
+    What it settles counts for nothing: no run is made for the sake of what is certain enough already.
+    """
     left = []
     for question, stances, before in compared:
         further = np.maximum(separations(stances, belief.gram + seen) - before, 0.0)
@@ -77,11 +80,12 @@ def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.nd
         nothing = [not answer.effect for answer in question.answers]
         alone = separations(stances, seen, strain=question.own.size > 0)[:, nothing]
         further[:, nothing] = alone if question.own.size else np.maximum(further[:, nothing], alone)
-        left.append(expected_entropy(question.probabilities, further))
-    unseen = sum(
-        _unseen_entropy(belief, question, seen) for question in belief.questions if not question.seen
-    )
-    return np.array([*left, unseen, parameter_entropy(belief, seen), gain_entropy(belief, seen)])
+        left.append(expected_entropy(question.probabilities, further, question.settling))
+    unseen = [_unseen_left(belief, question, seen) for question in belief.questions if not question.seen]
+    shown = 1.0 - float(np.prod([1.0 - one for one in unseen])) <= 1.0 - CREDIBLE
+    left.append(0.0 if shown else sum(entropy(np.array([one, 1.0 - one])) for one in unseen))
+    left.append(parameter_entropy(belief, seen) if open_torque(belief, seen) > 1.0 else 0.0)
+    return np.array([*left, gain_entropy(belief, seen) if untested(belief, seen) else 0.0])
 
 
 def information(belief: Belief, run: RunColumns) -> np.ndarray:
@@ -103,7 +107,9 @@ def entropy(probability: np.ndarray) -> float:
     return float(entr(probability).sum())
 
 
-def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
+def expected_entropy(
+    probability: np.ndarray, separation: np.ndarray, settling: np.ndarray | None = None
+) -> float:
     """Of the same answers after a run, averaged over what it may show [nat].
 
     Where answer i is true and j its rival, the run multiplies the odds of i against j by a factor whose
@@ -112,7 +118,10 @@ def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
     Args:
         probability: Before the run, shape (m,).
         separation: Row is true, column its rival, shape (m, m).
+        settling: Probability from which on each answer settles the question, which then has no entropy any
+            more, shape (m,); none does by default.
     """
+    settling = np.full(len(probability), np.inf) if settling is None else settling
     normal = np.random.default_rng(0).normal(size=(DRAWS // 2, len(probability)))
     normal = np.concatenate([normal, -normal])
     total = 0.0
@@ -123,7 +132,8 @@ def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
             weight = np.log(probability) - np.clip(gained, -700.0, 700.0)
         after = np.exp(weight - np.max(weight, axis=1, keepdims=True))
         after /= after.sum(axis=1, keepdims=True)
-        total += float(probability[true]) * float(entr(after).sum(axis=1).mean())
+        still = ~np.any(after >= settling, axis=1)
+        total += float(probability[true]) * float((still * entr(after).sum(axis=1)).mean())
     return min(total, entropy(probability))  # of every run, but not of every draw
 
 
@@ -138,9 +148,9 @@ def parameter_entropy(belief: Belief, seen: np.ndarray | None = None) -> float:
     return 0.5 * (_log_determinant(known + reach) - _log_determinant(known))
 
 
-def open_torque(belief: Belief) -> float:
-    """Root mean square torque that parameters leave open, over the resolution [-]."""
-    inverse = solve(factored(_known(belief, None)), _parameter_reach(belief))
+def open_torque(belief: Belief, seen: np.ndarray | None = None) -> float:
+    """Root mean square torque that parameters leave open, over the resolution [-]; behind a run as above."""
+    inverse = solve(factored(_known(belief, seen)), _parameter_reach(belief))
     return float(np.sqrt(max(np.trace(inverse), 0.0) / len(belief.weight)))
 
 
@@ -182,11 +192,10 @@ def unseen_words(belief: Belief) -> str:
     return f"{text} What would: {joined(cures, 'or')}." if cures else text
 
 
-def _unseen_entropy(belief: Belief, question: Question, seen: np.ndarray) -> float:
-    """Of whether an unseen effect is there, after a run that does not show it either."""
+def _unseen_left(belief: Belief, question: Question, seen: np.ndarray) -> float:
+    """Probability that an unseen effect is there, after a run that does not show it either."""
     before, there = material(belief, question), question.answers[0].probability
-    left = there * min(material(belief, question, seen) / max(before, 1e-12), 1.0)
-    return entropy(np.array([left, 1.0 - left]))
+    return there * min(material(belief, question, seen) / max(before, 1e-12), 1.0)
 
 
 def _known(belief: Belief, seen: np.ndarray | None) -> np.ndarray:

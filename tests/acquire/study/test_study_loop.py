@@ -27,7 +27,7 @@ def choice(verdict, moved):
         "entropy": 2.0 - moved / 20.0,
         "left_over_noise": {"shoulder": 1.1, "elbow": 3.0 - moved / 20.0},
         "items": [{"words": "spring or weight", "entropy": 1.0, "open": True, "decidable": verdict == "run"}],
-        "offers": [offer | {"gained": 0.8, "expected": 0.9}],
+        "offers": [offer | {"gained": 0.9}],
         "remains": ["Spring or weight. No motion settles it."] if verdict == "undecidable" else [],
         "moved": moved,
         "asked": {},
