@@ -19,6 +19,7 @@ from exidyn.identify.fit.identified import identified
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording
 from exidyn.trajectories.next_run.choice import DECIDED, choose
+from exidyn.trajectories.next_run.offers import TEMPERATURE
 from exidyn.trajectories.plans.plan import Plan
 
 from .case import Case, Named, named
@@ -101,6 +102,7 @@ def error_of(case: Case, found: Diagnosed, runs: Sequence[Recording], other: Pla
 def _torque(model: Model, plan: Plan) -> np.ndarray:
     """Of the motors on a motion without a body, (t, n) [N m]."""
     motion, values = plan.trajectory.every(0.02).motion(), model.nominal_values
+    motion = replace(motion, temperature=np.full(motion.position.shape, TEMPERATURE))
     load = model_torque(model, motion, values, transmitted=True)
     own = model_torque(model, replace(motion, load=load), values, transmitted=False)
     return (load + own) @ model.robot.to_motors.T

@@ -5,11 +5,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from common import imports_as_here
 
+from exidyn.acquire.arguments.exit_codes import STOPPED, UNSAFE
 from exidyn.identify.robot_files.robot_text import model_text
 
 from .case import Case
@@ -21,7 +21,6 @@ FAULTS = {
     "controller gone": "silent at 2",
 }
 """Name -> what the simulated controller does."""
-RUNS = "round-01/attempt-*.mcap*"
 WAIT = 300.0
 """For what has to happen [s]."""
 
@@ -29,14 +28,13 @@ WAIT = 300.0
 def resumed(folder: Path) -> dict[str, bool]:
     """Whether a study goes on behind each fault, with the same motion and all that was done kept."""
     case, study = Case.drawn("nothing", 0), folder / "exidyn-study"
-    robot = replace(case.nominal.robot, drive_gain_tolerance=case.nominal.robot.drive_gain_tolerance)
-    (folder / "robot.toml").write_text(model_text(replace(case.nominal, robot=robot)))
+    (folder / "robot.toml").write_text(model_text(case.nominal))
     found, planned = {}, b""
     for name, fault in FAULTS.items():
         process = _begun(folder, "--set", f"faults={fault}")
-        _, words = process.communicate(timeout=WAIT)
+        process.communicate(timeout=WAIT)
         plan = (study / "round-01" / "plan.toml").read_bytes()
-        found[name] = process.returncode != 0 and "stopped" in words and plan == (planned or plan)
+        found[name] = process.returncode in (STOPPED, UNSAFE) and plan == (planned or plan)
         found[name] &= not (study / "round-01" / "run.mcap").exists()
         planned = plan
     found["Ctrl-C"] = _ended(folder, study, signal.SIGINT, lambda: study / "round-01" / "diagnosis.part")
