@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from ...fit.identification import with_payloads
-from ...recordings.recording import Recording
+from ...recordings.recording import Recording, Signal
 from ..blocks.prediction import CERTAIN
 from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
@@ -14,6 +15,9 @@ from ..runs.driven import Driven
 from ..runs.rows import Rows, model_rows, with_nuisances
 from ..search.problem import Problem, with_found
 
+LONGEST = 100.0
+"""Length of a planned motion that is looked at at once [s]: columns of six joints take 0.4 GB of it, and
+filters a few seconds off its ends."""
 ENOUGH = 2.5
 """Samples a period of the highest frequency that a motion without noise needs: two, and a filter's edge."""
 
@@ -82,6 +86,44 @@ def run_columns(
     Raises:
         RecordingError: It cannot be filtered as the others were.
     """
+    pieces = _pieces(recording) if planned else [recording]
+    return _together([_piece_columns(problem, found, suspects, one, planned) for one in pieces])
+
+
+def _pieces(recording: Recording) -> list[Recording]:
+    """Stretches of equal length, of no more than `LONGEST`, and one after the other."""
+    count = int(np.ceil(recording.duration / LONGEST))
+    if count < 2:
+        return [recording]
+    times = [one.time for one in recording.signals.values()]
+    ends = np.linspace(min(one[0] for one in times), max(one[-1] for one in times), count + 1)
+    ends[-1] = np.inf
+    return [
+        replace(recording, signals={name: _within(one, *pair) for name, one in recording.signals.items()})
+        for pair in pairwise(ends)
+    ]
+
+
+def _within(signal: Signal, begin: float, end: float) -> Signal:
+    kept = (signal.time >= begin) & (signal.time < end)
+    return replace(signal, time=signal.time[kept], values=signal.values[kept])
+
+
+def _together(pieces: Sequence[RunColumns]) -> RunColumns:
+    """Of several stretches of a run: products add up; the stretch that shows a suspect best limits it."""
+    rows = np.array([one.rows for one in pieces])
+    return replace(
+        pieces[0],
+        suspects=tuple(np.min(own, axis=0) for own in zip(*(one.suspects for one in pieces), strict=True)),
+        each=sum((one.each for one in pieces[1:]), pieces[0].each),
+        power=np.average([one.power for one in pieces], axis=0, weights=rows),
+        rows=int(rows.sum()),
+    )
+
+
+def _piece_columns(
+    problem: Problem, found: Sequence[Answer], suspects: Sequence[Answer], recording: Recording, planned: bool
+) -> RunColumns:
     model = with_payloads(problem.model, [recording])
     before = dict(zip(problem.model.names, problem.known.values, strict=True))
     values = np.array(

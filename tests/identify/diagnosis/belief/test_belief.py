@@ -118,3 +118,21 @@ def test_what_nothing_was_found_of_is_settled_where_nothing_is_credible():
     nothing, something = Believed("", (), 0.96, np.zeros(0, int)), Believed("payload", (), 0.04, np.arange(1))
     assert Question((nothing, something), True, np.zeros(0, int)).settled
     assert not Question((nothing, something), True, np.arange(1)).settled
+
+
+def test_a_long_motion_is_looked_at_in_stretches_that_add_up_to_it(monkeypatch):
+    model = small_diagnosis.nominal_model()
+    first, other = small_search.record((), {}, ("identify", "identify"), model)
+    search = small_search.searched([first], model)
+    suspects = suspects_of(search).every
+    whole = run_columns(search.problem, [], suspects, other[1], True)
+    monkeypatch.setitem(run_columns.__globals__, "LONGEST", other[1].duration / 2.5)
+    parts = run_columns(search.problem, [], suspects, other[1], True)
+    count = len(whole.names)
+    # Each stretch loses what its filters need at both ends.
+    assert 0.6 * whole.rows < parts.rows < whole.rows
+    sizes = [
+        np.sqrt(np.diagonal(one.each[:, :count, :count].sum(axis=0)) / one.rows) for one in (whole, parts)
+    ]
+    assert np.corrcoef(*sizes)[0, 1] > 0.99
+    assert [len(one) for one in parts.suspects] == [len(one) for one in whole.suspects]
