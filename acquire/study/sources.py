@@ -168,10 +168,13 @@ class Cell:
             yield name, read_plan(path)
 
     def _excitation_with_body(self, fit: Fit | None, seed: int) -> Iterator[Planned]:
-        try:
-            yield excitation(self.model, self.wishes, fit, seed, self.search, self.body)
-        except ExidynError as error:
-            tell(f"no excitation with the body: {error}")
+        for after in [None] if fit is None else [fit, None]:  # a fit without a payload plans for none
+            try:
+                yield excitation(self.model, self.wishes, after, seed, self.search, self.body)
+                return
+            except ExidynError as error:
+                why = error
+        tell(f"no excitation with the body: {why}")
 
     def _kinds(self) -> list[Planned]:
         """Made once; names and motions are kept in files."""
