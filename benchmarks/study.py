@@ -1,10 +1,13 @@
-"""Study: arms with something concealed; is it found, and in how much motion beside a fixed programme?"""
+"""Study: arms with something concealed, named in less motion than by the best fixed programme?"""
 
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -12,81 +15,187 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
 import numpy as np
 from common import parser, save, show
-from parts.study.cases import MINUTES as STUDY
-from parts.study.cases import QUICK as QUICK_STUDY
-from parts.study.cases import Result, drawn, studied
-from parts.study.kscale import MINUTES, asked_for
-from parts.study.kscale import QUICK as QUICK_MINUTES
+from parts.study.answer import Answer
+from parts.study.best import best_programme
+from parts.study.case import Case, others, scored
+from parts.study.faults import resumed
+from parts.study.memory import peak_gb
+from parts.study.programme import Programme, Run, answered, motions, words
+from parts.study.servo import SUBSETS, of_subset
+from parts.study.studies import MINUTES, QUICK, studied
 
-QUICK, ALL = 1, 30
-"""Arms: two, one and no effects in turn."""
+HANDS = 60.0
+"""For a body to be hung on or taken off [s]."""
 
 
-def figures(results: list[Result]) -> dict[str, Any]:
-    """What is measured; motion over that of the fixed programme where both found what is there."""
-    both = [one for one in results if one.found == one.fixed == one.concealed]
-    proposed = [settled for one in results for settled in one.proposed]
+class Kept:
+    """Results by their name, each a line of a file as soon as it is there; a benchmark goes on from them."""
+
+    def __init__(self, path: Path) -> None:
+        lines = path.read_text().splitlines() if path.exists() else []
+        self.path, self.lock = path, threading.Lock()
+        self.found: dict[str, Any] = dict(json.loads(line) for line in lines)
+
+    def of(self, name: str, make: Callable[[], Any]) -> Any:
+        """The result of that name."""
+        if name not in self.found:
+            self.put(name, make())
+        return self.found[name]
+
+    def put(self, name: str, result: Any) -> None:
+        """Write it down."""
+        with self.lock, self.path.open("a") as file:
+            self.found[name] = json.loads(json.dumps(result, default=sorted))
+            file.write(json.dumps([name, self.found[name]]) + "\n")
+        print(f"{name}: {self.found[name]}", flush=True)
+
+
+def by_programme(case: Case, programme: Programme, folder: Path) -> dict[str, Any]:
+    """An answer as plain values."""
+    return asdict(answered(case, programme, folder))
+
+
+def by_study(case: Case, folder: Path, shared: Path, minutes: float) -> dict[str, Any]:
+    """The same of a study."""
+    return asdict(studied(case, folder, shared, minutes))
+
+
+class Work:
+    """Work in several processes, and what was done of it before."""
+
+    def __init__(self, pool: ProcessPoolExecutor, kept: Kept, shared: Path) -> None:
+        self.pool, self.kept, self.shared = pool, kept, shared
+
+    def asked(self, pairs: Sequence[tuple[Case, Programme]]) -> list[Answer]:
+        """What programmes say of arms."""
+        names = [f"{case.kind}, {case.seed}: {words(programme)}" for case, programme in pairs]
+        new = {name: pair for name, pair in zip(names, pairs, strict=True) if name not in self.kept.found}
+        futures = {name: self.pool.submit(by_programme, *pair, self.shared) for name, pair in new.items()}
+        for name, future in futures.items():
+            self.kept.put(name, future.result())
+        return [Answer.read(dict(self.kept.found[name])) for name in names]
+
+    def studies(self, cases: Sequence[Case], folder: Path, minutes: float) -> list[Answer]:
+        """What studies say of them."""
+        names = [f"study of {case.kind}, {case.seed}" for case in cases]
+        futures = {
+            name: self.pool.submit(by_study, case, folder / name, self.shared, minutes)
+            for name, case in zip(names, cases, strict=True)
+            if name not in self.kept.found
+        }
+        for name, future in futures.items():
+            self.kept.put(name, future.result())
+        return [Answer.read(dict(self.kept.found[name])) for name in names]
+
+
+def compared(cases: Sequence[Case], study: Sequence[Answer], fixed: Sequence[Answer]) -> dict[str, Any]:
+    """Study and programme by names, accuracy and motion; motion where both are right and accurate."""
+    every = list(zip(cases, study, fixed, strict=True))
+    both = [(one, other) for case, one, other in every if one.suffices(case) and other.suffices(case)]
+    motion = [one.motion / other.motion for one, other in both]
+    time = [(one.motion + HANDS * one.hands) / (other.motion + HANDS * other.hands) for one, other in both]
     return {
-        "arms": len(results),
-        "right": sum(one.found == one.concealed for one in results) / len(results),
-        "false": sum(len(one.found - one.concealed) for one in results),
-        "fixed_right": sum(one.fixed == one.concealed for one in results) / len(results),
-        "fixed_false": sum(len(one.fixed - one.concealed) for one in results),
-        "motion_minutes": float(np.mean([one.minutes for one in results])),
-        "motion_minutes_over_fixed": float(np.mean([one.minutes / one.fixed_minutes for one in both]))
-        if both
-        else None,
+        "arms": len(cases),
+        "right": sum(one.right(case) for case, one, _ in every) / len(every),
+        "fixed_right": sum(one.right(case) for case, _, one in every) / len(every),
+        "suffices": sum(one.suffices(case) for case, one, _ in every) / len(every),
+        "fixed_suffices": sum(one.suffices(case) for case, _, one in every) / len(every),
+        "false_names": sum(len(one.found - case.concealed) for case, one, _ in every),
+        "fixed_false_names": sum(len(one.found - case.concealed) for case, _, one in every),
+        "false_decided": sum(one.decided and not one.right(case) for case, one, _ in every),
+        "motion_over_best_fixed": float(np.mean(motion)) if both else None,
+        "time_over_best_fixed": float(np.mean(time)) if both else None,
         "compared": len(both),
-        "settled_by_proposed_run": sum(proposed) / len(proposed) if proposed else None,
-        "proposed_runs": len(proposed),
+        "motion_seconds": float(np.mean([one.motion for one in study])),
+        "fixed_motion_seconds": float(np.mean([one.motion for one in fixed])),
+        "error": _median([one.error for case, one, _ in every if not case.alike]),
+        "fixed_error": _median([one.error for case, _, one in every if not case.alike]),
     }
 
 
-def mocks(given: Any) -> dict[str, Any]:
-    """Every simulated arm; those whose lines are there are not made again."""
-    made = dict(_kept(given.lines)) if given.lines and given.lines.exists() else {}
-    numbers = range(given.first, given.first + (given.arms or (QUICK if given.quick else ALL)))
-    for number in numbers:
-        if number in made:
-            continue
-        with tempfile.TemporaryDirectory(prefix="study-") as folder:
-            minutes = QUICK_STUDY if given.quick else STUDY
-            made[number] = studied(drawn(number, 2 - number % 3), number, Path(folder), minutes)
-        print(f"arm {number}: {made[number]}", flush=True)
-        if given.lines:
-            with given.lines.open("a") as file:
-                file.write(json.dumps({"arm": number} | asdict(made[number]), default=sorted) + "\n")
-    return figures([made[number] for number in numbers])
+def _median(errors: Sequence[float]) -> float:
+    return float(np.median(errors)) if errors else float("nan")
 
 
-def _kept(lines: Path) -> Iterator[tuple[int, Result]]:
-    """Arms of a file, a line each."""
-    for line in map(json.loads, lines.read_text().splitlines()):
-        yield line.pop("arm"), Result.read(line)
+def arms(given: Any, folder: Path, kept: Kept) -> dict[str, Any]:
+    """Simulated arms: the best programme is searched on some, and compared with studies of others."""
+    shared = folder / "shared"
+    motions(shared)
+    cases, minutes = (scored()[:1], QUICK) if given.quick else (scored()[: given.arms], MINUTES)
+    with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
+        work = Work(pool, kept, shared)
+        if given.quick:
+            best: Programme = (Run("short excitation", False), Run("chirp", True))
+            enough = float("nan")
+        else:
+            best, enough = best_programme(others(), work.asked)
+        study = work.studies(cases, folder, minutes)
+        fixed = work.asked([(case, best) for case in cases])
+    rows = [
+        [case.kind, _said(case, one), one.motion, one.error, _said(case, other), other.motion, other.error]
+        for case, one, other in zip(cases, study, fixed, strict=True)
+    ]
+    head = ["arm", "study", "motion [s]", "error", "programme", "motion [s]", "error"]
+    show(f"Studies beside the best programme: {words(best)}", head, rows)
+    return {"best_fixed": words(best), "best_fixed_suffices_for_others": enough} | compared(
+        cases, study, fixed
+    )
 
 
-def servo(given: Any) -> dict[str, Any]:
-    """Recordings of one mass, then of all."""
-    with tempfile.TemporaryDirectory(prefix="study-") as folder:
-        found = asked_for(Path(folder), QUICK_MINUTES if given.quick else MINUTES)
-    print(found, flush=True)
-    return found
+def _said(case: Case, answer: Answer) -> str:
+    right = "right" if answer.right(case) else f"WRONG: {', '.join(sorted(e for e, _ in answer.found))}"
+    return f"{right}{', decided' if answer.decided else ''}"
 
 
-PARTS = {"mocks": mocks, "kscale": servo}
+def servo(given: Any, folder: Path, kept: Kept) -> dict[str, Any]:
+    """Recordings of a servo, in subsets."""
+    names = list(SUBSETS)[:1] if given.quick else list(SUBSETS)
+    found = {
+        name: kept.of(f"servo, {name}", lambda name=name: of_subset(name, folder / f"servo, {name}"))
+        for name in names
+    }
+    return {
+        "servo": found,
+        "servo_right": sum(one["right"] for one in found.values()) / len(found),
+        "servo_false_decided": sum(one["false_decided"] for one in found.values()),
+    }
+
+
+def faults(given: Any, folder: Path, kept: Kept) -> dict[str, Any]:
+    """Stops of every kind, and whether the study goes on."""
+    place = folder / "faults"
+    place.mkdir(exist_ok=True)
+    found = kept.of("faults", lambda: resumed(place))
+    return {"faults": found, "faults_resumed": sum(found.values()), "faults_tried": len(found)}
+
+
+def memory(given: Any, folder: Path, kept: Kept) -> dict[str, Any]:
+    """Memory of a study of six joints."""
+    place = folder / "memory"
+    place.mkdir(exist_ok=True)
+    return {"peak_gb": kept.of("peak_gb", lambda: peak_gb(place, given.quick))}
+
+
+PARTS = {"arms": arms, "servo": servo, "faults": faults, "memory": memory}
+QUICK_PARTS = ("arms", "servo")
 
 
 def main() -> None:
-    """Study every arm, print and save."""
+    """Every part, printed and saved; figures are at the top."""
     options = parser(__doc__ or "", PARTS)
-    options.add_argument("--first", type=int, default=0, metavar="N", help="number of the first mock")
-    options.add_argument("--arms", type=int, metavar="N", help="how many")
-    options.add_argument("--lines", type=Path, metavar="FILE", help="result of each arm; go on from it")
+    options.add_argument("--arms", type=int, default=12, metavar="N", help="how many")
+    options.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
+    options.add_argument("--resume", type=Path, metavar="FOLDER", help="keep results there; go on from them")
     given = options.parse_args()
-    table = {name: PARTS[name](given) for name in given.only or PARTS}
-    if "mocks" in table:
-        rows = [[name, value] for name, value in table["mocks"].items()]
-        show("Study beside the fixed programme", ["figure", "value"], rows)
+    with tempfile.TemporaryDirectory(prefix="study-") as scratch:
+        folder = given.resume or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        kept, table = Kept(folder / "results.jsonl"), {}
+        for name in given.only or (QUICK_PARTS if given.quick else PARTS):
+            table |= PARTS[name](given, folder, kept)
+    if "servo_false_decided" in table and "false_decided" in table:
+        table["false_decided"] += table["servo_false_decided"]
+    show("Study", ["figure", "value"], [[k, v] for k, v in table.items() if isinstance(v, (int, float))])
     save(given.json, table)
 
 

@@ -20,13 +20,13 @@ from exidyn.trajectories.planning.wishes import Wishes
 from ..arguments.command import Command, Group, Option, any_number, positive
 from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, UNSAFE
-from ..arguments.options import BODY, JSON, make_folder, output_option, require_json
+from ..arguments.options import AS_RECORDED, BODY, JSON, make_folder, output_option, require_json
 from ..arguments.run_options import DRIVING, STOPS, body_of, require_mock
 from ..files.given_runs import Case
 from ..run.errors import RunStopped, Unsafe
+from ..study.choice_file import ENDED
 from ..study.loop import Study
-from ..study.notebook import ENDED
-from ..study.rounds import NOTEBOOK, forget_end
+from ..study.rounds import NOTEBOOK, forget_end, require_same_robot
 from ..study.sources import Cell, Shelf, Source
 from ..terminal.json_output import files_untold, hand_over, json_text
 from ..terminal.stopwatch import Stopwatch
@@ -50,11 +50,12 @@ from .record_command import record_command
         Option("--minutes MIN", "of motion at most", positive, 30.0),
         Option("--from FOLDER", "recordings, in place of a controller", Path, dest="recordings"),
         output_option("FOLDER", Path("exidyn-study")),
+        AS_RECORDED,
         JSON,
         Group(
             "motions",
             (
-                Option("--length S", "of one that is searched", positive, 20.0),
+                Option("--length S", "of one that is searched", positive, 10.0),
                 Option("--start Q...", "pose where each begins and ends, n numbers [rad]", any_number),
                 Option("--search S", "for it", positive, 5.0),
             ),
@@ -73,9 +74,13 @@ def study_command(given: Namespace) -> None:
     make_folder(given.output)
     model = read_model(given.robot)
     asked = {"minutes": given.minutes, "mass": given.mass, "recordings": str(given.recordings or "")}
+    asked["as_recorded"] = bool(given.as_recorded)
+    require_same_robot(given.output, model)
     forget_end(given.output, asked)
     source = _source(given, model)
-    study = Study(given.output, model, source, 60.0 * given.minutes, identify_step, diagnose_step, asked)
+    identify = partial(identify_step, as_recorded=given.as_recorded)
+    diagnose = partial(diagnose_step, as_recorded=given.as_recorded)
+    study = Study(given.output, model, source, 60.0 * given.minutes, identify, diagnose, asked)
     with _interrupts_end():
         choice = study.run()
     hand_over(_page(choice, given.output), json_text(choice), given.json)
@@ -130,15 +135,17 @@ LIMITING = (
 """What a study has in common with `exidyn excite`."""
 
 
-def identify_step(runs: Sequence[Path], folder: Path) -> None:
+def identify_step(runs: Sequence[Path], folder: Path, as_recorded: bool = False) -> None:
     """Fit, as `exidyn identify` does."""
+    more = ["--as-recorded"] if as_recorded else []
     with _page_into(folder / SUMMARY):
-        identify_command.main([*map(str, runs), "--output", str(folder)])
+        identify_command.main([*map(str, runs), "--output", str(folder), *more])
 
 
-def diagnose_step(case: Case, folder: Path) -> Diagnosed:
+def diagnose_step(case: Case, folder: Path, as_recorded: bool = False) -> Diagnosed:
     """Diagnose, as `exidyn diagnose --quick` does."""
-    given = diagnose_command.parser().parse_args([case.name, "--quick"])
+    more = ["--as-recorded"] if as_recorded else []
+    given = diagnose_command.parser().parse_args([case.name, "--quick", *more])
     with _page_into(folder / SUMMARY), Stopwatch(QUICK) as progress:
         return diagnose_case(case, folder, given, progress)
 

@@ -21,7 +21,9 @@ from ..files.given_runs import Case, distinct_bodies
 from ..run.errors import RunStopped
 from ..terminal.json_output import json_text, plain, write_whole
 from ..terminal.stopwatch import with_bar
-from .notebook import believed_findings, choice_table, notebook, read_shapes, shape_table
+from .choice_file import choice_table, read_shapes, shape_table
+from .notebook import notebook
+from .other_gains import gain_sentences, other_gains, with_gains
 from .rounds import CHOICE, NOTEBOOK, Round, fill_folder, next_round, rounds, tell
 from .sources import Source
 
@@ -71,7 +73,8 @@ class Study:
     def _write_notebook(self, stopped: str = "") -> None:
         """The account so far, and why the last run ended before its time."""
         choices = [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
-        write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped))
+        stops = [(one.name, why) for one in rounds(self.folder) for why in one.stops]
+        write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped, stops))
 
     def _complete(self, one: Round) -> dict[str, Any]:
         """All steps of a round of which there is no result yet, and its choice."""
@@ -102,10 +105,13 @@ class Study:
         recordings = distinct_bodies([one.recording() for one in every])
         last = every[-2].choice if len(every) > 1 else None
         before = read_shapes(last)
-        case = Case(self.model.robot.name, self.model, [("identify", one) for one in recordings], before)
-        diagnosis, search = self.diagnose(case, part)
         file = every[-1].fit / "fit.json"
-        offers = self.source.offers(every, diagnosis, read_fit(file) if file.exists() else None)
+        fit = read_fit(file) if file.exists() else None
+        gains = other_gains(fit, self.model)
+        model = with_gains(self.model, gains)
+        case = Case(model.robot.name, model, [("identify", one) for one in recordings], before)
+        diagnosis, search = self.diagnose(case, part)
+        offers = self.source.offers(every, diagnosis, fit)
         suspects, found = suspects_of(search), [one.answer for one in search.selected]
         usable: list[Offer] = []
         columns: list[RunColumns] = []
@@ -120,9 +126,10 @@ class Study:
                 tell(f"{offer.name} is not on offer: {error}")
         belief = belief_of(search, suspects, columns, nameless_torque(diagnosis, search))
         moved = sum(one.duration for one in recordings)
-        repeated = last is not None and last["believed_findings"] == believed_findings(diagnosis)
-        choice = choose(belief, usable, columns, self.seconds - moved, repeated, bool(diagnosis.remainders))
+        choice = choose(belief, usable, columns, self.seconds - moved, bool(diagnosis.remainders))
         table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
+        table["believed"] = [*gain_sentences(gains, self.model), *table["believed"]]
+        table["findings"] = sorted([*table["findings"], *(["drive_gain", [one.joint + 1]] for one in gains)])
         table["shapes"] = shape_table([*before, *shapes_of(search.selected)])
         chosen = choice.chosen
         table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)

@@ -10,18 +10,26 @@ from typing import Any
 
 from tqdm import tqdm
 
-from exidyn.identify.errors import NotAFile
+from exidyn.identify.errors import DifferentRobot, NotAFile
 from exidyn.identify.fit.fit_file import read_json
+from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
+from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.robot_text import model_text
 from exidyn.trajectories.next_run.choice import RUN
 
 from ..arguments.parser import complaint
 from ..run.errors import NotConfirmed
+from ..terminal.json_output import write_whole
+from ..terminal.recording_text import why_it_ended
 
-CHOICE, NEXT, NOTEBOOK = "choice.json", "next.toml", "notebook.html"
-"""Files: of a choice, of the motion that was chosen, of the whole study."""
-FORMAT = 1
+CHOICE, NEXT, NOTEBOOK, ROBOT = "choice.json", "next.toml", "notebook.html", "robot.toml"
+"""Files: of a choice, of the motion that was chosen, of the whole study, of the arm it is about."""
+ATTEMPTS = "attempt-*.mcap"
+"""Runs of a round that were stopped before their end."""
+FORMAT = 2
 """Of `CHOICE`."""
 
 
@@ -70,6 +78,11 @@ class Round:
             )
         return table
 
+    @property
+    def stops(self) -> list[str]:
+        """Why each of its runs was stopped that was stopped before its end, in order."""
+        return [why_it_ended(read_recording(path).outcome) for path in sorted(self.folder.glob(ATTEMPTS))]
+
     def recording(self) -> Recording:
         """Its run; raises `NotAFile` where it is none."""
         [recording] = import_source(self.run)
@@ -98,6 +111,21 @@ def forget_end(folder: Path, asked: dict[str, Any]) -> None:
     choice = every[-1].choice if every else None
     if choice is not None and choice["verdict"] != RUN and choice["asked"] != asked:
         shutil.rmtree(every[-1].diagnosis)
+
+
+def require_same_robot(folder: Path, model: Model) -> None:
+    """Write down which arm a study is about; raise `DifferentRobot` where it was about another one."""
+    path, text = folder / ROBOT, model_text(model)
+    if not path.exists():
+        write_whole(path, text)
+    elif (before := path.read_text(encoding="utf-8")) != text:
+        name = read_model(path).robot.name
+        pairs = zip(before.splitlines(), text.splitlines(), strict=False)
+        line = next((f"'{one}' there, '{other}' here" for one, other in pairs if one != other), "more lines")
+        raise DifferentRobot(
+            f"{folder} holds a study of {name} as {path} states it, not of this {model.robot.name} ({line}); "
+            "begin in another folder (--output)"
+        )
 
 
 def _round(folder: Path, number: int) -> Round:

@@ -1,7 +1,8 @@
 """Sources of the runs of a study: a cell that makes them, or recordings that exist."""
 
+import hashlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
@@ -15,21 +16,25 @@ from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 from exidyn.trajectories.next_run.offers import (
+    EXCITATIONS,
     WARM_UP,
     Offer,
     Planned,
     distinguishing,
     excitation,
+    kinds_of_joint,
     kinds_of_run,
+    kinds_with_body,
     offers_of,
 )
 from exidyn.trajectories.planning.wishes import Wishes
-from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan import HASH_DIGITS, Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..files.given_runs import distinct_bodies
 from ..run.before import checked
 from ..run.recorder import part_of
+from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import with_bar
 from .rounds import NEXT, Round, ask, tell
 
@@ -100,9 +105,10 @@ class Cell:
         tell("plans the runs that may come next")
         last = every[-1].recording()
         seed = len(every) + 1
-        planned = [*self._kinds(), *self._searched(diagnosis, fit, seed)]
+        planned = [*self._kinds(), *self._of_joints(diagnosis), *self._searched(diagnosis, fit, seed)]
+        loaded = list(self._loaded(planned, fit, seed))
         warm, rate = "temperature" in last.signals, 1.0 / self.wishes.tick
-        offers = offers_of(self.model, planned, self.body, last.payload, rate, warm, with_bar)
+        offers = offers_of(self.model, planned, loaded, self.body, last.payload, rate, warm, with_bar)
         made = {(one.plan.read_text(encoding="utf-8"), one.recording().payload) for one in every}
         return [one for one in with_bar(offers) if _new(one, made) and self._allowed(one)]
 
@@ -122,30 +128,87 @@ class Cell:
             except ExidynError as error:
                 tell(f"no excitation: {error}")
         try:
-            found += distinguishing(diagnosis, self.wishes, seed, self.search)
+            found += distinguishing(self.model, diagnosis, self.wishes, seed, self.search)
         except ExidynError as error:
             tell(f"no motion against a rival: {error}")
         return found
 
+    def _of_joints(self, diagnosis: Diagnosis) -> Iterator[Planned]:
+        """Runs of single joints on which something was found: shorter than those of all of them."""
+        every = [*diagnosis.findings, *diagnosis.undecided]
+        for joint in sorted({one.joints[0] for one in every if one.joints}):
+            folder = self.folder / f"joint {joint + 1}"
+            if not folder.exists():
+                _write_motions(folder, kinds_of_joint(self.model, self.wishes, joint, tell))
+            yield from _motions(folder)
+
+    def _loaded(self, planned: Sequence[Planned], fit: Fit | None, seed: int) -> Iterator[Planned]:
+        """The same motions for an arm that carries the body, planned anew where that asks for too much."""
+        kinds = {name for name, _ in self._kinds()}
+        for name, motion in planned if self.body is not None else ():
+            if not self._refusal(motion, self.body):
+                yield name, motion
+            elif name in kinds:
+                yield from self._kind_with_body(name)
+            elif name in EXCITATIONS:
+                yield from self._excitation_with_body(fit, seed)
+
+    def _kind_with_body(self, name: str) -> Iterator[Planned]:
+        """Made once, and kept in a file of its body; none where that is empty."""
+        assert self.body is not None
+        body = hashlib.sha256(repr(self.body.known).encode()).hexdigest()[:HASH_DIGITS]
+        path = self.folder / body / f"{name}.toml"
+        if not path.exists():
+            tell(f"{name} is planned for an arm that carries the body")
+            path.parent.mkdir(exist_ok=True)
+            made = kinds_with_body(self.model, self.wishes, name.split()[-1], self.body)
+            motion = next((one for one in made if not self._refusal(one, self.body)), None)
+            write_whole(path, "" if motion is None else plan_text(motion))
+        if path.stat().st_size:
+            yield name, read_plan(path)
+
+    def _excitation_with_body(self, fit: Fit | None, seed: int) -> Iterator[Planned]:
+        for after in [None] if fit is None else [fit, None]:  # a fit without a payload plans for none
+            try:
+                yield excitation(self.model, self.wishes, after, seed, self.search, self.body)
+                return
+            except ExidynError as error:
+                why = error
+        tell(f"no excitation with the body: {why}")
+
     def _kinds(self) -> list[Planned]:
         """Made once; names and motions are kept in files."""
         if not self.folder.exists():
-            part = self.folder.with_name(self.folder.name + ".part")
-            part.mkdir(parents=True, exist_ok=True)
-            for name, motion in kinds_of_run(self.model, self.wishes, tell):
-                write_plan(motion, part / f"{name}.toml")
-            os.replace(part, self.folder)
-        return [(path.stem, read_plan(path)) for path in sorted(self.folder.glob("*.toml"))]
+            _write_motions(self.folder, kinds_of_run(self.model, self.wishes, tell))
+        return _motions(self.folder)
 
     def _allowed(self, offer: Offer) -> bool:
-        """Whether `exidyn record` would play it; a motion with a body is checked once."""
+        """Whether `exidyn record` would play it."""
         assert offer.plan is not None
-        key = plan_text(offer.plan), offer.payload
+        refusal = self._refusal(offer.plan, offer.payload)
+        if refusal:
+            tell(f"{offer.name} is not on offer: {refusal}")
+        return not refusal
+
+    def _refusal(self, motion: Plan, payload: KnownPayload | None) -> str:
+        """Why `exidyn record` would not play a motion; a motion with a body is checked once."""
+        key = plan_text(motion), payload
         if key not in self._checked:
-            self._checked[key] = _why_not(offer.plan, self.model, offer.payload)
-            if self._checked[key]:
-                tell(f"{offer.name} is not on offer: {self._checked[key]}")
-        return not self._checked[key]
+            self._checked[key] = _why_not(motion, self.model, payload)
+        return self._checked[key]
+
+
+def _write_motions(folder: Path, planned: Iterable[Planned]) -> None:
+    """A file each, in a folder that appears when it is whole."""
+    part = folder.with_name(folder.name + ".part")
+    part.mkdir(parents=True, exist_ok=True)
+    for name, motion in planned:
+        write_plan(motion, part / f"{name}.toml")
+    os.replace(part, folder)
+
+
+def _motions(folder: Path) -> list[Planned]:
+    return [(path.stem, read_plan(path)) for path in sorted(folder.glob("*.toml"))]
 
 
 def _why_not(motion: Plan, model: Model, payload: KnownPayload | None) -> str:

@@ -142,6 +142,14 @@ def _events(events: tuple[Event, ...]) -> list[str]:
 def _outcome(outcome: Mapping[str, str]) -> list[str]:
     if "stop" not in outcome:
         return []
+    first = "ended:  "
+    return paragraph(why_it_ended(outcome), " " * len(first), first, WIDTH - INDENT)
+
+
+def why_it_ended(outcome: Mapping[str, str]) -> str:
+    """How a run ended, in words: as planned, or stopped, by what and why, and whether the arm still moves."""
+    if "stop" not in outcome:
+        return "unknown"
     text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
     how = {
         "none": text,
@@ -149,8 +157,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     if outcome.get("moving", "False") != "False":
         how += f". {outcome.get('standstill', '')}"
-    first = "ended:  "
-    return paragraph(how, " " * len(first), first, WIDTH - INDENT)
+    return how
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:

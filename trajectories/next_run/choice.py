@@ -25,8 +25,8 @@ class Forecast:
 
     Attributes:
         offer: The run.
-        left: Entropy of each item behind it, expected, shape (i,) [nat].
-        left_hour: Entropy of each item behind an hour of it, expected, shape (i,) [nat].
+        left: Entropy of each item that it leaves open, expected, shape (i,) [nat].
+        left_hour: The same of an hour of it, shape (i,) [nat].
         gained: By how much less what is open is behind it [nat].
     """
 
@@ -78,8 +78,8 @@ class Choice:
 
     @property
     def entropy(self) -> float:
-        """Of everything, settled or not [nat]."""
-        return sum(one.entropy for one in self.items)
+        """Of everything that is open [nat]."""
+        return sum(one.entropy for one in self.items if one.open)
 
     @property
     def remains(self) -> tuple[Item, ...]:
@@ -93,7 +93,6 @@ def choose(
     offers: Sequence[Offer],
     runs: Sequence[RunColumns],
     seconds: float,
-    repeated: bool = True,
     unexplained: bool = False,
 ) -> Choice:
     """The offer that gains most per second.
@@ -103,7 +102,6 @@ def choose(
         offers: What could be made or taken.
         runs: Columns of each.
         seconds: Seconds of motion that are left [s].
-        repeated: Whether another motion has led to the same findings, or to none again.
         unexplained: Whether something is left that no effect explains, whatever the run.
     """
     found, every = forecasts(belief, offers, runs), items(belief)
@@ -112,26 +110,23 @@ def choose(
         for place, item in enumerate(every)
     )
     open_ones = [place for place, one in enumerate(every) if one.open]
-    ordered = _ordered(every, found, open_ones, seconds)
-    if not open_ones and (repeated or not found):
-        verdict = UNDECIDABLE if unexplained else DECIDED
-    elif open_ones and not any(decidable[place] for place in open_ones):
-        verdict = UNDECIDABLE
-    elif ordered[0].offer.motion > seconds:
-        verdict = OUT_OF_TIME
+    asked = [place for place in open_ones if decidable[place]]
+    ordered = _ordered(every, found, asked, seconds)
+    if asked:
+        verdict = RUN if ordered[0].offer.motion <= seconds else OUT_OF_TIME
     else:
-        verdict = RUN
+        verdict = UNDECIDABLE if open_ones or unexplained else DECIDED
     return Choice(verdict, tuple(every), ordered, decidable)
 
 
 def _ordered(
-    every: Sequence[Item], found: Sequence[Forecast], open_ones: Sequence[int], seconds: float
+    every: Sequence[Item], found: Sequence[Forecast], asked: Sequence[int], seconds: float
 ) -> tuple[Forecast, ...]:
     """Forecasts, those first that there is time for, and of these those that are worth while.
 
-    Where nothing is open, by what they take off everything.
+    By what they take off that which some run decides; where there is nothing, off everything.
     """
-    asked = open_ones or range(len(every))
+    asked = asked or range(len(every))
 
     def last(one: Forecast) -> tuple[bool, bool, float]:
         worth = any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in asked)

@@ -30,6 +30,12 @@ TEMPERATURE, WARM = 25.0, 45.0
 has worked for some time."""
 WARMING = 1800.0
 """What an arm takes to warm up, as long as its gears remember [s]."""
+EXCITATIONS = ("an excitation", "an excitation where the fit knows least")
+"""Names of those that `exidyn excite` plans, before and after a fit."""
+ONE_BY_ONE = ("sweeps", "single-joint")
+"""Kinds of run in which joints move one after the other."""
+RANGES = (1.0, 0.75, 0.5, 0.25)
+"""Shares of the joints' ranges that are tried with a body on the flange [-]."""
 WARM_UP = "Let the arm work until it is warm, for half an hour or so"
 """The request of a run with a warm arm."""
 
@@ -81,13 +87,67 @@ def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> I
             said(f"no run of the kind {kind}: {error}")
 
 
-def excitation(model: Model, wishes: Wishes, fit: Fit | None, seed: int, seconds: float) -> Planned:
-    """The run that `exidyn excite` plans, after a fit where that leaves values open."""
-    name = "an excitation" if fit is None else "an excitation where the fit knows least"
-    return name, plan(model, replace(wishes, fit=fit), seed=seed, starts=1, seconds=seconds)[0]
+def kinds_of_joint(
+    model: Model, wishes: Wishes, joint: int, said: Callable[[str], None]
+) -> Iterator[Planned]:
+    """Runs of those kinds that move one joint after the other, of one joint alone."""
+    for kind in ONE_BY_ONE:
+        try:
+            words = f"a run of {model.robot.joints[joint]} alone, of the kind {kind}"
+            yield words, by_rule(kind, model, wishes, [joint])
+        except ExidynError as error:
+            said(f"no run of the kind {kind}: {error}")
 
 
-def distinguishing(diagnosis: Diagnosis, wishes: Wishes, seed: int, seconds: float) -> Iterator[Planned]:
+def kinds_with_body(model: Model, wishes: Wishes, kind: str, body: KnownPayload) -> Iterator[Plan]:
+    """A run of a kind for an arm with a body on its flange, over less and less of every joint's range.
+
+    Near the ends of their ranges arms stretch out, and a body asks for more torque than drives have.
+    """
+    paired = replace(wishes, payload=body.known)
+    for share in RANGES:
+        try:
+            yield for_robot(by_rule(kind, _narrower(model, share), paired), model)
+        except ExidynError:
+            continue
+
+
+def _narrower(model: Model, share: float) -> Model:
+    """The same arm with so much of the range of each joint, about the middle."""
+    limits = model.robot.limits
+    middle = 0.5 * (limits.position_upper + limits.position_lower)
+    half = 0.5 * share * (limits.position_upper - limits.position_lower)
+    limits = replace(limits, position_lower=middle - half, position_upper=middle + half)
+    return replace(model, robot=replace(model.robot, limits=limits))
+
+
+def for_robot(planned: Plan, model: Model) -> Plan:
+    """The plan as one for this arm, by whose limits it is to be checked, whatever it was planned for."""
+    own = Plan.of(planned.trajectory, model)
+    names = ("robot", "robot_hash", "model_hash", "limits")
+    return replace(planned, **{name: getattr(own, name) for name in names})
+
+
+def excitation(
+    model: Model,
+    wishes: Wishes,
+    fit: Fit | None,
+    seed: int,
+    seconds: float,
+    body: KnownPayload | None = None,
+) -> Planned:
+    """The run that `exidyn excite` plans, after a fit where that leaves values open.
+
+    With a body it keeps to the limits of the arm that carries it.
+    """
+    name = EXCITATIONS[fit is not None]
+    asked = replace(wishes, fit=fit, payload=None if body is None else body.known)
+    return name, plan(model, asked, seed=seed, starts=1, seconds=seconds)[0]
+
+
+def distinguishing(
+    model: Model, diagnosis: Diagnosis, wishes: Wishes, seed: int, seconds: float
+) -> Iterator[Planned]:
     """The run that `exidyn excite --against` plans for the most open finding, where a model holds both."""
     found, every = found_model(diagnosis), (*diagnosis.findings, *diagnosis.undecided)
     pairs = sorted(rivals(diagnosis), key=lambda one: every[one.finding].probability)
@@ -99,12 +159,14 @@ def distinguishing(diagnosis: Diagnosis, wishes: Wishes, seed: int, seconds: flo
     limits, _ = usable(found.robot, wishes.margins, wishes.window, wishes.start)
     goal = two_models((found, rival.model), names, limits, rows_of(wishes))
     words = f"the excitation that best distinguishes {names[0]} from {effect_words(other)}"
-    yield words, plan(found, wishes, goal=goal, seed=seed, starts=1, seconds=seconds)[0]
+    planned = plan(found, wishes, goal=goal, seed=seed, starts=1, seconds=seconds)[0]
+    yield words, for_robot(planned, model)
 
 
 def offers_of(
     model: Model,
     planned: Sequence[Planned],
+    loaded: Sequence[Planned],
     body: KnownPayload | None,
     mounted: KnownPayload | None,
     rate: float,
@@ -116,20 +178,17 @@ def offers_of(
     Args:
         model: Nominal.
         planned: Names and motions.
+        loaded: The same with a body on the flange; none without one.
         body: That a person has; None for none.
         mounted: What hangs on the flange now.
         rate: Rate of samples [Hz].
         warm: Whether temperatures are recorded.
         watched: Hands on what is to be made one by one, and may show how far that is.
     """
-    bodies: list[KnownPayload | None] = [None, *([] if body is None else [body])]
-    temperatures: list[float | None] = [TEMPERATURE, WARM] if warm else [None]
-    every = [
-        (name, motion, carried, temperature)
-        for temperature in temperatures
-        for carried in (bodies if temperature != WARM else [mounted])
-        for name, motion in planned
-    ]
+    temperature = TEMPERATURE if warm else None
+    every = [(*one, None, temperature) for one in planned] + [(*one, body, temperature) for one in loaded]
+    if warm:
+        every += [(*one, mounted, WARM) for one in (planned if mounted is None else loaded)]
     return [
         offered(model, name, motion, carried, mounted, rate, temperature)
         for name, motion, carried, temperature in watched(every)
@@ -159,7 +218,13 @@ def offered(
 def _request(carried: KnownPayload | None) -> str:
     if carried is None:
         return "Take the body off the flange"
-    return f"Hang the body of {dict(carried.known)['M']:g} kg on the flange"
+    known = dict(carried.known)
+    centre = [known.get(name) for name in ("MX", "MY", "MZ")]
+    text = f"Hang the body of {known['M']:g} kg on the flange"
+    if None in centre:
+        return text
+    place = ", ".join(f"{one / known['M']:.4g}" for one in centre if one is not None)
+    return f"{text}, turned so that its centre of mass is at ({place}) m of the flange's x, y and z axes"
 
 
 def _foreseen(

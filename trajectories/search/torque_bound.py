@@ -15,6 +15,10 @@ from ..trajectory import States
 from .bounds import Bound, Margins, Slopes
 
 
+CHUNK = 20000
+"""Samples whose columns are held at once; some tens of megabytes, and more than a search looks at."""
+
+
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
     """Torque of the nominal model within the joints' limits, in every run.
@@ -36,7 +40,9 @@ class TorqueBound(Bound):
         """Nominal joint torque, shape (t, n) [N m]."""
         kinematics, others, values = self._parts(payload)
         motion = others.loaded(states.motion(payload))
-        return _of_bodies(kinematics, motion) + others.torque(motion, values)
+        starts = range(0, len(motion), CHUNK)  # a run of minutes has a gigabyte of columns
+        effects = [others.torque(motion[start : start + CHUNK], values) for start in starts]
+        return _of_bodies(kinematics, motion) + np.concatenate(effects)
 
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
         """The torque of one run as a function of states alone."""

@@ -9,9 +9,10 @@ import numpy as np
 
 from ...positive_definite import root, solve
 from ..blocks.prediction import factored
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CREDIBLE, Answer
 from ..questions.candidate_fit import FORMULA
 from ..search.search import SearchResult
+from ..search.selected import NAMED
 
 
 class Believed(NamedTuple):
@@ -35,8 +36,10 @@ class Question(NamedTuple):
 
     Attributes:
         answers: The most probable first; their probabilities add to one.
-        seen: Whether a misfit asks it; else nothing does but that no run so far could show the effect.
-        own: Unknowns that belong to the finding in question, not there for other answers, (p,).
+        seen: Whether a misfit asks it, or values that are strained beyond their tolerances; else nothing does
+            but that no run so far could show the effect.
+        own: Unknowns that belong to the finding in question, not there for other answers, (p,); none where
+            nothing was found, and something is only suspected.
     """
 
     answers: tuple[Believed, ...]
@@ -47,6 +50,21 @@ class Question(NamedTuple):
     def probabilities(self) -> np.ndarray:
         """Of the answers, shape (m,)."""
         return np.array([one.probability for one in self.answers])
+
+    @property
+    def settling(self) -> np.ndarray:
+        """Probability from which on each answer settles it, shape (m,).
+
+        That a finding is nothing does not, for it would be none then. That nothing is where something is only
+        suspected does, where it is as much likelier than all else as what has a name.
+        """
+        nothing = np.inf if self.own.size else NAMED
+        return np.array([CREDIBLE if one.effect else nothing for one in self.answers])
+
+    @property
+    def settled(self) -> bool:
+        """Whether one of its answers settles it."""
+        return bool(np.any(self.probabilities >= self.settling))
 
 
 class Stance(NamedTuple):
@@ -153,13 +171,13 @@ class Belief:
         return Stance(held, self.precision[held], own, ways)
 
 
-def separations(stances: Sequence[Stance], gram: np.ndarray) -> np.ndarray:
+def separations(stances: Sequence[Stance], gram: np.ndarray, strain: bool = True) -> np.ndarray:
     """How far each answer (row) is from being explained by each other one (column), shape (m, m).
 
     The chi-squared of its torque that the other leaves over runs of these products of columns (c, c), and
     that of what its coefficients and the other unknowns have to be for that, by their priors. The formula of
     an effect is wrong by `FORMULA` of its torque: all of that may look like what the other leaves, however
-    long the runs are.
+    long the runs are. Without `strain`, priors say nothing: those that have spoken already.
     """
     found = np.zeros((len(stances), len(stances)))
     for rival, other in enumerate(stances):
@@ -175,5 +193,5 @@ def separations(stances: Sequence[Stance], gram: np.ndarray) -> np.ndarray:
             taken = solve(factor, whole[other.held])
             strained = float(np.sum(other.precision[:, None] * taken**2))
             left = float(np.sum(ways * whole) - np.sum(taken * whole[other.held])) - strained
-            found[true, rival] = strained + max(left, 0.0) / (1.0 + FORMULA**2 * power)
+            found[true, rival] = strain * strained + max(left, 0.0) / (1.0 + FORMULA**2 * power)
     return found

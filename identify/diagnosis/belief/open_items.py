@@ -14,8 +14,9 @@ from ..questions.block_answer import CREDIBLE
 from ..search.selected import EXCLUDED
 from ..words.naming import joined, lower, named
 from .belief import Belief, Believed, Question, Stance, separations
+from .gain_item import GAINS, gain_entropy, untested
 from .questions import material
-from .run_columns import RunColumns, products
+from .run_columns import RunColumns
 
 UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
 """What items that are no question about a misfit are called."""
@@ -34,7 +35,7 @@ class Item(NamedTuple):
     """One thing that may be open.
 
     Attributes:
-        words: What it is about: the effects and joints of a question, "unseen effects", "parameters".
+        words: What it is about: the effects and joints of a question, `UNSEEN`, `PARAMETERS` or `GAINS`.
         entropy: Entropy of its answers [nat].
         open: Whether it has yet to be settled.
     """
@@ -45,16 +46,16 @@ class Item(NamedTuple):
 
 
 def items(belief: Belief) -> list[Item]:
-    """Everything that may be open: each question about a misfit, all unseen effects, all parameters."""
+    """Everything that may be open: questions about misfits, unseen effects, parameters, drive gains."""
     found = []
     for question in belief.questions:
         if question.seen:
-            settled = question.answers[0].probability >= CREDIBLE and question.answers[0].effect
             words = " or ".join(_label(one) for one in question.answers if one.probability > EXCLUDED)
-            found.append(Item(words, entropy(question.probabilities), not settled))
+            found.append(Item(words, entropy(question.probabilities), not question.settled))
     unseen = sum(entropy(question.probabilities) for question in belief.questions if not question.seen)
     found.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE))
-    return [*found, Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0)]
+    found.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0))
+    return [*found, Item(GAINS, gain_entropy(belief), bool(untested(belief)))]
 
 
 def compared(belief: Belief) -> Compared:
@@ -68,18 +69,23 @@ def compared(belief: Belief) -> Compared:
 
 
 def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.ndarray:
-    """Entropy of each item that a run with these products of columns (c, c) leaves, expected, (i,) [nat]."""
+    """Entropy of each item that a run of these products of columns (c, c) leaves open, expected, (i,) [nat].
+
+    What it settles counts for nothing: no run is made for the sake of what is certain enough already.
+    """
     left = []
     for question, stances, before in compared:
         further = np.maximum(separations(stances, belief.gram + seen) - before, 0.0)
-        # Whether it is there at all, a run has to show by itself.
+        # Whether it is there at all, a run has to show by itself; priors that are strained are so once.
         nothing = [not answer.effect for answer in question.answers]
-        further[:, nothing] = separations(stances, seen)[:, nothing]
-        left.append(expected_entropy(question.probabilities, further))
-    unseen = sum(
-        _unseen_entropy(belief, question, seen) for question in belief.questions if not question.seen
-    )
-    return np.array([*left, unseen, parameter_entropy(belief, seen)])
+        alone = separations(stances, seen, strain=question.own.size > 0)[:, nothing]
+        further[:, nothing] = alone if question.own.size else np.maximum(further[:, nothing], alone)
+        left.append(expected_entropy(question.probabilities, further, question.settling))
+    unseen = [_unseen_left(belief, question, seen) for question in belief.questions if not question.seen]
+    shown = 1.0 - float(np.prod([1.0 - one for one in unseen])) <= 1.0 - CREDIBLE
+    left.append(0.0 if shown else sum(entropy(np.array([one, 1.0 - one])) for one in unseen))
+    left.append(parameter_entropy(belief, seen) if open_torque(belief, seen) > 1.0 else 0.0)
+    return np.array([*left, gain_entropy(belief, seen) if untested(belief, seen) else 0.0])
 
 
 def information(belief: Belief, run: RunColumns) -> np.ndarray:
@@ -87,9 +93,9 @@ def information(belief: Belief, run: RunColumns) -> np.ndarray:
 
     What a new body leaves unknown is fitted in it.
     """
-    shared, own, known = run.split(belief.search.prediction.rows.names)
-    count = shared.shape[2]
-    gram = products(np.concatenate([shared, own], axis=2), run.rows.weight * belief.weight)
+    names = belief.search.prediction.rows.names
+    gram, count = run.products(names, belief.weight)
+    known = run.known(names)
     if not len(known):
         return gram
     mixed, fitted = gram[:count, count:], gram[count:, count:] + np.diag(known)
@@ -101,7 +107,9 @@ def entropy(probability: np.ndarray) -> float:
     return float(entr(probability).sum())
 
 
-def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
+def expected_entropy(
+    probability: np.ndarray, separation: np.ndarray, settling: np.ndarray | None = None
+) -> float:
     """Of the same answers after a run, averaged over what it may show [nat].
 
     Where answer i is true and j its rival, the run multiplies the odds of i against j by a factor whose
@@ -110,7 +118,10 @@ def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
     Args:
         probability: Before the run, shape (m,).
         separation: Row is true, column its rival, shape (m, m).
+        settling: Probability from which on each answer settles the question, which then has no entropy any
+            more, shape (m,); none does by default.
     """
+    settling = np.full(len(probability), np.inf) if settling is None else settling
     normal = np.random.default_rng(0).normal(size=(DRAWS // 2, len(probability)))
     normal = np.concatenate([normal, -normal])
     total = 0.0
@@ -121,7 +132,8 @@ def expected_entropy(probability: np.ndarray, separation: np.ndarray) -> float:
             weight = np.log(probability) - np.clip(gained, -700.0, 700.0)
         after = np.exp(weight - np.max(weight, axis=1, keepdims=True))
         after /= after.sum(axis=1, keepdims=True)
-        total += float(probability[true]) * float(entr(after).sum(axis=1).mean())
+        still = ~np.any(after >= settling, axis=1)
+        total += float(probability[true]) * float((still * entr(after).sum(axis=1)).mean())
     return min(total, entropy(probability))  # of every run, but not of every draw
 
 
@@ -136,9 +148,9 @@ def parameter_entropy(belief: Belief, seen: np.ndarray | None = None) -> float:
     return 0.5 * (_log_determinant(known + reach) - _log_determinant(known))
 
 
-def open_torque(belief: Belief) -> float:
-    """Root mean square torque that parameters leave open, over the resolution [-]."""
-    inverse = solve(factored(_known(belief, None)), _parameter_reach(belief))
+def open_torque(belief: Belief, seen: np.ndarray | None = None) -> float:
+    """Root mean square torque that parameters leave open, over the resolution [-]; behind a run as above."""
+    inverse = solve(factored(_known(belief, seen)), _parameter_reach(belief))
     return float(np.sqrt(max(np.trace(inverse), 0.0) / len(belief.weight)))
 
 
@@ -180,11 +192,10 @@ def unseen_words(belief: Belief) -> str:
     return f"{text} What would: {joined(cures, 'or')}." if cures else text
 
 
-def _unseen_entropy(belief: Belief, question: Question, seen: np.ndarray) -> float:
-    """Of whether an unseen effect is there, after a run that does not show it either."""
+def _unseen_left(belief: Belief, question: Question, seen: np.ndarray) -> float:
+    """Probability that an unseen effect is there, after a run that does not show it either."""
     before, there = material(belief, question), question.answers[0].probability
-    left = there * min(material(belief, question, seen) / max(before, 1e-12), 1.0)
-    return entropy(np.array([left, 1.0 - left]))
+    return there * min(material(belief, question, seen) / max(before, 1e-12), 1.0)
 
 
 def _known(belief: Belief, seen: np.ndarray | None) -> np.ndarray:

@@ -10,12 +10,13 @@ from ...positive_definite import solve
 from ..blocks.block_likelihood import log_probability
 from ..blocks.prediction import CERTAIN, LINEAR, Prediction, factored
 from ..findings.finding import Diagnosis
-from ..questions.block_answer import CERTAIN_ODDS, prior_std
+from ..questions.block_answer import CERTAIN_ODDS, CREDIBLE, prior_std
 from ..questions.candidate_fit import FORMULA, STRANGE
+from ..questions.comparison import competing
 from ..results.evidence import explained, places_of
 from ..results.remainder import rms
 from ..search.search import SearchResult
-from ..search.selected import EXCLUDED, NAMED
+from ..search.selected import EXCLUDED, NAMED, contradicted, log_prior
 from .belief import Belief, Believed, Question
 from .run_columns import RunColumns, products
 from .suspects import NEGLIGIBLE, Suspects, place_of, unseen_probability
@@ -41,7 +42,7 @@ def belief_of(
     std = [prediction.rows.std, *(prior_std(one.candidate, one.columns) for one in suspects.rivals)]
     # no larger in any run than it may be there: the run that shows it best limits it
     std += [
-        np.min([one.columns.std, *(run.suspects[place].std for run in runs)], axis=0)
+        np.min([one.columns.std, *(run.suspects[place] for run in runs)], axis=0)
         for place, one in enumerate(suspects.left, len(suspects.rivals))
     ]
     belief = Belief(
@@ -55,7 +56,10 @@ def belief_of(
         _reaches(search, columns, weight > 0.0, runs),
     )
     nameless = np.zeros(joints) if nameless is None else nameless
-    questions = (*_about_findings(belief, suspects, nameless), *_about_unseen(belief, len(suspects.rivals)))
+    suspected = list(_about_suspected(belief, len(suspects.rivals)))
+    asked = {int(place) for question in suspected for one in question.answers for place in one.places}
+    unseen = _about_unseen(belief, len(suspects.rivals), asked)
+    questions = (*_about_findings(belief, suspects, nameless), *suspected, *unseen)
     return replace(belief, questions=questions)
 
 
@@ -132,11 +136,13 @@ def _reaches(
     """As in `Belief`: the resolution is a share of the largest usual torque of each joint."""
     names = search.prediction.rows.names
     torque = np.concatenate([run.thinned(run.torque) for run in search.problem.runs])
-    parts = [(columns, counts, torque)]
-    parts += [(run.split(names)[0], run.rows.weight > 0.0, run.torque) for run in runs]
-    usual = np.sqrt(np.max([np.mean(torque**2, axis=0) for _, _, torque in parts], axis=0))
-    resolution = LINEAR * np.maximum(usual, 1e-9)
-    return np.array([products(own, seen / resolution**2 / max(len(own), 1)) for own, seen, _ in parts])
+    usual = np.sqrt(np.max([np.mean(torque**2, axis=0), *(run.power for run in runs)], axis=0))
+    share = (LINEAR * np.maximum(usual, 1e-9)) ** -2.0
+    found = [products(columns, counts * share / max(len(columns), 1))]
+    for run in runs:
+        every, count = run.products(names, share / max(run.rows, 1))
+        found.append(every[:count, :count])
+    return np.array(found)
 
 
 def _about_findings(belief: Belief, suspects: Suspects, nameless: np.ndarray) -> Iterator[Question]:
@@ -179,10 +185,42 @@ def _shared(answers: Sequence[Believed], weights: np.ndarray) -> tuple[Believed,
     return tuple(sorted(found, key=lambda answer: -answer.probability))
 
 
-def _about_unseen(belief: Belief, first: int) -> Iterator[Question]:
+def _about_suspected(belief: Belief, first: int) -> Iterator[Question]:
+    """Which of some suspects is there, or none: something speaks for each, but not enough to find it.
+
+    Such as values that are strained beyond their tolerances. Those that one joint sees are asked about
+    together, where one that matters is there with more than 5 %.
+    """
+    weights = {place: _suspicion(belief, place) for place in range(first, len(belief.suspects))}
+    left = [place for place, weight in weights.items() if weight > 0.0]
+    while left:
+        head = max(left, key=lambda place: weights[place])
+        own = [k for k in left if k == head or competing(belief.suspects[k], belief.suspects[head])]
+        left = [place for place in left if place not in own]
+        odds = np.array([*(weights[place] for place in own), 1.0])
+        if odds[:-1].sum() < (1.0 - CREDIBLE) / CREDIBLE:
+            continue
+        answers = [Believed(*place_of(belief.suspects[k]), 0.0, belief.places[k]) for k in own]
+        answers.append(Believed("", (), 0.0, np.zeros(0, int)))
+        yield Question(_shared(answers, odds), True, np.zeros(0, int))
+
+
+def _suspicion(belief: Belief, place: int) -> float:
+    """Odds that a suspect is there and matters, against nothing; zero where nothing speaks for it."""
+    one = belief.suspects[place]
+    if one.odds <= 0.0 or contradicted(one):
+        return 0.0
+    there = Believed(*place_of(one), 1.0, belief.places[place])
+    matters = material(belief, Question((there,), False, np.zeros(0, int)))
+    return matters * float(np.exp(min(one.odds + log_prior(one, belief.search.total), 700.0)))
+
+
+def _about_unseen(belief: Belief, first: int, asked: set[int]) -> Iterator[Question]:
     """Whether an effect that was not found is there all the same, and large enough to matter."""
     none = np.zeros(0, int)
-    for one, places in list(zip(belief.suspects, belief.places, strict=True))[first:]:
+    for number, (one, places) in enumerate(zip(belief.suspects, belief.places, strict=True)):
+        if number < first or int(places[0]) in asked:
+            continue
         there = Believed(one.candidate.effect, one.candidate.joints, 1.0, places)
         question = Question((there,), False, none)
         probability = unseen_probability(one, belief.search.total) * material(belief, question)

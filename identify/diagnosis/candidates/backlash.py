@@ -1,7 +1,6 @@
 """Backlash: while the teeth of a gear change sides, its link floats and no motor carries it."""
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
+from ..runs.kept import kept
 from .gears import bending, link_size, loose
 
 STEP = 1.5
@@ -66,7 +66,7 @@ def _gear(model: Model, joint: int, inertia: float, load_uncertainty: float) -> 
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
 
-    @lru_cache(maxsize=16)  # of the runs: all widths are tried on one before the next joint is asked for
+    @kept
     def bent(run: Driven) -> np.ndarray:
         return bending(model, run, joint, (stiffness, 2 * RATIO * inertia * angular))
 

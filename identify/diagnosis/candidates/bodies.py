@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
+from ..runs.kept import kept
 from .parts import on_motors
 
 SIZE = 0.2
@@ -38,16 +38,16 @@ def _links(model: Model) -> Iterator[Candidate]:
     own = [parameter.name for parameter in body.parameters(robot)]
     nominal = dict(zip(model.names, model.nominal_values, strict=True))
 
-    @cache
+    @kept
     def regressor(run: Driven) -> np.ndarray:
         return body.regressor(robot, run.motion)
 
     for link in range(robot.dof):
         names = tuple(f"{part}{link + 1}" for part in PARTS)
-        kept = [own.index(name) for name in names]
+        places = [own.index(name) for name in names]
 
-        def columns(run: Driven, kept: list[int] = kept) -> np.ndarray:
-            return on_motors(robot, regressor(run)[:, :, kept])
+        def columns(run: Driven, places: list[int] = places) -> np.ndarray:
+            return on_motors(robot, regressor(run)[:, :, places])
 
         # A link may be lighter, but by no more than it weighs.
         lower = (-max(float(nominal[names[0]]), 0.0), *(-np.inf,) * 9)

@@ -7,7 +7,6 @@ order it moves the centres of bodies, which link inertias hold.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven, knots, over_knots
+from ..runs.kept import kept
 from .parts import RARE, on_motors
 
 SPRINGS = (SpringBalancer, JointSpring)
@@ -93,7 +93,7 @@ def _turned(effect: Effect, joint: str, angle: float) -> Effect:
 
 def misalignments(model: Model) -> Iterator[Candidate]:
     """Each joint but the first, whose axis leans with the base, about two directions across its axis."""
-    slopes = cache(_slopes)
+    slopes = kept(_slopes)
     for joint, one in enumerate(joints_of(model.robot.kinematics)):
         if joint == 0 or not one.revolute:
             continue

@@ -108,6 +108,8 @@ PRESLIDING = (5e-5, 2e-4, 6e-4)
 thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
 UNKNOWN_GAIN = 1.0
 """Share by which an unstated drive gain may be another, beside those of the other drives [-]."""
+GAIN = "gain"
+"""How the unknown is called by whose share a drive gain is larger; the number of the joint is behind."""
 REVERSAL = "reversal"
 """How the unknowns begin by which dry friction turns otherwise; the number of the joint is behind."""
 CLOCK = "clock"
@@ -172,7 +174,7 @@ def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
     if runs[0].prepared.measures != "current":
         return [], np.zeros((sum(run.rows for run in runs), model.robot.dof, 0)), np.zeros(0)
     torque = np.concatenate([run.thinned(run.torque) for run in runs])
-    names = [f"gain{joint + 1}" for joint in range(model.robot.dof)]
+    names = [f"{GAIN}{joint + 1}" for joint in range(model.robot.dof)]
     columns = -torque[:, :, None] * np.eye(model.robot.dof)
     unknown = bool(np.all(model.robot.drive_gain == 1.0))
     tolerance = np.full(len(names), UNKNOWN_GAIN) if unknown else model.robot.drive_gain_tolerance

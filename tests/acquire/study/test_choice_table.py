@@ -2,7 +2,7 @@
 
 import json
 
-from exidyn.acquire.study.notebook import read_shapes, shape_table
+from exidyn.acquire.study.choice_file import read_shapes, shape_table
 from exidyn.identify.diagnosis.questions.shape import Shaped
 
 

@@ -1,11 +1,23 @@
 """The folder of a study: a step whose result is there is done, and half a result is none."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from exidyn.acquire.study.rounds import CHOICE, FORMAT, fill_folder, forget_end, next_round, rounds
-from exidyn.identify.errors import NotAFile
+from exidyn.acquire.study.rounds import (
+    CHOICE,
+    FORMAT,
+    fill_folder,
+    forget_end,
+    next_round,
+    require_same_robot,
+    rounds,
+)
+from exidyn.identify.errors import DifferentRobot, NotAFile
+
+from ...parts.small import two_joints
 
 
 def chosen(folder, verdict, number=1, **more):
@@ -59,5 +71,14 @@ def test_a_study_that_ended_stays_where_it_is_unless_it_is_asked_otherwise(tmp_p
 
 def test_a_choice_of_another_version_is_refused(tmp_path):
     one = chosen(tmp_path, "run", exidyn_study=FORMAT + 1)
-    with pytest.raises(NotAFile, match="format 1"):
+    with pytest.raises(NotAFile, match=f"format {FORMAT}"):
         one.choice  # noqa: B018
+
+
+def test_the_folder_of_another_robot_is_refused(tmp_path):
+    model = two_joints.model()
+    require_same_robot(tmp_path, model)
+    require_same_robot(tmp_path, model)
+    other = replace(model, robot=replace(model.robot, drive_gain_tolerance=np.full(2, 0.3)))
+    with pytest.raises(DifferentRobot, match="begin in another folder"):
+        require_same_robot(tmp_path, other)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from exidyn.acquire.study.loop import Study
-from exidyn.acquire.study.rounds import CHOICE, FORMAT, NOTEBOOK
+from exidyn.acquire.study.rounds import CHOICE, FORMAT, NOTEBOOK, Round
 from exidyn.acquire.terminal.json_output import json_text
 
 from ...parts.small import two_joints
@@ -25,8 +25,9 @@ def choice(verdict, moved):
         "believed": ["Joint 2 has a spring."],
         "findings": [],
         "entropy": 2.0 - moved / 20.0,
+        "left_over_noise": {"shoulder": 1.1, "elbow": 3.0 - moved / 20.0},
         "items": [{"words": "spring or weight", "entropy": 1.0, "open": True, "decidable": verdict == "run"}],
-        "offers": [offer | {"gained": 0.8, "expected": 0.9}],
+        "offers": [offer | {"gained": 0.9}],
         "remains": ["Spring or weight. No motion settles it."] if verdict == "undecidable" else [],
         "moved": moved,
         "asked": {},
@@ -106,3 +107,14 @@ def test_the_notebook_says_what_was_believed_asked_and_learned(tmp_path):
     assert "Expected information 0.90 bit, realised 0.50 bit." in page
     assert "No motion settles it." in page
     assert page.count('<section id="round-') == 3
+    assert "what is open over motion" in page
+    assert "what is left over noise, of each joint" in page
+
+
+def test_the_notebook_says_why_every_run_was_stopped(tmp_path, monkeypatch):
+    study(tmp_path, Steps()).run()
+    monkeypatch.setattr(Round, "stops", ["STOPPED (brake): elbow: the drive has stopped itself"])
+    study(tmp_path, Steps())._write_notebook()
+    page = (tmp_path / NOTEBOOK).read_text()
+    assert "Runs that were stopped before their end" in page
+    assert page.count("the drive has stopped itself") == 3

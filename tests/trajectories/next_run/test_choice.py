@@ -46,13 +46,16 @@ def test_no_run_on_offer_leaves_what_is_open_undecidable(chosen):
     assert chosen([]).verdict == UNDECIDABLE
 
 
-def test_all_settled_is_decided_once_another_motion_has_repeated_it(chosen):
+def test_all_settled_is_decided_though_runs_are_on_offer(chosen):
     items = (OPEN._replace(open=False), SETTLED)
-    found = [of("little", [0.59, 0.1]), of("most", [0.2, 0.1])]
-    assert chosen(found, items).verdict == DECIDED
-    again = chosen(found, items, repeated=False)
-    assert again.verdict == RUN
-    assert again.chosen.offer.name == "most"
+    assert chosen([of("most", [0.2, 0.1])], items).verdict == DECIDED
+
+
+def test_what_no_run_decides_does_not_keep_one_from_being_made_for_what_can_be_decided(chosen):
+    both = (OPEN, OPEN._replace(words="masses"))
+    made = chosen([of("neither", [0.59, 0.59], seconds=1.0), of("one", [0.6, 0.1])], both)
+    assert made.verdict == RUN
+    assert made.chosen.offer.name == "one"
 
 
 def test_what_no_effect_explains_is_not_decided(chosen):

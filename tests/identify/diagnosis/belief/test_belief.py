@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.belief.belief import Believed, Question, separations
+from exidyn.identify.diagnosis.belief.gain_item import gain_deviations, gain_words, untested
 from exidyn.identify.diagnosis.belief.open_items import information, items, parameter_entropy, remaining
 from exidyn.identify.diagnosis.belief.questions import belief_of, confirmed
 from exidyn.identify.diagnosis.belief.run_columns import run_columns
@@ -53,7 +54,7 @@ def apart(belief, asked, run):
 def test_the_spring_is_a_question_and_what_was_not_found_is_counted_together():
     belief, _ = believed()
     every = items(belief)
-    assert any("spring" in one.words for one in every[:-2])
+    assert any("spring" in one.words for one in every[:-3])
     assert all(one.entropy >= 0.0 for one in every)
     assert all(np.isclose(one.probabilities.sum(), 1.0) for one in belief.questions)
 
@@ -97,3 +98,41 @@ def test_what_one_run_shows_is_no_proof_before_another_one_repeats_it():
     for count, repeated in ((1, False), (2, True)):
         search = small_search.searched(runs[:count], model)
         assert [confirmed(search, place) for place in range(len(search.selected))] == [repeated]
+
+
+def test_a_body_tests_gains_and_no_motion_without_one_does_where_masses_are_not_stated():
+    belief, [empty, loaded] = believed(gain=0.03, inertias=100.0)
+    assert untested(belief) == [0, 1]
+    without, with_body = (gain_deviations(belief, information(belief, run)) for run in (empty, loaded))
+    assert np.all(without > 0.06)  # by friction, which is stated
+    assert np.all(with_body < 0.03)
+    assert "as stated: no run so far or on offer tests that" in gain_words(belief)
+
+
+def test_masses_that_are_stated_test_gains():
+    belief, _ = believed(gain=0.03, inertias=0.01)
+    assert untested(belief) == []
+
+
+def test_what_nothing_was_found_of_is_settled_where_nothing_is_credible():
+    nothing, something = Believed("", (), 0.96, np.zeros(0, int)), Believed("payload", (), 0.04, np.arange(1))
+    assert Question((nothing, something), True, np.zeros(0, int)).settled
+    assert not Question((nothing, something), True, np.arange(1)).settled
+
+
+def test_a_long_motion_is_looked_at_in_stretches_that_add_up_to_it(monkeypatch):
+    model = small_diagnosis.nominal_model()
+    first, other = small_search.record((), {}, ("identify", "identify"), model)
+    search = small_search.searched([first], model)
+    suspects = suspects_of(search).every
+    whole = run_columns(search.problem, [], suspects, other[1], True)
+    monkeypatch.setitem(run_columns.__globals__, "LONGEST", other[1].duration / 2.5)
+    parts = run_columns(search.problem, [], suspects, other[1], True)
+    count = len(whole.names)
+    # Each stretch loses what its filters need at both ends.
+    assert 0.6 * whole.rows < parts.rows < whole.rows
+    sizes = [
+        np.sqrt(np.diagonal(one.each[:, :count, :count].sum(axis=0)) / one.rows) for one in (whole, parts)
+    ]
+    assert np.corrcoef(*sizes)[0, 1] > 0.99
+    assert [len(one) for one in parts.suspects] == [len(one) for one in whole.suspects]

@@ -47,3 +47,10 @@ def test_one_rival_that_stays_leaves_its_share():
     separation = np.full((3, 3), 1e4) * (1.0 - np.eye(3))
     separation[1, 2] = separation[2, 1] = 0.0
     assert expected_entropy(probability, separation) == pytest.approx(0.5 * np.log(2.0), abs=1e-6)
+
+
+def test_an_outcome_that_settles_the_question_counts_for_nothing():
+    probability, some, none = np.array([0.94, 0.06]), np.full(2, 0.95), np.full(2, np.inf)
+    assert expected_entropy(probability, apart(0.0), some) == pytest.approx(entropy(probability))
+    little, all_of_it = (expected_entropy(probability, apart(0.1), one) for one in (some, none))
+    assert little < 0.8 * all_of_it
