@@ -18,8 +18,9 @@ from ..limits.leads import with_leads
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import name_of
-from ..search.excite import Found, Setting, excite
+from ..search.excite import excite
 from ..search.goals import Goal, Identify
+from ..search.start import Found, Setting
 from ..search.torque_bound import TorqueBound
 from ..trajectory import States
 from .goals import identification_goal
