@@ -18,8 +18,9 @@ from ..limits.leads import with_leads
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import name_of
-from ..search.excite import Found, Setting, excite
+from ..search.excite import excite
 from ..search.goals import Goal, Identify
+from ..search.start import Found, Setting
 from ..search.torque_bound import TorqueBound
 from ..trajectory import States
 from .goals import identification_goal
@@ -64,7 +65,7 @@ def plan(
         found = excite(
             goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
         )
-        return [_plan(model, wishes, goal, found, series, limits, assumed) for series in found.series]
+        return [_plan(model, wishes, goal, found, seed, series, limits, assumed) for series in found.series]
 
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:
@@ -81,6 +82,7 @@ def _plan(
     wishes: Wishes,
     goal: Goal,
     found: Found,
+    seed: int,
     series: Fourier,
     limits: Limits,
     assumed: tuple[str, ...],
@@ -103,8 +105,13 @@ def _plan(
         margins=vars(wishes.margins),
         criterion=_criterion(goal, wishes),
         reached=goal.reached(found.value),
-        details={"period": series.period, "harmonics": series.harmonics, "goal": goal.words(found.value)},
-        seed=found.seed,
+        details={
+            "period": series.period,
+            "harmonics": series.harmonics,
+            "goal": goal.words(found.value),
+            "start": f"that of seed {found.seed}",
+        },
+        seed=seed,
         tick=wishes.tick,
         payload_pair=wishes.payload is not None,
         assumed=assumed,
@@ -125,8 +132,9 @@ TRIED = 6
 """Of these, how many of the shortest are checked in full before gentler leads are tried."""
 ENOUGH = 1.001
 """Of the acceleration that is to be reached, so that rounding does not put it out of reach."""
-GENTLER = (1.0, 0.5, 0.25, 0.1)
-"""Share of acceleration and jerk that leads take: the drives may be too weak for all of it at once."""
+SHARES = (0.5, 0.25, 0.1, 1.0)
+"""Shares of acceleration and jerk that leads take, in the order in which they are tried: nothing is learnt of
+them, so half; less where the drives are too weak for that at once, and all where the way is too short."""
 
 
 def whole_run(
@@ -156,7 +164,7 @@ def whole_run(
         Infeasible: From no moment of the period.
     """
     reason = "no phase was tried"
-    for share in GENTLER:
+    for share in SHARES:
         runs: list[Run] = []
         for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):
             core = replace(series.shifted(float(shift * tick)), periods=repeats)

@@ -12,9 +12,9 @@ from ..clearances.clearance import Clearance
 from ..errors import BadLimits
 from ..limits.usable_limits import Margins
 
-THERE_AND_BACK = (2.0, 3.0, 4.0)
+THERE_AND_BACK = (4.0, 3.0, 2.0)
 """Base periods to try where none is given, in times that the slowest joint takes across its range: there
-and back at full speed, at two thirds of it, and at half, so that faster harmonics have room."""
+and back at half its speed, so that faster harmonics have room, at two thirds of it, and at full speed."""
 MOST = {"harmonics": 15, "trajectories": 6}
 """A step of the search takes as the cube of what is searched, and cannot be interrupted: with these it still
 is a matter of seconds."""

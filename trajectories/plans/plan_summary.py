@@ -1,11 +1,16 @@
 """A plan in lines for a terminal: what it is for, and how much of each limit it uses."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from exidyn.identify.text_table import digits, fixed, paragraph, table
 
+from ..families.phases import Phases
+from ..trajectory import Trajectory
 from .plan import Plan
-from .plan_check import Use, percent
+from .plan_check import Use, limit_use, percent
 from .trajectory_rows import family_words
 
 BYTES, POSE_BYTES, HEAD_BYTES = 55.0, 3000.0, 20e3
@@ -30,6 +35,8 @@ def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
     for name, words in facts.items():
         lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
     lines += ["", *(f"  {line}" for line in use_table(plan, uses))]
+    if apart := leads_apart(plan):
+        lines += paragraph(apart, "  ", "  ")
     for heading, sentences in (("  BEYOND: ", beyond), ("  assumed: ", plan.assumed)):
         rows = [row for each in sentences for row in paragraph(each, " " * len(heading), heading)]
         lines += ["", *rows] if rows else []
@@ -44,7 +51,7 @@ def plan_facts(plan: Plan) -> dict[str, str]:
         "to be run": f"{runs}, a command every {1e3 * plan.tick:g} ms",
         "takes": run_cost(plan, plan.tick) + (" each" if plan.payload_pair else ""),
     }
-    if plan.criterion:
+    if plan.criterion and "goal" not in plan.details:
         facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
     if plan.margins:
         facts["kept off"] = ", ".join(_margins(plan))
@@ -99,6 +106,28 @@ def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
         for j, name in enumerate(plan.joints)
     ]
     return table(head, rows)
+
+
+def leads_apart(plan: Plan) -> str:
+    """What a motion and its leads use of the limits at most, apart; empty where there are no leads."""
+    run = plan.trajectory
+    leads = [part for part in getattr(run, "parts", ()) if isinstance(part, Phases)]
+    motion = [part for part in getattr(run, "parts", ()) if not isinstance(part, Phases)]
+    if not leads or not motion:
+        return ""
+    each = (f"{name} {_largest_uses(plan, parts)}" for name, parts in (("motion", motion), ("leads", leads)))
+    return f"Of its limits each uses at most: {'; '.join(each)}."
+
+
+def _largest_uses(plan: Plan, parts: Iterable[Trajectory]) -> str:
+    """Largest share of velocity, acceleration and jerk that any joint uses in some parts."""
+    uses = [limit_use(replace(plan, trajectory=part))[1:] for part in parts]
+    words = []
+    for same in zip(*uses, strict=True):
+        shares = np.abs([use.share for use in same])
+        if np.any(np.isfinite(shares)):
+            words.append(f"{same[0].name} {percent(float(np.nanmax(shares)), '')} %")
+    return ", ".join(words)
 
 
 def span(low: float, high: float) -> str:

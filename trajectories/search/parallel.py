@@ -24,7 +24,7 @@ POLL = 0.2
 _stopping: Any = None
 """In a process of the pool: the event that asks it to end."""
 _begun: Any = None
-"""In a process of the pool: the event set when a task has begun."""
+"""In a process of the pool: when the first task began by the clock that all processes share [s]; 0 before."""
 _reporter: Callable[[Any], None] = lambda _: None  # noqa: E731
 """Where reports of a task go."""
 
@@ -40,8 +40,9 @@ def run_all(
     """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
 
     When the time is over, or on an interrupt from the keyboard, running tasks are asked to end with the
-    best they have, and those not begun are left out. One that must wait for a process has what time is left:
-    of an executor, whose processes cannot be asked to end, all have the same share.
+    best they have, and those not begun are left out. Each has a share of what time is left when it begins,
+    so that what one does not need is for those after it; of an executor, whose processes share no clock, all
+    have the same.
 
     Args:
         work: What to do; must be importable by other processes.
@@ -64,7 +65,7 @@ def run_all(
             for place, task in enumerate(tasks):
                 left = end - time.monotonic()
                 if place == 0 or (left > 0.0 and not asked()):
-                    note(work(*task, left, asked))
+                    note(work(*task, left / (len(tasks) - place), asked))
     else:
         _in_processes(work, tasks, seconds, note, receive, workers)
 
@@ -79,7 +80,7 @@ def _in_processes(
 ) -> None:
     """In a pool of processes, which is gone when this returns or raises."""
     context = get_context("spawn")
-    event, begun, reports = context.Event(), context.Event(), context.SimpleQueue()
+    event, begun, reports = context.Event(), context.Value("d", 0.0), context.SimpleQueue()
 
     def listen() -> None:
         while not reports.empty():
@@ -88,8 +89,12 @@ def _in_processes(
     with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports)) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
-                futures = [pool.submit(_call, work, task, seconds) for task in tasks]
-            _gather(futures, seconds, note, event.set, listen, begun.is_set)
+                rounds = [-(-(len(tasks) - place) // workers) for place in range(len(tasks))]
+                futures = [
+                    pool.submit(_call_in_time, work, task, seconds, of)
+                    for task, of in zip(tasks, rounds, strict=True)
+                ]
+            _gather(futures, seconds, note, event.set, listen, lambda: begun.value)
         except BrokenProcessPool as error:
             raise TrajectoryError(
                 "a process of the search died: memory may have run out, or a script was not guarded. Try to "
@@ -105,7 +110,7 @@ def _gather(
     note: Callable[[Any], None],
     ask_to_stop: Callable[[], None],
     listen: Callable[[], None] = lambda: None,
-    begun: Callable[[], bool] = lambda: True,
+    begun: Callable[[], float] = time.monotonic,
 ) -> None:
     """Hand results on as they come; stop at the end of the time after one has begun, or on an interrupt."""
     end, left, stopped = inf, set(futures), False
@@ -113,7 +118,7 @@ def _gather(
         while left:
             try:
                 if end == inf and begun():
-                    end = time.monotonic() + seconds
+                    end = begun() + seconds
                 done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
                 listen()
                 while done:
@@ -135,9 +140,15 @@ def _gather(
 
 
 def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
-    if _begun is not None:
-        _begun.set()
     return work(*task, seconds, _asked)
+
+
+def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: float, rounds: int) -> Any:
+    """The same with a share of what is left of the time of all, for one of so many `rounds` still to come."""
+    with _begun.get_lock():
+        _begun.value = _begun.value or time.monotonic()
+    left = _begun.value + seconds - time.monotonic()
+    return work(*task, max(left, 0.0) / rounds, _asked)
 
 
 def _asked() -> bool:

@@ -1,6 +1,7 @@
 """Shrink: a series brought inside limits that hold between samples too."""
 
 from collections.abc import Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -29,6 +30,26 @@ def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fo
     return series.scaled(share * np.min(room, axis=0))
 
 
+def violations_of(series: Fourier, goal: Goal, limits: Limits, tick: float) -> list[Violation]:
+    """What a series does that the limits forbid, between samples too, in every run of the goal."""
+    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
+    return [v for payload in goal.payloads for v in check(series, limits, tick, bound.of(payload))]
+
+
+def tightened(limits: Limits, violations: Sequence[Violation]) -> Limits:
+    """Limits nearer by as much as each was passed: rates and torques as a share, positions in radians."""
+    changed = {f.name: np.array(getattr(limits, f.name)) for f in fields(limits)}
+    for what, joint, _, value, limit in violations:
+        side = "lower" if value < limit else "upper"
+        if what in ("position", "stop"):
+            changed[f"position_{side}"][joint] -= value - limit
+        elif what in ("velocity", "acceleration") and side == "lower":
+            changed[f"{what}_lower"][joint] *= limit / value
+        elif what in changed:
+            changed[what][joint] *= limit / value
+    return replace(limits, **changed)
+
+
 def shrink_inside(
     series: Fourier,
     goal: Goal,
@@ -41,13 +62,8 @@ def shrink_inside(
     Raises:
         Infeasible: Not even a small motion about its centre keeps to the limits.
     """
-    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
     for _ in range(STEPS):
-        violations = [
-            violation
-            for payload in goal.payloads
-            for violation in check(series, limits, tick, bound.of(payload))
-        ]
+        violations = violations_of(series, goal, limits, tick)
         clear = all(clearance.worst(series).allowed for clearance in clearances)
         if not violations and clear:
             return series

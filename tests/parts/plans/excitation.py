@@ -7,10 +7,10 @@ import numpy as np
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
 from exidyn.identify.model import Model
 from exidyn.trajectories.limits.usable_limits import usable
-from exidyn.trajectories.search.excite import Setting
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.start import Setting
 
 from ..small import two_joints
 

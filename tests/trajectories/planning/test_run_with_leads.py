@@ -76,13 +76,19 @@ def test_it_begins_and_ends_at_the_pose_that_was_asked_for():
 
 
 def test_leads_are_the_shortest_of_the_moments_tried():
-    """Forty of the period, a whole number of ticks from its beginning."""
+    """Forty of the period, a whole number of ticks from its beginning; at half of acceleration and jerk."""
     given, durations = series(), []
+    kept = limits()
+    half = replace(kept, jerk=0.5 * kept.jerk, acceleration=0.5 * kept.acceleration)
+    half = replace(half, acceleration_lower=0.5 * kept.acceleration_lower)
     for shift in np.round(np.linspace(0.0, 4.0, 40, endpoint=False) / TICK) * TICK:
         with contextlib.suppress(Infeasible):
-            durations.append(with_leads(given.shifted(shift), limits(), TICK).duration)
+            durations.append(with_leads(given.shifted(shift), half, TICK).duration)
     assert len(durations) > 20
-    assert whole_run(given, limits(), TICK).duration == pytest.approx(min(durations), abs=1e-9)
+    run = whole_run(given, kept, TICK)
+    assert run.duration == pytest.approx(min(durations), abs=1e-9)
+    for lead in (run.parts[1], run.parts[3]):
+        assert np.all(lead.extremes().jerk.upper <= half.jerk * (1 + 1e-9))
     assert max(durations) > min(durations) + 0.2
 
 

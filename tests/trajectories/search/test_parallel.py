@@ -142,10 +142,10 @@ def test_work_in_another_thread_than_the_main_one(two):
     assert sorted(r[0] for r in found) == [1, 4]
 
 
-def test_a_task_that_must_wait_has_the_time_that_is_left(monkeypatch):
+def test_each_task_has_its_share_of_the_time_that_is_left(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     monkeypatch.setattr(parallel.time, "monotonic", iter([0.0, 0.0, 3.0, 9.0, 9.5]).__next__)
-    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [8.0, 5.0]
+    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [8.0 / 4, 5.0 / 3]
 
 
 def test_an_executors_tasks_share_the_time():
