@@ -14,7 +14,6 @@ from exidyn.identify.simulation.plant.forces import bodies_apart
 from ..trajectory import States
 from .bounds import Bound, Margins, Slopes
 
-
 CHUNK = 20000
 """Samples whose columns are held at once; some tens of megabytes, and more than a search looks at."""
 
