@@ -1,5 +1,6 @@
 """MJCF, MuJoCo's own format, as MuJoCo compiles it: kinematics, inertias, friction, springs, limits."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from .mjcf_refusals import check_mjcf, gravity_share
 from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
 
+INCLUDE = re.compile(r"""<include\s+file\s*=\s*["']([^"']*)["']""")
 SITES = (*FLANGES, "attachment_site", "attachment")
 """Names (or ends of names) of sites that people hang payloads on, the likeliest first."""
 
@@ -35,7 +37,7 @@ class Part:
     placement: pin.SE3
 
 
-def compile_mjcf(source: Path | str, folder: Path | None = None) -> Any:
+def compile_mjcf(source: Path | str, folder: str = "") -> Any:
     """MuJoCo's compiled model of a file, or of a text whose files lie in `folder`.
 
     Raises:
@@ -46,14 +48,26 @@ def compile_mjcf(source: Path | str, folder: Path | None = None) -> Any:
     if not hasattr(mujoco, "MjSpec"):
         raise MissingPackage(f'MuJoCo {mujoco.__version__} has no MjSpec: pip install "mujoco>=3.3"')
     try:
-        if folder is None:
+        if not folder:
             return mujoco.MjSpec.from_file(str(source)).compile()
-        spec = mujoco.MjSpec.from_string(str(source))
-        spec.modelfiledir = str(folder)
+        spec = mujoco.MjSpec.from_string(str(source), include=_included(str(source), Path(folder)))
+        spec.modelfiledir = folder
         return spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        where = source if folder is None else "MJCF"
+        where = source if not folder else "MJCF"
         raise BrokenTree(f"{where}: MuJoCo: {error}") from error
+
+
+def _included(text: str, folder: Path) -> dict[str, bytes]:
+    """Files that a text includes, and those do, by the names that it has for them."""
+    found: dict[str, bytes] = {}
+    texts = [text]
+    while texts:
+        for name in INCLUDE.findall(texts.pop()):
+            if name not in found and (folder / name).is_file():
+                found[name] = (folder / name).read_bytes()
+                texts.append(found[name].decode(errors="replace"))
+    return found
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
@@ -156,7 +170,7 @@ def _tree(model: Any, still: Mapping[int, float], where: str) -> tuple[pin.Model
     for body in range(1, model.nbody):
         parts.append(_add_body(tree, model, body, parts[model.body_parentid[body]], still, where))
     for body, part in enumerate(parts):
-        own = _inertia(model, body)
+        own = own_inertia(model, body)
         check_center(own.mass, own.lever, f"{where}: body '{name_of(model, 'body', body)}'")
         if part.joint and own.mass:
             tree.inertias[part.joint] = tree.inertias[part.joint] + part.placement.act(own)
@@ -203,7 +217,7 @@ def _placement(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
     return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), position.copy())
 
 
-def _inertia(model: Any, body: int) -> pin.Inertia:
+def own_inertia(model: Any, body: int) -> pin.Inertia:
     """A body's inertia in its own frame."""
     principal = _placement(model.body_ipos[body], model.body_iquat[body])
     about = principal.rotation @ np.diag(model.body_inertia[body]) @ principal.rotation.T

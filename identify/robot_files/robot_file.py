@@ -34,7 +34,7 @@ from .toml_fields import (
 )
 from .urdf import read_choice
 
-__all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
+__all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
 DESCRIPTIONS = ("urdf", "mjcf")
 """Keys of a file that describes the arm; either takes any kind."""
@@ -104,11 +104,14 @@ def read_model(
     kinematics = read_kinematics(path, joints, held)
     for doubt in kinematics.doubts:
         warnings.warn(doubt, RobotWarning, stacklevel=2)
+    return described_model(path.stem, kinematics)
+
+
+def described_model(name: str, kinematics: Kinematics) -> Model:
+    """What a description alone makes: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
-    robot = Robot(
-        path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False,
-        coupling=kinematics.coupling,
-    )  # fmt: skip
+    known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
+    robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
 

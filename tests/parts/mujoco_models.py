@@ -47,7 +47,10 @@ def inverse(
 
 
 def smooth_torque(model, motion: Motion) -> np.ndarray:
-    """Nominal torque of one of our models without dry friction, a constraint in MuJoCo, (t, n) [N m]."""
+    """Nominal torque of one of our models, shape (t, n) [N m], as far as `mj_inverse` has it.
+
+    Dry friction is a constraint in MuJoCo, and an offset would be an actuator's.
+    """
     values = model.nominal_values.copy()
-    values[[name.startswith("Fc") for name in model.names]] = 0.0
+    values[[name.startswith(("Fc", "Off")) for name in model.names]] = 0.0
     return model.torque(motion, values)
