@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from exidyn.identify.robot_files.description import NAMED
 from exidyn.identify.robot_files.robot_file import builtin_names
 
 from ..terminal.json_output import SCREEN
@@ -13,7 +14,7 @@ from .command import Option, any_number, percent, positive, whole
 
 FLEET = Path("exidyn-fleet")
 """Where results of a fleet are kept unless a person says otherwise."""
-ROBOT_FILES = f"robot.toml, .urdf, .xacro, or built in: {', '.join(builtin_names())}"
+ROBOT_FILES = f"robot.toml, {NAMED}, or built in: {', '.join(builtin_names())}"
 
 
 def _json_file(text: str) -> Path:

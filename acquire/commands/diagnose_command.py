@@ -18,6 +18,7 @@ from exidyn.identify.notebook import counted
 from exidyn.identify.pages.diagnosis_document import Diagnosed as ShownDiagnosis
 from exidyn.identify.pages.diagnosis_document import diagnosis_document
 from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
@@ -42,7 +43,7 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
     (
         Option(
             "sources SOURCE...",
-            "robot.toml, .urdf or .xacro and its runs (.mcap, .csv); or folders with case.toml, each a case",
+            f"robot.toml, {NAMED} and its runs (.mcap, .csv); or folders with case.toml, each a case",
         ),
         VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),

@@ -1,4 +1,4 @@
-"""exidyn init: a log and a URDF in; a robot.toml, what the columns are, and how sure that is out."""
+"""exidyn init: a log and a URDF or MJCF in; a robot.toml, what the columns are, and how sure that is out."""
 
 import os
 import shlex
@@ -33,8 +33,8 @@ from exidyn.identify.recordings.importers.tables.import_table import BESIDE
 from exidyn.identify.recordings.importers.tables.table import Table
 from exidyn.identify.recordings.optional_signals import NEEDED
 from exidyn.identify.recordings.recording import EFFORT, Recording
+from exidyn.identify.robot_files.description import NAMED, is_description, movable_joints
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf import ENDINGS, movable_joints, read_urdf
 
 from ..arguments.command import Command, Option, positive
 from ..arguments.options import JSON, output_option, require_file, require_json
@@ -50,6 +50,7 @@ HELD = "held still, where their position is zero, as the log has no position and
     (
         "exidyn init log.csv --urdf arm.urdf",
         "exidyn init runs/*.csv --urdf arm.urdf",
+        "exidyn init log.csv --mjcf arm.xml",
         "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
     ),
     (
@@ -58,7 +59,7 @@ HELD = "held still, where their position is zero, as the log has no position and
             "a file or folder that exidyn import reads; several are runs of one arm with the same columns",
             Path,
         ),
-        Option("--urdf FILE", "the arm: a URDF, or a robot.toml", Path, required=True),
+        Option("--urdf --mjcf FILE", f"the arm: {NAMED}, or a robot.toml", Path, required=True),
         output_option("FILE", Path("robot.toml")),
         Option("--preset FILE", f"where the columns go; default: {BESIDE} beside the log", Path),
         Option("--rate HZ", "samples a second, of a table without time", positive),
@@ -154,10 +155,10 @@ def _require_same(logs: Sequence[Path], names: Sequence[Sequence[str]]) -> None:
 
 
 def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
-    """The arm, and which joints of its URDF are held: those that the log does not have."""
-    if urdf.suffix.lower() not in ENDINGS:
+    """The arm, and which joints of its description are held: those that the log does not have."""
+    if not is_description(urdf):
         return read_model(urdf), []
-    free, bound = movable_joints(read_urdf(urdf), str(urdf))
+    free, bound = movable_joints(urdf)
     if table is not None:
         moving = joints_named(table.names, free, table.joints)
     else:
@@ -197,8 +198,8 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
 
 
 def _urdf(path: Path, output: Path) -> str:
-    """The URDF's path as seen from the robot.toml; "" for an arm that is described otherwise."""
-    return os.path.relpath(path, output.parent) if path.suffix.lower() in ENDINGS else ""
+    """The description's path as seen from the robot.toml; "" for an arm that is described otherwise."""
+    return os.path.relpath(path, output.parent) if is_description(path) else ""
 
 
 def _require_free(texts: dict[Path, str], given: Namespace) -> None:

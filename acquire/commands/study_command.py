@@ -13,6 +13,7 @@ from exidyn.identify.errors import ExidynError
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identify.robot_files.description import NAMED
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import paragraph
 from exidyn.trajectories.planning.wishes import Wishes
@@ -46,7 +47,7 @@ from .record_command import record_command
         "exidyn study robot.toml --from recordings             # the same choices among runs that exist",
     ),
     (
-        Option("robot ROBOT", "robot.toml, .urdf or .xacro, or a name built in"),
+        Option("robot ROBOT", f"robot.toml, {NAMED}, or a name built in"),
         Option("--minutes MIN", "of motion at most", positive, 30.0),
         Option("--from FOLDER", "recordings, in place of a controller", Path, dest="recordings"),
         output_option("FOLDER", Path("exidyn-study")),

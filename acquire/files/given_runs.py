@@ -20,13 +20,13 @@ from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.importers.case_folder import nominal_model
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identify.robot_files.description import ENDINGS, NAMED
 from exidyn.identify.robot_files.robot_file import builtin_names, read_model
-from exidyn.identify.robot_files.urdf import ENDINGS
 
 from ..arguments.command import Option, any_number
 
 Named = TypeVar("Named", Recording, Trace)
-ARM_HELP = "fit.json, robot.toml, .urdf, .xacro, recording (.mcap), or built in: "
+ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
 ROLE = "identify"
 """Role of a run that does not contain its own."""
 COMPARISON_CUTOFF = 25.0

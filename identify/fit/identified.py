@@ -9,6 +9,7 @@ values are those that go with the one that is taken.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,11 +44,34 @@ SAME = 1e-9
 """Share up to which standard parameters give the same as base parameters: rounding."""
 
 
+class Standard(NamedTuple):
+    """Standard parameters of a fit.
+
+    Attributes:
+        values: Those of an arm that can exist, shape (p,).
+        covariance: What data and nominal values leave open, shape (p, p); a variance is infinite where
+            neither tells anything.
+    """
+
+    values: np.ndarray
+    covariance: np.ndarray
+
+
 def identified(fit: Fit) -> Model:
     """The fit's model, what was identified as its priors: `nominal_values` and drive gains are the fit's.
 
     Raises:
         FitError: The fit's torques are currents, or no arm that can exist is near it.
+    """
+    found = standard_parameters(fit)
+    return _stating(fit, settled(fit), found.values, np.sqrt(np.diag(found.covariance)))
+
+
+def standard_parameters(fit: Fit) -> Standard:
+    """The parameters of `identified`, and how they vary together.
+
+    Raises:
+        FitError: As of `identified`.
     """
     if fit.unscaled:
         raise FitError(
@@ -69,13 +93,12 @@ def identified(fit: Fit) -> Model:
     rows = whiten @ base.regrouping * held.tolerance
     left = after_unit_prior(rows)
     by_gain = held.tolerance[:, None] * (left @ (rows.T @ (whiten @ _in_structure(fit, found.by_gain))))
-    of_gains = np.sqrt(np.einsum("pj,jk,pk->p", by_gain, found.gain_covariance, by_gain))
-    share = np.sqrt(np.diag(left))
+    covariance = held.tolerance[:, None] * left * held.tolerance + by_gain @ found.gain_covariance @ by_gain.T
     # What neither the data nor anybody knows stays unknown.
-    unknown = (share > UNSEEN) & np.isinf([prior.std for prior in model.priors])
-    deviation = np.where(unknown, np.inf, share * held.tolerance)
-    deviation = np.sqrt(deviation**2 + of_gains**2)
-    return _stating(fit, found, standard, deviation)
+    open_ = np.sqrt(np.diag(left)) > UNSEEN
+    unknown = np.flatnonzero(open_ & np.isinf([prior.std for prior in model.priors]))
+    covariance[unknown, unknown] = np.inf
+    return Standard(standard, covariance)
 
 
 def exported(fit: Fit) -> np.ndarray | None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..model import Model
+from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
@@ -75,10 +76,10 @@ def robot_toml(
     Args:
         proposal: For this arm.
         model: The arm as described.
-        urdf: Path of its URDF from the new file; "" if it is described otherwise, and is written out.
+        urdf: Path of its URDF or MJCF from the new file; "" if it is described otherwise, and is written out.
         log: What the log is called.
-        joints: Those of the URDF that move, where others are held at zero.
-        held: Joints of the URDF that are held elsewhere, and where [rad, m].
+        joints: Those of that file that move, where others are held at zero.
+        held: Joints of that file that are held elsewhere, and where [rad, m].
     """
     gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
@@ -89,7 +90,11 @@ def robot_toml(
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")
     drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
     if urdf:
-        keys: dict[str, object] = {"format": 1, "name": model.robot.name, "urdf": urdf}
+        keys: dict[str, object] = {
+            "format": 1,
+            "name": model.robot.name,
+            "mjcf" if urdf.lower().endswith(XML) else "urdf": urdf,
+        }
         keys |= {"joints": list(joints)} if joints else {}
         keys |= (
             {"gravity": [float(f"{part:.3f}") + 0.0 for part in proposal.gravity]} if proposal.gravity else {}

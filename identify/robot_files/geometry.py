@@ -17,9 +17,10 @@ import pinocchio as pin
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import BrokenTree, RobotError
-from .robot_file import builtin_names
+from .description import is_description, is_mjcf
+from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
-from .urdf import ENDINGS, parse_urdf, read_choice, read_urdf
+from .urdf import parse_urdf, read_choice, read_urdf
 
 SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
 IN_PACKAGES = ("package://", "model://")
@@ -34,7 +35,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     number, as in Pinocchio.
 
     Returns:
-        None where the robot has no URDF, or its URDF no collision geometry.
+        None where the robot has no URDF, or its URDF no collision geometry; that of an MJCF is not read.
 
     Raises:
         RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
@@ -64,11 +65,12 @@ def _urdf_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[st
     path = Path(source)
     if str(source) in builtin_names():
         return None, None, {}
-    if path.suffix.lower() in ENDINGS:
-        return path, None, {}
+    if is_description(path):
+        return None if is_mjcf(path) else path, None, {}
     table = parse_toml(read_text(path), "robot file")
-    urdf = path.parent / string(table["urdf"], "urdf") if "urdf" in table else None
-    return urdf, *read_choice(table, str(path))
+    named = next((key for key in DESCRIPTIONS if key in table), None)
+    urdf = path.parent / string(table[named], named) if named else None
+    return None if urdf and is_mjcf(urdf) else urdf, *read_choice(table, str(path))
 
 
 def _placement(collision: Element, where: str) -> pin.SE3:

@@ -33,6 +33,8 @@ class Kinematics:
         flange: Placement of the flange in the last link's frame.
         rotor_inertia: Rotor inertia seen from the joint, joint name -> [kg m^2].
         doubts: What no arm has in it, a sentence each.
+        effects: Rows `[[effect]]` that it implies where a robot file has none; None: the usual ones.
+        coupling: Of motors and joints, as `Robot` has it; empty where there is none.
     """
 
     model: pin.Model
@@ -40,6 +42,8 @@ class Kinematics:
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    effects: tuple[Mapping[str, Any], ...] | None = None
+    coupling: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
@@ -150,7 +154,7 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
             raise RobotError(f"{where}: unknown kind {kind!r}. Valid kinds: {', '.join(KINDS)}")
         link = string(row.get("link", f"link{place + 1}"), f"{where} link")
         index = add_joint(
-            model, parent, _joint_model(kind, _axis(row, where)), read_placement(row, where), joint, link
+            model, parent, joint_model(kind, _axis(row, where)), read_placement(row, where), joint, link
         )
         # not appendBodyToJoint: it adds and rotates, which costs the last digits
         model.inertias[index] = _body(row, where)
@@ -164,8 +168,8 @@ def body_doubts(model: pin.Model) -> tuple[str, ...]:
     return tuple(doubt for doubt in doubts if doubt)
 
 
-def _joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
-    """Pinocchio joint about or along a unit axis (3,)."""
+def joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
+    """Joint of Pinocchio about or along a unit axis (3,)."""
     along_z = bool(np.array_equal(axis, [0.0, 0.0, 1.0]))
     if kind == "revolute":
         return pin.JointModelRZ() if along_z else pin.JointModelRevoluteUnaligned(axis)

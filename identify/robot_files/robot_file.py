@@ -1,4 +1,4 @@
-"""Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF, or the name of a built-in one."""
+"""Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF or MJCF, or the name of a built-in one."""
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,9 +13,9 @@ import pinocchio as pin
 
 from ..arm.newton_euler import joints_of
 from ..arm.robot import Limits, Robot
-from ..effects import EFFECTS
 from ..errors import RobotError, RobotWarning
 from ..model import Model
+from .description import NAMED, is_description, read_kinematics
 from .effect_rows import read_effects, read_priors
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
@@ -32,11 +32,13 @@ from .toml_fields import (
     strings,
     tables,
 )
-from .urdf import ENDINGS, parse_urdf, read_choice, read_urdf
+from .urdf import read_choice
 
-__all__ = ["builtin_names", "model_text", "parse_model", "read_model", "urdf_text"]
+__all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
-SOURCES = ("urdf", "mdh", "link")
+DESCRIPTIONS = ("urdf", "mjcf")
+"""Keys of a file that describes the arm; either takes any kind."""
+SOURCES = (*DESCRIPTIONS, "mdh", "link")
 TABLES = ("limits", "drive", "flange", "prior")
 KEYS = (
     "format",
@@ -71,12 +73,12 @@ def read_model(
     joints: Sequence[str] | None = None,
     held: Mapping[str, float] = MappingProxyType({}),
 ) -> Model:
-    """Model from a robot.toml, from a .urdf or .xacro, or by the name of a built-in robot.
+    """Model from a robot.toml, from a .urdf, .xacro or MJCF, or by the name of a built-in robot.
 
     Args:
         source: The file or the name.
-        joints: Joints of a .urdf or .xacro that move; the others are held. None: all but `held`.
-        held: Joints of a .urdf or .xacro that are held elsewhere than at zero, and where [rad, m].
+        joints: Joints of a .urdf, .xacro or MJCF that move; the others are held. None: all but `held`.
+        held: Joints of one that are held elsewhere than at zero, and where [rad, m].
 
     Warns:
         RobotWarning: No body has a link's inertia, or physics allows no nominal value as low as one.
@@ -92,19 +94,25 @@ def read_model(
     if not path.exists():
         raise RobotError(
             f"no robot or file called '{source}'. Built-in robots: "
-            f"{', '.join(builtin_names())}; or give the path of a robot.toml, a .urdf or a .xacro"
+            f"{', '.join(builtin_names())}; or give the path of a robot.toml, or of a {NAMED}"
         )
-    if path.suffix.lower() not in ENDINGS:
+    if not is_description(path):
         model, doubts = _parse(read_text(path), path.parent, str(path))
         for doubt in (*doubts, *_value_doubts(model, str(path))):
             warnings.warn(doubt, RobotWarning, stacklevel=2)
         return model
-    kinematics = parse_urdf(read_urdf(path), str(path), joints, held)
+    kinematics = read_kinematics(path, joints, held)
     for doubt in kinematics.doubts:
         warnings.warn(doubt, RobotWarning, stacklevel=2)
+    return described_model(path.stem, kinematics)
+
+
+def described_model(name: str, kinematics: Kinematics) -> Model:
+    """What a description alone makes: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
-    robot = Robot(path.stem, kinematics.model, limits, flange=kinematics.flange, inertias_stated=False)
-    return Model(robot, tuple(EFFECTS[name]() for name in (RIGID_BODY, *USUAL_EFFECTS)))
+    known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
+    robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
+    return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
 
 def parse_model(text: str, folder: Path | None = None, where: str = "robot file") -> Model:
@@ -138,9 +146,9 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     name = string(table.get("name", "robot"), "name")
     source, value = given[0], table[given[0]]
     chosen = [key for key in ("joints", "held") if key in table]
-    if chosen and source != "urdf":
+    if chosen and source not in DESCRIPTIONS:
         raise RobotError(
-            f"{where}: {chosen[0]} chooses among those of a urdf; rows of {source} are all there is"
+            f"{where}: {chosen[0]} chooses among those of a urdf or mjcf; rows of {source} are all there is"
         )
     if source == "link":
         return link_kinematics(tables(value, "link"), name)
@@ -150,7 +158,7 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     if source == "mdh":
         return parse_mdh(read_text(path), name, str(path))
     moving, held = read_choice(table, where)
-    return parse_urdf(read_urdf(path), str(path), moving, held)
+    return read_kinematics(path, moving, held)
 
 
 def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
@@ -162,7 +170,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     if "flange" in table:
         check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
         flange = read_placement(table["flange"], "[flange]")
-    known = _drive(table.get("drive", {}), model.nv)
+    known = {"coupling": kinematics.coupling} | _drive(table.get("drive", {}), model.nv)
     known["inertias_stated"] = "inertial_tolerance" in table
     if known["inertias_stated"]:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
@@ -217,7 +225,8 @@ def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -
 def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> list[Mapping[str, Any]]:
     """Rows of the file, after those that are implied: the rigid body, and rotors of an MDH table.
 
-    `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects.
+    `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects, of
+    which an MJCF may have values.
     """
     given = table.get("effect")
     rows: list[Mapping[str, Any]] = list(tables(given, "effect")) if given not in (None, []) else []
@@ -237,7 +246,8 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
         usual = tuple(name for name in usual if name != "rotor_inertia")
         if others and given is None:
             implied.append({"name": "rotor_inertia", "joints": others})
-    return implied + [{"name": name} for name in usual] + rows
+    described = kinematics.effects if usual and kinematics.effects is not None else None
+    return implied + list(described or [{"name": name} for name in usual]) + rows
 
 
 def _gravity(value: object) -> np.ndarray:

@@ -23,6 +23,7 @@ from ...effects import (
 )
 from ...errors import ExidynError, NotAFile, RecordingError, RobotError
 from ...model import Model
+from ...robot_files.description import read_kinematics
 from ...robot_files.toml_fields import (
     boolean,
     integer,
@@ -33,7 +34,6 @@ from ...robot_files.toml_fields import (
     string,
     tables,
 )
-from ...robot_files.urdf import parse_urdf, read_urdf
 from ..recording import KnownPayload, Recording
 from .tables.import_table import import_table
 from .tables.table import read_csv
@@ -97,7 +97,7 @@ def nominal_model(folder: Path) -> Model:
     case = _read(folder / "case.toml")
     with _of(folder):
         path = folder / string(_table(case, "robot")["urdf"], "[robot] urdf")
-    kinematics = parse_urdf(read_urdf(path), str(path)).model
+    kinematics = read_kinematics(path).model
     with _of(folder):
         robot = _robot(case, kinematics)
         return _model(robot, _table(case, "believed"))

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identify.effects.rigid_body import RigidBody
+from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.fit.base_parameters import rich_motion
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model, urdf_text
@@ -46,6 +49,19 @@ def test_gains_that_are_not_all_told_are_a_comment(files):
     assert "?" in text
     assert "\n[drive]" not in text
     assert np.all(read_model(files / "robot.toml").robot.drive_gain == 1.0)
+
+
+def test_an_mjcf_is_taken_where_a_urdf_is(files):
+    pytest.importorskip("mujoco")
+    (files / "arm.xml").write_text(FORMATS["mjcf"].text(Portable.of(LOG.model)))
+    assert main(["init", "log.csv", "--mjcf", "arm.xml"]) == 0
+    assert '\nmjcf = "arm.xml"' in (files / "robot.toml").read_text()
+    motion = rich_motion(LOG.model)
+    found, expected = (
+        RigidBody().regressor(model.robot, motion) @ model.nominal_values[:60]
+        for model in (read_model(files / "robot.toml"), LOG.model)
+    )
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("existing", ["robot.toml", "preset.toml"])

@@ -1,0 +1,68 @@
+"""Where the bodies and joints of a compiled MJCF are in its text."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..errors import RobotError
+from ..robot_files.mjcf_names import name_of
+from .xml_text import Tag
+
+
+class Elements:
+    """Start tags of bodies and joints, by their numbers in the compiled model."""
+
+    def __init__(self, root: Tag, model: Any, where: str) -> None:
+        self.root, self._model, self._where = root, model, where
+        bodies = [tag for world in root.children if world.name == "worldbody" for tag in _bodies(world)]
+        joints = [tag for body in bodies for tag in _joints(body)]
+        self._tags = {"body": bodies, "joint": joints}
+
+    def body(self, body: int) -> Tag:
+        """The tag of a body, of 1 on."""
+        return self._tag("body", body, body - 1)
+
+    def joint(self, joint: int) -> Tag:
+        """The tag of a joint."""
+        return self._tag("joint", joint, joint)
+
+    def _tag(self, kind: str, index: int, place: int) -> Tag:
+        """By its name, or, where the file gives none, by its place among all.
+
+        Raises:
+            RobotError: It is not there, as what is included or replicated.
+        """
+        name, tags = name_of(self._model, kind, index), self._tags[kind]
+        for tag in tags:
+            if tag.attributes.get("name") == name:
+                return tag
+        whole = len(tags) == (self._model.nbody - 1 if kind == "body" else self._model.njnt)
+        if whole and "name" not in tags[place].attributes:
+            return tags[place]
+        raise RobotError(
+            f"{self._where}: {kind} '{name}' is not in the text of this file, but in one it includes, or "
+            "made by replicate or attach. Give the file that has it"
+        )
+
+    @property
+    def degrees(self) -> bool:
+        """Whether angles are in degrees, MuJoCo's default."""
+        given = [tag.attributes["angle"] for tag in self.root.children if "angle" in tag.attributes]
+        return not given or given[-1] == "degree"
+
+
+def _bodies(tag: Tag) -> Iterator[Tag]:
+    """Bodies inside, as MuJoCo numbers them."""
+    for child in tag.children:
+        if child.name == "body":
+            yield child
+        if child.name in ("body", "frame"):
+            yield from _bodies(child)
+
+
+def _joints(tag: Tag) -> Iterator[Tag]:
+    """Joints of a body itself."""
+    for child in tag.children:
+        if child.name in ("joint", "freejoint"):
+            yield child
+        elif child.name == "frame":
+            yield from _joints(child)

@@ -1,0 +1,247 @@
+"""MJCF, MuJoCo's own format, as MuJoCo compiles it: kinematics, inertias, friction, springs, limits."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..errors import BrokenTree, MissingPackage, RobotError, UnknownJoint
+from ..notebook import optional
+from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
+from .mjcf_drives import motor_coupling, torque_limits
+from .mjcf_names import HOLD, enum_of, following_joints, joint_name, locked_joints, name_of, single, turns
+from .mjcf_refusals import check_mjcf, gravity_share
+from .mjcf_terms import effect_rows, limits_of
+from .urdf import FLANGES
+
+INCLUDE = re.compile(r"""<include\s+file\s*=\s*["']([^"']*)["']""")
+SITES = (*FLANGES, "attachment_site", "attachment")
+"""Names (or ends of names) of sites that people hang payloads on, the likeliest first."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Where a body of the file is in the tree: fixed to what joint `joint` moves, 0 for the base.
+
+    Attributes:
+        joint: Index of the joint in Pinocchio's model.
+        placement: Of the body's frame in that joint's frame.
+    """
+
+    joint: int
+    placement: pin.SE3
+
+
+def compile_mjcf(source: Path | str, folder: str = "") -> Any:
+    """MuJoCo's compiled model of a file, or of a text whose files lie in `folder`.
+
+    Raises:
+        BrokenTree: MuJoCo refuses it.
+        MissingPackage: MuJoCo is not installed.
+    """
+    mujoco = optional("mujoco", "an MJCF", "mujoco")
+    if not hasattr(mujoco, "MjSpec"):
+        raise MissingPackage(f'MuJoCo {mujoco.__version__} has no MjSpec: pip install "mujoco>=3.3"')
+    try:
+        if not folder:
+            return mujoco.MjSpec.from_file(str(source)).compile()
+        spec = mujoco.MjSpec.from_string(str(source), include=_included(str(source), Path(folder)))
+        spec.modelfiledir = folder
+        return spec.compile()
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        where = source if not folder else "MJCF"
+        raise BrokenTree(f"{where}: MuJoCo: {error}") from error
+
+
+def _included(text: str, folder: Path) -> dict[str, bytes]:
+    """Files that a text includes, and those do, by the names that it has for them."""
+    found: dict[str, bytes] = {}
+    texts = [text]
+    while texts:
+        for name in INCLUDE.findall(texts.pop()):
+            if name not in found and (folder / name).is_file():
+                found[name] = (folder / name).read_bytes()
+                texts.append(found[name].decode(errors="replace"))
+    return found
+
+
+def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
+    """Joints of an MJCF: those that a model can have, and those that have to be held.
+
+    Raises:
+        BrokenTree: MuJoCo refuses it.
+    """
+    model = compile_mjcf(path)
+    bound = following_joints(model) | {joint for joint in range(model.njnt) if not single(model, joint)}
+    free = [joint_name(model, joint) for joint in range(model.njnt) if joint not in bound]
+    return free, [joint_name(model, joint) for joint in sorted(bound)]
+
+
+def read_mjcf(
+    path: Path, moving: Collection[str] | None = None, held: Mapping[str, float] = MappingProxyType({})
+) -> Kinematics:
+    """Kinematics of an MJCF.
+
+    Args:
+        path: The file.
+        moving: Joints that move; the others are held at their reference. None: all but `held`.
+        held: Joints that are held elsewhere, and where [rad, m].
+
+    Raises:
+        BrokenTree: MuJoCo refuses it, or it is not a tree of joints with one degree of freedom.
+        RobotError: It has a force that no model here can have; the message names it.
+        UnknownJoint: One of `moving` or `held` is not in it.
+    """
+    return mjcf_kinematics(compile_mjcf(path), str(path), moving, held)
+
+
+def mjcf_kinematics(
+    model: Any,
+    where: str,
+    moving: Collection[str] | None = None,
+    held: Mapping[str, float] = MappingProxyType({}),
+) -> Kinematics:
+    """Kinematics of a compiled MJCF; arguments and errors are those of `read_mjcf`."""
+    still = _held(model, moving, held, where)
+    joints = [joint for joint in range(model.njnt) if joint not in still]
+    if not joints:
+        raise BrokenTree(f"{where}: no joint moves; at least one must be a hinge or slide")
+    for joint in joints:
+        if not single(model, joint):
+            raise BrokenTree(
+                f"{where}: joint '{joint_name(model, joint)}' is free or a ball; a model has hinges and "
+                "slides. " + HOLD
+            )
+    tree, parts = _tree(model, still, where)
+    tree.name = bytes(model.names).partition(b"\0")[0].decode(errors="replace") or "robot"
+    check_mjcf(model, [part.joint for part in parts], joints, where)
+    share = gravity_share(model, [part.joint for part in parts], joints, where)
+    tree.gravity = pin.Motion(share * _gravity(model), np.zeros(3))
+    doubts = [*body_doubts(tree)]
+    if share < 1.0:
+        doubts.append(
+            f"{where}: gravcomp leaves {share:g} of gravity. Where the motors of the recorded arm carry it, "
+            "state gravity in a robot.toml"
+        )
+    return Kinematics(
+        tree,
+        limits_of(model, joints, torque_limits(model, joints)),
+        _flange(model, parts, tree.njoints - 1),
+        doubts=tuple(doubts),
+        effects=effect_rows(model, joints),
+        coupling=motor_coupling(model, joints, where),
+    )
+
+
+def body_parts(model: Any, moving: Sequence[str], held: Mapping[str, float], where: str) -> list[Part]:
+    """Where each body of a compiled MJCF is in the tree that `mjcf_kinematics` makes of it."""
+    return _tree(model, _held(model, moving, held, where), where)[1]
+
+
+def _held(
+    model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
+) -> dict[int, float]:
+    """Joints that are held, and by how much they are away from their reference [rad, m].
+
+    Those that an equality locks are held where it does.
+    """
+    names = [joint_name(model, joint) for joint in range(model.njnt)]
+    for name in (*(moving or ()), *held):
+        if name not in names:
+            raise UnknownJoint(name, where, names)
+    still = {joint: 0.0 for joint, name in enumerate(names) if moving is not None and name not in moving}
+    still |= locked_joints(model)
+    for name, position in held.items():
+        joint = names.index(name)
+        if not single(model, joint):
+            raise RobotError(f"{where}: joint '{name}' cannot be held at a position: it is free or a ball")
+        still[joint] = position - float(model.qpos0[model.jnt_qposadr[joint]])
+    return still
+
+
+def _tree(model: Any, still: Mapping[int, float], where: str) -> tuple[pin.Model, list[Part]]:
+    """Pinocchio's model of the joints that are not held, and where each body is in it."""
+    tree, parts = pin.Model(), [Part(0, pin.SE3.Identity())]
+    for body in range(1, model.nbody):
+        parts.append(_add_body(tree, model, body, parts[model.body_parentid[body]], still, where))
+    for body, part in enumerate(parts):
+        own = own_inertia(model, body)
+        check_center(own.mass, own.lever, f"{where}: body '{name_of(model, 'body', body)}'")
+        if part.joint and own.mass:
+            tree.inertias[part.joint] = tree.inertias[part.joint] + part.placement.act(own)
+    return tree, parts
+
+
+def _add_body(
+    tree: pin.Model, model: Any, body: int, parent: Part, still: Mapping[int, float], where: str
+) -> Part:
+    """Add the joints of a body one behind the other; MuJoCo turns each about its anchor in the body."""
+    index, place = parent.joint, parent.placement * _placement(model.body_pos[body], model.body_quat[body])
+    start, link = int(model.body_jntadr[body]), name_of(model, "body", body)
+    joints = range(start, start + int(model.body_jntnum[body]))
+    for joint in joints:
+        if not single(model, joint):  # which is held: bodies are where the reference has them
+            continue
+        anchor, axis = pin.SE3(np.eye(3), model.jnt_pos[joint].copy()), model.jnt_axis[joint].copy()
+        hinge, name = turns(model, joint), joint_name(model, joint)
+        if joint in still:
+            place = place * anchor * _moved(axis, still[joint], hinge) * anchor.inverse()
+            continue
+        reference = float(model.qpos0[model.jnt_qposadr[joint]])
+        frame = place * anchor * _moved(axis, -reference, hinge)
+        last = joint == joints[-1]
+        kind = "revolute" if hinge else "prismatic"
+        try:
+            index = add_joint(
+                tree, index, joint_model(kind, axis), frame, name, link if last else f"{link}_{name}"
+            )
+        except BrokenTree as error:
+            raise BrokenTree(f"{where}: {error}") from error
+        place = anchor.inverse()
+    return Part(index, place)
+
+
+def _moved(axis: np.ndarray, by: float, hinge: bool) -> pin.SE3:
+    if by == 0.0:
+        return pin.SE3.Identity()
+    return pin.SE3(pin.exp3(axis * by), np.zeros(3)) if hinge else pin.SE3(np.eye(3), axis * by)
+
+
+def _placement(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
+    w, x, y, z = quaternion
+    return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), position.copy())
+
+
+def own_inertia(model: Any, body: int) -> pin.Inertia:
+    """A body's inertia in its own frame."""
+    principal = _placement(model.body_ipos[body], model.body_iquat[body])
+    about = principal.rotation @ np.diag(model.body_inertia[body]) @ principal.rotation.T
+    return pin.Inertia(float(model.body_mass[body]), principal.translation, (about + about.T) / 2)
+
+
+def _gravity(model: Any) -> np.ndarray:
+    off = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
+    return np.zeros(3) if off else np.array(model.opt.gravity)
+
+
+def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
+    """Placement, in the last joint's frame, of the site or body that is called like a flange."""
+    there = {
+        name_of(model, "site", site): parts[model.site_bodyid[site]].placement
+        * _placement(model.site_pos[site], model.site_quat[site])
+        for site in range(model.nsite)
+        if parts[model.site_bodyid[site]].joint == last
+    }
+    there |= {
+        name_of(model, "body", body): part.placement for body, part in enumerate(parts) if part.joint == last
+    }
+    for ending in SITES:
+        for name, placement in there.items():
+            if name.lower().endswith(ending):
+                return pin.SE3(placement)
+    return pin.SE3.Identity()

@@ -1,0 +1,94 @@
+"""Actuators of an MJCF: how strong the motors of joints are, and which turn with several joints."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import RobotError
+from .mjcf_names import HOLD, enum_of, joint_name, name_of
+
+
+def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
+    """Greatest torque of each joint's actuators either way, infinite where not stated, shape (n,) [N m]."""
+    limits = np.zeros(len(joints))
+    driven = np.zeros(len(joints), bool)
+    for actuator in range(model.nu):
+        if model.actuator_trntype[actuator] in _of_joints() and model.actuator_trnid[actuator][0] in joints:
+            place = list(joints).index(model.actuator_trnid[actuator][0])
+            limits[place] += _strength(model, actuator)
+            driven[place] = True
+    limits[~driven] = np.inf
+    for place, joint in enumerate(joints):
+        if model.jnt_actfrclimited[joint]:
+            limits[place] = min(limits[place], _either_way(model.jnt_actfrcrange[joint]))
+    return np.where(limits > 0.0, limits, np.inf)
+
+
+def _of_joints() -> tuple[int, int]:
+    return enum_of("mjtTrn", "mjTRN_JOINT"), enum_of("mjtTrn", "mjTRN_JOINTINPARENT")
+
+
+def _strength(model: Any, actuator: int) -> float:
+    """Greatest torque of an actuator behind its gear: by its force range, or a motor's control range."""
+    gear = abs(float(model.actuator_gear[actuator][0]))
+    strongest = np.inf
+    if model.actuator_forcelimited[actuator]:
+        strongest = _either_way(model.actuator_forcerange[actuator])
+    plain = model.actuator_biastype[actuator] == enum_of("mjtBias", "mjBIAS_NONE")
+    plain &= model.actuator_gaintype[actuator] == enum_of("mjtGain", "mjGAIN_FIXED")
+    if plain and model.actuator_ctrllimited[actuator]:
+        gain = abs(float(model.actuator_gainprm[actuator][0]))
+        strongest = min(strongest, gain * _either_way(model.actuator_ctrlrange[actuator]))
+    return gear * strongest
+
+
+def _either_way(ends: np.ndarray) -> float:
+    """What is reached in both directions."""
+    return float(min(abs(ends[0]), abs(ends[1])))
+
+
+def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
+    """Motors that turn with several joints, by fixed tendons, shape (n, n) [-]; empty where there are none.
+
+    A tendon's motor is that of the one joint along it that has no actuator of its own.
+
+    Raises:
+        RobotError: It cannot be told which.
+    """
+    own = {
+        int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] in _of_joints()
+    }
+    coupling = np.eye(len(joints))
+    for actuator in range(model.nu):
+        if model.actuator_trntype[actuator] != enum_of("mjtTrn", "mjTRN_TENDON"):
+            continue
+        tendon = int(model.actuator_trnid[actuator][0])
+        along = {joint: turn for joint, turn in _along(model, tendon).items() if joint in joints}
+        free = [joint for joint in along if joint not in own]
+        if not along:
+            continue
+        if len(free) != 1:
+            names = ", ".join(joint_name(model, joint) for joint in along)
+            raise RobotError(
+                f"{where}: actuator '{name_of(model, 'actuator', actuator)}' pulls tendon "
+                f"'{name_of(model, 'tendon', tendon)}' of {names}; all but one of these need actuators of "
+                f"their own. {HOLD}"
+            )
+        own.add(free[0])
+        place = list(joints).index(free[0])
+        for joint, turn in along.items():
+            coupling[place, list(joints).index(joint)] = turn / along[free[0]]
+    return coupling if np.any(coupling != np.eye(len(joints))) else np.empty(0)
+
+
+def _along(model: Any, tendon: int) -> dict[int, float]:
+    """Joints of a fixed tendon and what it takes up as each moves; empty for one in space."""
+    start = int(model.tendon_adr[tendon])
+    wraps = range(start, start + int(model.tendon_num[tendon]))
+    kind = enum_of("mjtWrap", "mjWRAP_JOINT")
+    return {
+        int(model.wrap_objid[wrap]): float(model.wrap_prm[wrap])
+        for wrap in wraps
+        if model.wrap_type[wrap] == kind and model.wrap_prm[wrap]
+    }

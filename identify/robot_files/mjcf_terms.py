@@ -1,0 +1,74 @@
+"""Torque of single joints in an MJCF, as rows `[[effect]]`, and the limits of joints.
+
+The numbers are where a fit begins and carry no prior: many are chosen to keep a simulation stable.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arm.robot import Limits
+from .mjcf_names import enum_of, joint_name
+
+
+def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
+    """Rotor inertia, friction, springs and offsets of the joints that move, with the values of the file."""
+    dofs = model.jnt_dofadr[list(joints)]
+    of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
+    damps, springs = (not _disabled(model, flag) for flag in ("DAMPER", "SPRING"))
+    loses = not (_disabled(model, "FRICTIONLOSS") or _disabled(model, "CONSTRAINT"))
+    terms = {
+        "rotor_inertia": model.dof_armature[dofs] + of_drive["armature"],
+        "viscous_friction": damps * (model.dof_damping[dofs] + of_drive["damping"]),
+        "coulomb_friction": loses * model.dof_frictionloss[dofs],
+    }
+    rows: list[Mapping[str, Any]] = [
+        {"name": name, **({"values": values.tolist()} if np.any(values) else {})}
+        for name, values in terms.items()
+    ]
+    stiff = [joint for joint in joints if springs and model.jnt_stiffness[joint]]
+    if stiff:
+        rows.append(_springs(model, stiff))
+    others = [joint_name(model, joint) for joint in joints if joint not in stiff]
+    if others:
+        everywhere = {} if len(others) == len(joints) else {"joints": others}
+        rows.append({"name": "current_offset", **everywhere})
+    return tuple(rows)
+
+
+def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
+    """Springs of joints: stiffness [N m/rad] and torque at position zero [N m], joint by joint."""
+    values = [
+        value
+        for joint in joints
+        for stiffness in (float(model.jnt_stiffness[joint]),)
+        for value in (stiffness, -stiffness * float(model.qpos_spring[model.jnt_qposadr[joint]]))
+    ]
+    return {
+        "name": "joint_spring",
+        "joints": [joint_name(model, joint) for joint in joints],
+        "values": [value + 0.0 for value in values],
+    }
+
+
+def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
+    """Armature or damping that actuators add to their joints, by the gear squared, shape (n,)."""
+    by_joint = getattr(model, "jnt_actuatorid", None)
+    if by_joint is None:  # MuJoCo before 3.6 has none
+        return np.zeros(len(joints))
+    own = getattr(model, f"actuator_{name}")
+    actuators = [int(by_joint[joint]) for joint in joints]
+    return np.array([own[a] * model.actuator_gear[a][0] ** 2 if a >= 0 else 0.0 for a in actuators])
+
+
+def _disabled(model: Any, flag: str) -> bool:
+    return bool(model.opt.disableflags & enum_of("mjtDisableBit", f"mjDSBL_{flag}"))
+
+
+def limits_of(model: Any, joints: Sequence[int], torque: np.ndarray) -> Limits:
+    """Limits of position and torque (n,); MuJoCo knows none of velocity."""
+    limited = model.jnt_limited[list(joints)].astype(bool)
+    lower, upper = model.jnt_range[list(joints)].T
+    far = np.full(len(joints), np.inf)
+    return Limits(np.where(limited, lower, -far), np.where(limited, upper, far), far, far, far, torque)
