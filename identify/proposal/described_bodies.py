@@ -23,9 +23,9 @@ and its torque over that of the bodies, standard deviation."""
 WIDE = 3.0
 """Standard deviation of what friction may be, over the effort's own."""
 DECADES = np.linspace(-3.0, 3.0, 121)
-"""Gains that are weighed where nothing is known of the unit, as powers of ten about the described torque over
-the effort, both as standard deviations: that is the gain of a drive that carries nothing but the described
-bodies. A gain a thousand times as far is that of another arm."""
+"""Gains that are weighed where nothing is known of the unit, as powers of ten about the described torque and
+what may be wrong of it over the effort, as standard deviations: the gain of a drive that carries nothing but
+the described bodies. A gain a thousand times as far is that of another arm."""
 
 
 class Bodies(NamedTuple):
@@ -44,6 +44,11 @@ class Bodies(NamedTuple):
     def at(self, rows: np.ndarray) -> "Bodies":
         """At some samples."""
         return Bodies(self.torque[rows], self.errors[rows], self.friction[rows])
+
+    def gains(self, effort: np.ndarray) -> np.ndarray:
+        """Gains to weigh for an effort (t,), by the likely size of the torque, shape (g,) [N m per unit]."""
+        usual = np.sqrt(self.torque.var() + np.sum(self.errors.var(axis=0)))
+        return np.asarray(usual / effort.std() * 10.0**DECADES)
 
     @property
     def of_any_mass(self) -> "Bodies":

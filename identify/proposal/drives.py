@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from ..arm.robot import Robot
 from ..text_table import NORMAL_95, digits
 from .agreement import DECIDED, RIDGE, Guess, Sampled, friction_columns, independent
-from .described_bodies import DECADES, Bodies, bodies_of, log_likelihood, sliding_rows
+from .described_bodies import Bodies, bodies_of, log_likelihood, sliding_rows
 
 TOLD = 0.35
 """Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
@@ -101,7 +101,7 @@ def _gain(bodies: Bodies, log: Sampled, joint: int) -> Gain:
         return Gain(positive=positive)
     noise = max(min(forward, backward), 0.01) * effort.var() * len(rows) / independent(effort)
     sign = 1.0 if positive > 0.5 else -1.0
-    weighed = bodies.torque.std() / effort.std() * 10.0**DECADES
+    weighed = bodies.gains(effort)
     likely = log_likelihood(sign * effort, bodies, noise, np.array([1.0, *GAINS, *weighed]))
     one, others, likely = likely[0], likely[1 : 1 + len(GAINS)], likely[1 + len(GAINS) :]
     weight = np.exp(likely - likely.max())

@@ -18,7 +18,6 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from .agreement import DECIDED, Guess, Sampled, agreement_odds, independent, left_in_and_out, left_out
 from .described_bodies import (
-    DECADES,
     PLACEHOLDER,
     Bodies,
     bodies_of,
@@ -161,7 +160,7 @@ def _of_masses(bodies: Bodies, log: Sampled, joint: int, left: float) -> tuple[f
         return 0.0, 0.0
     bodies, effort = bodies.at(rows), log.effort[rows, joint]
     noise = max(left, 0.01) * effort.var() * len(rows) / independent(effort)
-    gains = bodies.torque.std() / effort.std() * 10.0**DECADES
+    gains = bodies.gains(effort)
     brakes = braking_odds(bodies, effort)
     each = []
     for kind in (bodies, bodies.of_any_mass):
