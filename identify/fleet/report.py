@@ -38,8 +38,8 @@ class KindReport:
 
     @cached_property
     def scattering(self) -> list[Cause]:
-        """Causes of which there is a value a run."""
-        return [self.learned.frame.causes[place] for place in self.learned.scattering]
+        """Causes of which there is a value a run: those that wear."""
+        return [one for one in self.learned.frame.causes if one.wears]
 
     def values(self, arm: str) -> tuple[np.ndarray, np.ndarray]:
         """Value of each scattering cause in each run of an arm at reference temperature, and its deviation.
@@ -50,9 +50,11 @@ class KindReport:
         runs, frame = self.learned.arms[arm], self.learned.frame
         level, _ = self.learned.level(runs)
         amounts, covariance = self.learned.deviations(runs, level)
+        wearing = [k for k, place in enumerate(self.learned.scattering) if frame.causes[place].wears]
         places = np.array([one.place for one in self.scattering])
         usual = np.where(places >= 0, (level[: len(frame.scale)] * frame.scale)[places], 0.0)
-        return usual + amounts + self._gains(level), np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        stds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        return usual + amounts[:, wearing] + self._gains(level), stds[:, wearing]
 
     def _gains(self, level: np.ndarray) -> np.ndarray:
         """Logarithm of an arm's drive gains over the nominal ones, where the cause is one, shape (s,)."""
