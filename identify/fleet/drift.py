@@ -1,15 +1,16 @@
 """Drift: what changed on an arm and when, by the probability of its runs, run after run.
 
-After each run every suspect is asked whether it has changed since one of the runs before, at once or creeping
-since. A change is believed where the runs are more probable with it by more than its price: the number of runs
-among which one false alarm is allowed, times the number of suspects and shapes. Amounts are integrated out, so
-that this factor is a likelihood ratio, whose mean is one on an arm of which nothing changed; the sum of such
-ratios over all runs on which a change may have begun (Shiryaev's and Roberts's) therefore reaches a bound no
-earlier, on average, than after as many runs.
+After each run every suspect is asked whether it has changed since one of the runs before, at once or
+creeping since. A change is believed where the runs are more probable with it by more than its price: the number
+of runs among which one false alarm is allowed, times the number of suspects and shapes. Amounts are integrated
+out, so that this factor is a likelihood ratio, whose mean is one on an arm of which nothing changed; the sum of
+such ratios over all runs on which it may have begun (Shiryaev's and Roberts's) therefore reaches a bound
+no earlier, on average, than after as many runs.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,8 +19,11 @@ from .history import ROUNDS, SHAPES, YEAR, Change, History, Noise, State
 from .history import STEP as STEP
 from .learned import Learned
 from .runs import ArmRuns
+from .scatter import Scatter, scatter_of
+from .strangers import Odd, exchanged_for, odd_runs
 from .suspects import EXCHANGE, Suspect
 
+NO_OTHERS: Mapping[str, np.ndarray] = MappingProxyType({})
 FEWEST = 2
 """Runs before and after a change: a single run out of line is a bad run."""
 LEAST = 2 * FEWEST
@@ -32,6 +36,8 @@ OPEN = 3.0
 """Difference of log-likelihoods up to which another answer is not excluded: odds of 20."""
 WORTH = 3.0
 """The same from which a suspect is asked with variances of its own, which takes longer."""
+DATES = 3.0
+"""What dates and shapes nearly as good add to the logarithm of odds, at most: twenty of them."""
 FEW = 4
 """Rounds of variances by which changes are ranked."""
 CLOSER = 3
@@ -54,6 +60,7 @@ class Found:
         evidence: Logarithm of the odds of it over nothing, its price subtracted.
         others: Suspects that explain it nearly as well, and are not excluded.
         either: Whether step and creep explain it alike.
+        like: Of another arm, which one of the fleet it is; empty for none.
     """
 
     suspect: Suspect
@@ -67,6 +74,7 @@ class Found:
     evidence: float
     others: tuple[Suspect, ...]
     either: bool
+    like: str
 
     @property
     def surest(self) -> int:
@@ -81,44 +89,92 @@ class ArmDrift:
     Attributes:
         found: Changes, by date; those of alarms that later runs did not confirm are left out.
         alarms: Days on which one was raised.
-        state: All runs as they are explained in the end; None of too few.
+        odd: Runs out of line, which are no change.
         price: Logarithm of the odds from which a change is believed.
     """
 
     found: tuple[Found, ...]
     alarms: tuple[float, ...]
-    state: State | None
+    odd: tuple[Odd, ...]
     price: float
 
 
-def drift(learned: Learned, runs: ArmRuns, alarms_per_year: float, tails: float) -> ArmDrift:
-    """Changes of one arm; as many false alarms a year are allowed, scatter having tails as `History` has."""
-    history, whole = History(learned, runs, tails), len(runs.runs)
+def drift(
+    learned: Learned,
+    runs: ArmRuns,
+    alarms_per_year: float,
+    scatter: Scatter,
+    others: Mapping[str, np.ndarray] = NO_OTHERS,
+) -> ArmDrift:
+    """Changes of one arm, whose runs scatter so, and its runs out of line.
+
+    Args:
+        learned: What arms of its type teach.
+        runs: Of the arm.
+        alarms_per_year: False alarms that are allowed.
+        scatter: Of its type.
+        others: Unknowns of the other arms, whose runs may lie among its own.
+    """
+    history, whole = History(learned, runs, scatter), len(runs.runs)
     search = Search(history, price_of(history, alarms_per_year))
     if whole < LEAST:
-        return ArmDrift((), (), None, search.price)
-    state, alarms = None, list[tuple[float, Change]]()
+        return ArmDrift((), (), (), search.price)
+    state: State | None = None
+    alarms = list[tuple[float, Change]]()
     noise = history.quiet(LEAST)
     for stop in range(LEAST, whole + 1):
-        before = state.changes if state else ()
+        before: tuple[Change, ...] = state.changes if state else ()
+        known = {one.suspect for one in before}  # of another date or shape it is the same alarm
         state = search.further(history.explained(before, stop, noise, 2 if state else 6), windows(stop))
-        raised = state.changes[len(before) :] if len(state.changes) > len(before) else ()
+        raised = [one for one in state.changes if one.suspect not in known]
         alarms += [(float(runs.days[stop - 1]), one) for one in raised]
         noise = state.noise
     assert state is not None  # one run at least was asked
     state = search.settled(state)
-    found = [_found(search, state, place, [day for day, _ in alarms]) for place in range(len(state.changes))]
-    return ArmDrift(
-        tuple(sorted(found, key=lambda one: one.day)), tuple(day for day, _ in alarms), state, search.price
-    )
+    days = [day for day, _ in alarms]
+    found = [_found(search, state, place, days, others) for place in range(len(state.changes))]
+    found.sort(key=lambda one: one.day)
+    odd = odd_runs(history, state, runs_allowed(history, alarms_per_year), others)
+    return ArmDrift(tuple(found), tuple(days), tuple(odd), search.price)
+
+
+def at_first(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> State | None:
+    """All runs of an arm as they are explained before it is known how those of its type scatter."""
+    history = History(learned, runs, Scatter.first(len(learned.frame.scale)))
+    stop = len(runs.runs)
+    if stop < LEAST:
+        return None
+    search = Search(history, price_of(history, alarms_per_year))
+    return search.further(history.explained((), stop, history.quiet(stop)), windows(stop))
+
+
+def scatter_among(learned: Learned, states: Mapping[str, State | None]) -> Scatter:
+    """How runs of a type scatter, by all its arms as they are explained so far."""
+    frame, squares, seen = learned.frame, [], []
+    groups = [""] * len(frame.scale)
+    for one in frame.causes:
+        place = len(frame.kind.base.kept) + one.joint if one.effect == "drive_gain" else one.place
+        if one.wears and place >= 0:
+            groups[place] = one.effect
+    for arm, state in states.items():
+        if state is not None:
+            own = ~learned.arms[arm].loose
+            squares.append((state.deviations * state.noise.unit)[own])
+            seen.append(state.seen[own])
+    return scatter_of(squares, seen, groups) if squares else Scatter.first(len(groups))
 
 
 def price_of(history: History, alarms_per_year: float) -> float:
     """Logarithm of the odds that are reached by chance after as many runs as are allowed, on average."""
+    runs = runs_allowed(history, alarms_per_year)
+    return float(np.log(runs * len(history.suspects) * len(SHAPES)))
+
+
+def runs_allowed(history: History, alarms_per_year: float) -> float:
+    """Runs among which one false alarm is allowed."""
     days = history.runs.days
     spacing = float(np.median(np.diff(days))) if len(days) > 1 else 1.0
-    runs = YEAR / max(spacing, 1e-3) / alarms_per_year
-    return float(np.log(max(runs, 1.0) * len(history.suspects) * len(SHAPES)))
+    return max(YEAR / max(spacing, 1e-3) / alarms_per_year, 1.0)
 
 
 def windows(stop: int) -> list[int]:
@@ -146,15 +202,22 @@ class Search:
         """With changes added as long as one is worth its price; or those of before explained otherwise."""
         while True:
             more = self._best(state, starts)
-            if more is None or more.score - state.score < self.price:
+            if more is None or more.score - state.score < self.price - DATES:
                 return state
             state, more = self._closely(state, more)
-            if more.score - state.score < self.price or self._of_one_run(state, more):
+            if self.odds(state, more, more.changes[-1]) < self.price or self._of_one_run(state, more):
                 return state
             others = [self._instead(state, place, starts) for place in range(len(state.changes))]
             best = max([one for one in others if one], key=lambda one: one.score, default=None)
             # a change of another shape or date costs nothing, one more costs its price
             state = best if best is not None and best.score > more.score - self.price else more
+
+    def odds(self, without: State, state: State, change: Change) -> float:
+        """Logarithm of the odds of a change over none, whenever it began, at once or creeping."""
+        asked = self._asked(without, sorted({*windows(state.stop), change.start}), state.noise)
+        dated = {one: gain for gain, one in asked if one.suspect == change.suspect}
+        others = np.logaddexp.reduce(list(dated.values())) - dated[change]
+        return state.score - without.score + min(float(others), DATES)
 
     def _closely(self, state: State, more: State) -> tuple[State, State]:
         """Both with variances that have settled, so that neither is ahead by its rounds alone."""
@@ -184,7 +247,7 @@ class Search:
                 break
         for place in reversed(range(len(state.changes))):
             without = self.without(state, place)
-            if state.score - without.score < self.price:
+            if self.odds(without, state, state.changes[place]) < self.price:
                 state = without
         return state
 
@@ -234,7 +297,9 @@ class Search:
                     yield float(gain), Change(place, one.start, one.shape)
 
 
-def _found(search: Search, state: State, place: int, alarms: Sequence[float]) -> Found:
+def _found(
+    search: Search, state: State, place: int, alarms: Sequence[float], arms: Mapping[str, np.ndarray]
+) -> Found:
     """A change with its date, its interval and what it might be instead, the others held."""
     history, change = search.history, state.changes[place]
     without, days = search.without(state, place), search.history.runs.days
@@ -248,7 +313,9 @@ def _found(search: Search, state: State, place: int, alarms: Sequence[float]) ->
     suspect = history.suspects[change.suspect]
     amounts, stds = _amounts(history, state, place)
     others = {
-        one.suspect: gain for gain, one in sorted(asked) if gain > top - OPEN and one.suspect != change.suspect
+        one.suspect: gain
+        for gain, one in sorted(asked)
+        if gain > top - OPEN and one.suspect != change.suspect
     }
     shapes = {one.shape for gain, one in asked if gain > top - OPEN and one.suspect == change.suspect}
     return Found(
@@ -263,6 +330,7 @@ def _found(search: Search, state: State, place: int, alarms: Sequence[float]) ->
         evidence=state.score - without.score - search.price,
         others=tuple(history.suspects[k] for k in sorted(others, key=lambda k: -others[k])),
         either=len(shapes | {change.shape}) > 1,
+        like=exchanged_for(history, change, arms) if suspect.name == EXCHANGE else "",
     )
 
 

@@ -18,15 +18,13 @@ from scipy import linalg
 
 from .learned import Learned
 from .runs import ArmRuns
+from .scatter import Scatter
 from .suspects import EXCHANGE, Suspect, suspects
 
 STEP, CREEP = SHAPES = "step", "creep"
 YEAR = 365.25
 PLAUSIBLE = (0.2, 5.0)
 """Friction at a temperature over that at the reference, at least and at most [-]."""
-ARMS_DIFFER = 2.0
-"""Runs for which the scatter of its type counts against that of an arm: one in ten arms scatters three times as
-much as its type, or a third."""
 ROUNDS = 12
 """Of variances and unknowns, each from the other; what is left changes no score by one."""
 KNOWN = 8
@@ -112,7 +110,7 @@ class Evidence:
     right: np.ndarray
 
     def gains(self, suspects: Sequence[Suspect]) -> np.ndarray:
-        """Logarithms of the factors by which the runs are more probable, amounts integrated out, shape (k,)."""
+        """Logarithms of the factors by which runs are more probable, amounts integrated out, shape (k,)."""
         found, single = np.empty(len(suspects)), [k for k, one in enumerate(suspects) if len(one.std) == 1]
         columns = np.concatenate([suspects[k].columns * suspects[k].std for k in single])
         own = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
@@ -130,11 +128,11 @@ class Evidence:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """One arm's runs; `tails` is the number of degrees of freedom of Student's distribution of scatter."""
+    """One arm's runs, and how those of its type scatter."""
 
     learned: Learned
     runs: ArmRuns
-    tails: float
+    scatter: Scatter
 
     @cached_property
     def suspects(self) -> list[Suspect]:
@@ -155,7 +153,7 @@ class History:
     @cached_property
     def usual(self) -> np.ndarray:
         """Variance of each unknown from run to run on an arm of the type, shape (m,)."""
-        return self.learned.run_variance(self.runs)
+        return self.learned.run_variance(self.runs) * self.scatter.variance
 
     @cached_property
     def factor(self) -> np.ndarray:
@@ -235,9 +233,7 @@ class History:
         others = np.arange(stop) != but
         return normal * others[:, None, None], right * others[:, None]
 
-    def _open_level(
-        self, says: Says, columns: np.ndarray, root: np.ndarray, lower: np.ndarray
-    ) -> np.ndarray:
+    def _open_level(self, says: Says, columns: np.ndarray, root: np.ndarray, lower: np.ndarray) -> np.ndarray:
         """What is open of deviations because the arm's unknowns are, shape (r, m)."""
         seen = root[:, :, None] * (np.eye(root.shape[1]) - says.inverse) / root[:, None, :]
         turned = (seen @ columns).reshape(-1, columns.shape[2])
@@ -251,20 +247,23 @@ class History:
 
     def _variances(self, state: State, noise: Noise) -> Noise:
         """The most probable ones, by each run's deviations over the unit's variance."""
-        run = (self.tails + state.deviations) / (self.tails + 1.0)
+        tails, alike = self.scatter.tails, self.scatter.alike
+        run = (tails + state.deviations) / (tails + 1.0)
         unit = noise.unit.copy()
         for rows in self._units(state.changes, state.stop):
             total = np.sum(noise.unit[rows] * state.deviations[rows] / run[rows], axis=0)
-            unit[rows] = (ARMS_DIFFER + total) / (ARMS_DIFFER + len(run[rows]))
+            unit[rows] = (alike + total) / (alike + len(run[rows]))
         return Noise(unit, run)
 
     def _rarity(self, noise: Noise, units: Sequence[slice]) -> float:
         """Logarithm of the probability of variances, per logarithm of them: of Student's distribution."""
         first = noise.unit[[rows.start for rows in units]]
-        return 0.5 * (self.tails * _rare(noise.run) + ARMS_DIFFER * _rare(first))
+        return 0.5 * (self.scatter.tails * _rare(noise.run) + _rare(first, self.scatter.alike))
 
     def _columns(self, changes: Sequence[Change], stop: int) -> np.ndarray:
-        return np.concatenate([self.runs.design[:stop], *(self.columns(one, stop) for one in changes)], axis=2)
+        return np.concatenate(
+            [self.runs.design[:stop], *(self.columns(one, stop) for one in changes)], axis=2
+        )
 
     def _before(self, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
         """Mean and precision of unknowns and amounts before the runs, each (d + c,)."""
@@ -303,7 +302,9 @@ class History:
         stop, columns = state.stop, self._columns(state.changes, state.stop)
         before, weight = self._before(state.changes)
         own, after = (
-            _Sums.of(_says(*self._until(stop, None), self.usual * one.unit * one.run), columns, self.factor[:stop])
+            _Sums.of(
+                _says(*self._until(stop, None), self.usual * one.unit * one.run), columns, self.factor[:stop]
+            )
             for one in (state.noise, noise or state.noise)
         )
         found = []
@@ -321,6 +322,24 @@ class History:
                 side = series @ after.side[start:] - turned.T @ half
                 found.append(Evidence(start, shape, precision, side))
         return found
+
+    def asked_of(self, state: State, run: int) -> Evidence:
+        """What a change in one run only would explain, that run being usual otherwise."""
+        stop, columns = state.stop, self._columns(state.changes, state.stop)
+        before, weight = self._before(state.changes)
+        variance = self.usual * state.noise.unit * state.noise.run
+        variance[run] = (self.usual * state.noise.unit)[run]
+        own = _Sums.of(_says(*self._until(stop, None), variance), columns, self.factor[:stop])
+        lower = linalg.cholesky(own.normal.sum(axis=0) + np.diag(weight), lower=True, check_finite=False)
+        half = linalg.solve_triangular(lower, own.right.sum(axis=0) + weight * before, lower=True)
+        turned = linalg.solve_triangular(lower, own.across[run], lower=True, check_finite=False)
+        return Evidence(run, STEP, own.own[run] - turned.T @ turned, own.side[run] - turned.T @ half)
+
+    def off(self, run: int, level: np.ndarray) -> np.ndarray:
+        """Squared deviations of a run from an arm's unknowns over the usual variance, shape (m,)."""
+        normal, right = (one[run] for one in self._given)
+        left = right - normal @ (self.runs.design[run] @ (level - self.level))
+        return np.asarray(np.linalg.solve(normal + np.diag(1.0 / self.usual), left) ** 2 / self.usual)
 
 
 class _Sums(NamedTuple):
@@ -357,5 +376,5 @@ def _says(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Says:
     return Says(inverse, (size - inverse) / root[:, :, None] / root[:, None, :], scaled / root, constant)
 
 
-def _rare(variances: np.ndarray) -> float:
-    return float(np.sum(1.0 - np.log(variances) - 1.0 / variances))
+def _rare(variances: np.ndarray, freedom: np.ndarray | float = 1.0) -> float:
+    return float(np.sum(freedom * (1.0 - np.log(variances) - 1.0 / variances)))

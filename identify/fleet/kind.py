@@ -130,7 +130,7 @@ class Cause(NamedTuple):
 
 
 def causes(kind: Kind) -> list[Cause]:
-    """All of them: joint effects, drive gains where currents were recorded, a tool, base parameters of links."""
+    """All: joint effects, drive gains where currents were recorded, a tool, base parameters of links."""
     model, unknowns = kind.model, len(kind.names)
     found: list[Cause] = []
     for effect, own in zip(model.effects, model.columns, strict=True):

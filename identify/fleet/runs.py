@@ -67,8 +67,8 @@ class Population(NamedTuple):
 def population(normals: np.ndarray, rights: np.ndarray, before: Population) -> Population:
     """Mean and spread of units (a, d, d), (a, d), by empirical Bayes.
 
-    What was held true before counts as one more unit beside one, and for less the more there are: it is known by
-    its order of magnitude, and what temperature does would else seem to differ between many units by that.
+    What was held true before counts as one more unit beside one, and for less the more there are: it is known
+    by its order of magnitude, and what temperature does would else seem to differ by that between many units.
     """
     found, units, weight = before, len(normals), 1.0 / len(normals)
     for _ in range(ROUNDS):

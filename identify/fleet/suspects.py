@@ -63,7 +63,7 @@ def _suspect(
 
 
 def _usual(learned: Learned) -> np.ndarray:
-    """Amount of each cause that is no surprise: what units differ by, or of friction a third if that is more."""
+    """Amount of each cause that is no surprise: what units differ by, or a third of friction if more."""
     frame = learned.frame
     variance = learned.units.variance[: len(frame.scale)]
     found = 1.0 / np.sqrt(np.sum(frame.directions**2 / variance, axis=1))

@@ -20,9 +20,10 @@ from .recordings import DAILY, OWN, PART, SEASON, SECONDS, START, WEEK
 from .seasons import check_run
 
 TAILS = 3.0
-"""Degrees of freedom of Student's distribution of scatter: its variance is three times the square of its scale."""
-FRICTION, GAIN, OFFSET = 0.006, 0.0005, 0.15
-"""Scale of that scatter: of friction, of drive gains, and of an offset over the arm's own offset [-]."""
+"""Degrees of freedom of Student's distribution of scatter: its variance is thrice its scale's square."""
+FRICTION, GAIN, OFFSET = 0.0044, 0.0005, 0.15
+"""Scale of that scatter: of friction, of drive gains, and of an offset over the arm's own offset [-]. The
+middle half of the runs scatters as normal numbers of 0.5 % do, which `arms` has."""
 OFFSETS = 0.15
 """Offset of a joint over its dry friction, standard deviation between arms [-]."""
 NOISE = 0.01
@@ -103,40 +104,43 @@ class Unit:
     def drawn(cls, kind: str, seed: int) -> "Unit":
         """A sound unit of a type."""
         built, model = arm(kind, seed), check_run(kind, False).kind.model
-        random, given = np.random.default_rng([seed, 7]), dict(zip(built.built.names, built.built.nominal_values, strict=True))
+        random, given = (
+            np.random.default_rng([seed, 7]),
+            dict(zip(built.built.names, built.built.nominal_values, strict=True)),
+        )
         for joint in range(1, model.robot.dof + 1):
             given[f"Off{joint}"] = OFFSETS * given[f"Fc{joint}"] * random.normal()
         values = np.array([given[name] for name in model.names])
         return cls(list(model.names), values, built.gain / model.robot.drive_gain)
 
 
-def season(kind: str, name: str, seed: int, weeks: int, event: Event | None, scatter: float = 1.0) -> list[Run]:
-    """Weekly runs of an arm; units are drawn by their seeds."""
+def season(kind: str, name: str, seed: int, weeks: int, event: Event | None, other: int = -1) -> list[Run]:
+    """Weekly runs of an arm; units are drawn by their seeds, `other` being that of which a stray file is."""
     random = np.random.default_rng([seed, len(kind), 1])
-    own, other = Unit.drawn(kind, 100 + seed), Unit.drawn(kind, 50_000 + seed)
+    own, new, stray = (Unit.drawn(kind, one) for one in (seed, seed + 50_000, max(other, 0)))
     found = []
     for week in range(weeks):
         unit = own
-        if event is not None and (
-            (event.what == "exchange" and week >= event.week) or (event.what == "stray" and week == event.week)
-        ):
-            unit = other
-        found.append(_run(kind, name, unit, week, event, scatter, random))
+        if event is not None and event.what == "exchange" and week >= event.week:
+            unit = new
+        if event is not None and event.what == "stray" and week == event.week:
+            unit = stray
+        found.append(_run(kind, name, unit, week, event, random))
     return found
 
 
 def _run(
-    kind: str, name: str, unit: Unit, week: int, event: Event | None, scatter: float, random: np.random.Generator
+    kind: str, name: str, unit: Unit, week: int, event: Event | None, random: np.random.Generator
 ) -> Run:
     own = check_run(kind, False).kind
-    model, joints = own.model, own.model.robot.dof
+    joints = own.model.robot.dof
     day = START + WEEK * week + random.uniform(0.2, 0.8)
-    season_ = SEASON * np.sin(2.0 * np.pi * (day - START) / (26.0 * WEEK) + seed_phase(name))
-    temperature = REFERENCE + season_ + DAILY * random.normal() + OWN * random.normal(size=joints)
-    values, gain = _scattered(unit, temperature, scatter, random)
+    swing = SEASON * np.sin(2.0 * np.pi * (day - START) / (26.0 * WEEK) + hall(name))
+    temperature = REFERENCE + swing + DAILY * random.normal() + OWN * random.normal(size=joints)
+    values, gain = _scattered(unit, temperature, random)
     carries = bool(random.uniform() < 0.25)
     if event is not None:
-        values, gain = _changed(unit, values, gain, event, week, random)
+        values, gain = _changed(unit, values, gain, event, (day - START) / WEEK, random)
     unknowns = np.append(own.base.regrouping @ values, np.log(gain))
     if event is not None and event.what == "tool" and week >= event.week:
         unknowns[:-joints] += own.body @ tool(TOOL[kind])
@@ -146,13 +150,13 @@ def _run(
     return Run(f"{name} {week}", day, numbers)  # type: ignore[arg-type]
 
 
-def seed_phase(name: str) -> float:
+def hall(name: str) -> float:
     """When its season begins: arms stand in several halls."""
     return float(sum(name.encode()) % 7)
 
 
 def _scattered(
-    unit: Unit, temperature: np.ndarray, scatter: float, random: np.random.Generator
+    unit: Unit, temperature: np.ndarray, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     values, warm = unit.values.copy(), temperature - REFERENCE
     for place, name in enumerate(unit.names):
@@ -160,22 +164,22 @@ def _scattered(
             by = BY_KELVIN[name[:2]] * warm[int(name[2:]) - 1]
             values[place] *= np.exp(-by) if name[:2] == "Fv" else 1.0 - by
         share = OFFSET if name.startswith("Off") else FRICTION if name[:2] in ("Fv", "Fc", "mu") else 0.0
-        values[place] *= 1.0 + scatter * share * random.standard_t(TAILS)
-    return values, unit.gain * (1.0 + scatter * GAIN * random.standard_t(TAILS, len(unit.gain)))
+        values[place] *= 1.0 + share * random.standard_t(TAILS)
+    return values, unit.gain * (1.0 + GAIN * random.standard_t(TAILS, len(unit.gain)))
 
 
 def _changed(
-    unit: Unit, values: np.ndarray, gain: np.ndarray, event: Event, week: int, random: np.random.Generator
+    unit: Unit, values: np.ndarray, gain: np.ndarray, event: Event, weeks: float, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     values, gain = values.copy(), gain.copy()
     if isinstance(event.what, Wear):
-        share = event.what.at(week + 1e-9 - event.week)
+        share = event.what.at(weeks - event.week)
         for name in event.what.parameters:
             if name.startswith("gain"):
                 gain[int(name[4:]) - 1] *= 1.0 + share
             else:
                 values[unit.names.index(name)] *= 1.0 + share
-    elif event.what == "outlier" and week == event.week:
+    elif event.what == "outlier" and int(weeks) == event.week:
         rubbing = [name[:2] in ("Fv", "Fc", "mu") for name in unit.names]
         values[rubbing] *= 1.0 + ODD_FRICTION * random.normal(size=sum(rubbing))
         gain *= 1.0 + ODD_GAIN * random.normal(size=len(gain))
@@ -189,4 +193,6 @@ def tool(mass: float) -> np.ndarray:
     own = mass * 0.3 * off**2
     about = own * np.eye(3) + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     x, y, z = mass * centre
-    return np.array([about[0, 0], about[0, 1], about[0, 2], about[1, 1], about[1, 2], about[2, 2], x, y, z, mass])
+    return np.array(
+        [about[0, 0], about[0, 1], about[0, 2], about[1, 1], about[1, 2], about[2, 2], x, y, z, mass]
+    )
