@@ -6,7 +6,7 @@ STOPPED = 1
 REFUSED = 2
 """Something given was wrong or missing, as argparse has it."""
 LOST = 3
-"""A recording was made whole, and lacks what is lost for good."""
+"""A recording was made whole, and lacks what is lost for good; or some of many cannot be used."""
 WRONG = 4
 """A joint was moved, and did not do what it should."""
 UNSAFE = 5
@@ -20,7 +20,7 @@ MEANINGS = {
     DONE: "done",
     STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog, study)",
     REFUSED: "not done: something given was wrong or missing, which one line on standard error names",
-    LOST: "done, and part of the recording is lost for good (recover)",
+    LOST: "done, and part of the recording is lost for good (recover), or some cannot be used (fleet)",
     WRONG: "done, and the joint does not do what it should (jog)",
     UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog, study)",
     INTERRUPTED: "interrupted by Ctrl-C",

@@ -46,7 +46,10 @@ BODY = (
 )
 """The one body on the flange."""
 ALARMS = Option(
-    "--alarms-per-arm-year N", "false alarms to accept, over all parameters of an arm", positive, 1.0
+    "--alarms-per-arm-year N",
+    "false alarms to accept, over all parameters of an arm; 0.1 is one in ten years",
+    positive,
+    0.1,
 )
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from exidyn.drivers import Sample
 from exidyn.identify.errors import ExidynError, RecordingError
 from exidyn.identify.fleet.compared import Difference, compared
+from exidyn.identify.fleet.drift import Found
 from exidyn.identify.fleet.kind import measures_of
 from exidyn.identify.fleet.learned import Expected, Learned, learned
-from exidyn.identify.fleet.report import KindReport, change_words, temperature_of
+from exidyn.identify.fleet.report import KindReport, change_words, odd_words, temperature_of
 from exidyn.identify.fleet.runs import ArmRuns, Frame, Run
 from exidyn.identify.fleet.summary import Summary, summarised
 from exidyn.identify.model import Model
@@ -27,10 +28,10 @@ SIGNALS = ("position", "current", "torque", "temperature")
 DAY_NS = 86400e9
 
 
-def reports(store: Store, alarms_per_year: float) -> list[KindReport]:
-    """Of each type of arm that has runs."""
+def reports(store: Store, alarms_per_year: float, executor: Executor | None = None) -> list[KindReport]:
+    """Of each type of arm that has runs; arms are tasks of the executor."""
     return [
-        KindReport.of(key, found, alarms_per_year)
+        KindReport.of(key, found, alarms_per_year, executor)
         for key in store.kinds()
         if (found := learned_of(store, key)) is not None
     ]
@@ -82,29 +83,54 @@ def _write_values(folder: Path, report: KindReport, arm: str) -> None:
 
 
 def change_rows(report: KindReport) -> list[dict[str, Any]]:
-    """Changes of the arms of a type, a row each."""
-    causes = report.learned.frame.causes
+    """Changes of the arms of a type, a row each, by the surest of what each changed."""
     return [
         {
             "arm": arm,
             "kind": report.key,
-            "effect": causes[one.cause].effect,
-            "joint": causes[one.cause].joint + 1,
-            "parameter": causes[one.cause].parameter,
-            "unit": causes[one.cause].unit,
+            **_surest(report, one),
             "shape": one.shape,
-            "amount": one.amount,
-            "std": one.std,
-            "usual": one.usual,
             "date": utc(one.day),
             "earliest": utc(one.interval[0]),
             "latest": utc(one.interval[1]),
             "alarm": utc(one.alarmed),
-            "deviations": one.deviations,
+            "evidence": one.evidence,
             "words": change_words(report.learned, one),
         }
         for arm, own in report.drifts.items()
         for one in own.found
+    ]
+
+
+def _surest(report: KindReport, found: Found) -> dict[str, Any]:
+    """Of another arm all parameters are other ones."""
+    if not found.suspect.causes:
+        names: dict[str, Any] = {"effect": found.suspect.name, "joint": 0, "parameter": "", "unit": ""}
+        return names | dict.fromkeys(("amount", "std", "usual"), float("nan"))
+    k = found.surest
+    cause = report.learned.frame.causes[found.suspect.causes[k]]
+    return {
+        "effect": cause.effect,
+        "joint": cause.joint + 1,
+        "parameter": cause.parameter,
+        "unit": cause.unit,
+        "amount": float(found.amounts[k]),
+        "std": float(found.stds[k]),
+        "usual": float(found.usual[k]),
+    }
+
+
+def odd_rows(report: KindReport) -> list[dict[str, Any]]:
+    """Runs out of line of the arms of a type, a row each."""
+    return [
+        {
+            "arm": arm,
+            "key": report.learned.arms[arm].runs[one.run].key,
+            "date": utc(one.day),
+            "words": odd_words(report.learned, one),
+        }
+        for arm, own in report.drifts.items()
+        for one in own.odd
     ]
 
 

@@ -55,6 +55,7 @@ class Row:
         date: When it began.
         kind: Type of its arm.
         error: Why it could not be identified; empty if it was.
+        note: What its file lacks; empty for nothing.
         summary: What it says of the arm.
     """
 
@@ -63,6 +64,7 @@ class Row:
     date: datetime
     kind: str
     error: str = ""
+    note: str = ""
     summary: Summary | None = None
 
 
@@ -115,7 +117,9 @@ class Store:
             parts = sorted(folder.glob("*.parquet"))
             if len(parts) == 1:
                 continue
-            rows = arrow.concat_tables([parquet.read_table(part) for part in parts])
+            rows = arrow.concat_tables(
+                [parquet.read_table(part) for part in parts], promote_options="default"
+            )
             keys = np.asarray(rows["key"].to_pylist())
             rows = rows.take(np.unique(keys, return_index=True)[1])
             _write(folder / f"{MERGED}-{uuid4().hex}.parquet", rows)
@@ -126,7 +130,7 @@ class Store:
         """Every run without its summary, by key."""
         return {
             row["key"]: row
-            for row in self._rows(["key", "file", "size", "modified", "date", "kind", "error"])
+            for row in self._rows(["key", "file", "size", "modified", "date", "kind", "error", "note"])
         }
 
     def arms(self, kind: str) -> dict[str, list[Run]]:
@@ -150,7 +154,7 @@ class Store:
         for path in sorted(self.runs.glob("*/*/*.parquet")):
             arm = unquote(path.parent.parent.name.partition("=")[2])
             for row in parquet.ParquetFile(path).read(columns).to_pylist():
-                yield {**row, "arm": arm}
+                yield {"note": "", **row, "arm": arm}  # files of an earlier version have no notes
 
 
 def _columns(row: Row) -> dict[str, Any]:
@@ -163,6 +167,7 @@ def _columns(row: Row) -> dict[str, Any]:
         "size": row.found.size,
         "modified": row.found.modified,
         "error": row.error,
+        "note": row.note,
         "seconds": said.seconds if said else None,
         "payload": said.payload if said else None,
         "payload_known": said.known if said else None,

@@ -167,7 +167,8 @@ def identify_one(source: Source, store: Store, one: Found, begun: str) -> str:
             date, kind = date_of(recording, one.path), kind_key(recording)
             if kind not in store.kinds():
                 return kind
-            row = Row(key, one, date, kind, summary=summarised(recording, known_kind(store, kind)))
+            summary = summarised(recording, known_kind(store, kind))
+            row = Row(key, one, date, kind, note=" ".join(recording.warnings), summary=summary)
         except ExidynError as error:
             row = Row(key, one, date, kind, error=str(error))
         store.write_run(row)
@@ -191,6 +192,13 @@ def left_out(store: Store) -> Iterator[tuple[str, str]]:
     for row in store.index().values():
         if row["error"]:
             yield row["file"], row["error"]
+
+
+def not_whole(store: Store) -> Iterator[tuple[str, str]]:
+    """File of each recording that was used though part of it is missing, and what."""
+    for row in store.index().values():
+        if row["note"] and not row["error"]:
+            yield row["file"], row["note"]
 
 
 def last_runs(store: Store) -> dict[str, dict[str, Any]]:

@@ -94,16 +94,10 @@ def _apart(learned: Learned, first: ArmRuns, second: ArmRuns) -> tuple[np.ndarra
 
 
 def _asked(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:
-    """Causes, and base parameters of the links; each direction in the frame's units for an amount of one."""
+    """Causes; each direction in the frame's units for an amount of one."""
     frame = learned.frame
     labels = [(c.effect, c.joint, c.parameter, c.unit, c.place) for c in frame.causes]
-    taken = {one.place for one in frame.causes if one.unit}
-    base = frame.kind.base
-    links = [k for k in range(len(base.kept)) if k not in taken]
-    labels += [("link_inertia", -1, base.names[k], base.units[k], k) for k in links]
-    return labels, np.concatenate(
-        [frame.directions, np.eye(len(frame.scale))[links] / frame.scale[links, None]]
-    )
+    return labels, frame.directions
 
 
 def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray) -> np.ndarray:

@@ -1,165 +1,380 @@
-"""History: an arm's runs with changes as unknowns beside its own, and what a further one would explain."""
+"""History: how probable an arm's runs are with given changes, and what a further change would explain.
 
-from dataclasses import dataclass
+A run's unknowns are the arm's, with temperature, changes, and a deviation of its own. That deviation is as
+large as the arm's own scatter, and has heavy tails: each unknown of each run has a variance of its own, which
+is usually that of the arm and now and then many times as large (Student's distribution as a mixture of normal
+ones). Variances are found with the changes, so that a run far out of line explains itself, and a change is
+believed only if that is the worse explanation. The arm's scatter is found the same way, from its own runs
+and about that of its type.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
 
-from ..positive_definite import root
 from .learned import Learned
 from .runs import ArmRuns
+from .scatter import Scatter
+from .suspects import EXCHANGE, Suspect, suspects
 
 STEP, CREEP = SHAPES = "step", "creep"
 YEAR = 365.25
-ANY = 1e6
-"""Standard deviation of a change before the data, in the frame's units: nothing is known."""
 PLAUSIBLE = (0.2, 5.0)
 """Friction at a temperature over that at the reference, at least and at most [-]."""
-LEAST = 1e-9
-"""Share of what a run shows of a cause that is rounding, over what another run shows of it."""
+ROUNDS = 12
+"""Of variances and unknowns, each from the other; what is left changes no score by one."""
+KNOWN = 8
+"""Runs from which on what is open of an arm's level is little beside a run's own scatter."""
 
 
 class Change(NamedTuple):
-    """A cause, by its place, that changes at once before run `start`, or creeps since the run before it."""
+    """A suspect, by its place, that changes at once before run `start`, or creeps since the run before it."""
 
-    cause: int
+    suspect: int
     start: int
     shape: str
 
 
-class Answer(NamedTuple):
-    """A change, its amount in the unit of its cause, a year if it creeps, and that over its deviation."""
+class Noise(NamedTuple):
+    """Variances over those of the type: of the unit (r, m), and of each run (r, m) beyond its unit's."""
 
-    change: Change
-    amount: float
-    std: float
-    deviations: float
+    unit: np.ndarray
+    run: np.ndarray
+
+    def until(self, stop: int) -> "Noise":
+        """For so many runs; those that are new are usual."""
+        more = max(stop - len(self.run), 0)
+        new = np.ones((more, self.run.shape[1]))
+        unit = np.concatenate([self.unit, np.repeat(self.unit[-1:], more, axis=0)])
+        return Noise(unit[:stop], np.concatenate([self.run, new])[:stop])
+
+    def usual_from(self, start: int) -> "Noise":
+        """The same with usual runs from one on."""
+        run = self.run.copy()
+        run[start:] = 1.0
+        return Noise(self.unit, run)
 
 
-class Sums(NamedTuple):
-    """Normal matrices (r, d, d) and right-hand sides (r, d) of d columns, cumulated over runs.
+class Says(NamedTuple):
+    """What each run says of the arm's unknowns and changes, its own deviation allowed for.
 
-    Products (r, d, k) are those with the causes in each run.
+    Attributes:
+        inverse: Of the unit matrix and the run's normal matrix over its variances, shape (r, m, m).
+        normal: Shape (r, m, m), and
+        right: shape (r, m).
+        constant: Logarithm of the run's probability but for these, shape (r,).
     """
 
+    inverse: np.ndarray
     normal: np.ndarray
     right: np.ndarray
-    products: np.ndarray
+    constant: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Runs before `stop` explained.
+
+    Attributes:
+        changes: By these.
+        stop: Number of runs.
+        score: Logarithm of their probability, but for a constant.
+        noise: Variances.
+        mean: The arm's unknowns about `History.level`, then the amounts of the changes, shape (d + c,).
+        lower: Root of their precision.
+        deviations: Squares of each run's own deviations over the variance of the arm, shape (r, m).
+        seen: Share of each deviation that the run shows, the rest being what is usual, shape (r, m).
+    """
+
+    changes: tuple[Change, ...]
+    stop: int
+    score: float
+    noise: Noise
+    mean: np.ndarray
+    lower: np.ndarray
+    deviations: np.ndarray
+    seen: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a change from `start` on, of any suspect, would add: precision (m, m) and right-hand side (m,)."""
+
+    start: int
+    shape: str
+    precision: np.ndarray
+    right: np.ndarray
+
+    def gains(self, suspects: Sequence[Suspect]) -> np.ndarray:
+        """Logarithms of the factors by which runs are more probable, amounts integrated out, shape (k,)."""
+        found, single = np.empty(len(suspects)), [k for k, one in enumerate(suspects) if len(one.std) == 1]
+        columns = np.concatenate([suspects[k].columns * suspects[k].std for k in single])
+        own = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
+        found[single] = 0.5 * ((columns @ self.right) ** 2 / own - np.log(own))
+        for k in set(range(len(suspects))) - set(single):
+            found[k] = self._gain(suspects[k].columns * suspects[k].std[:, None])
+        return found
+
+    def _gain(self, columns: np.ndarray) -> float:
+        inner = np.eye(len(columns)) + columns @ self.precision @ columns.T
+        side, lower = columns @ self.right, linalg.cholesky(inner, lower=True, check_finite=False)
+        solved = linalg.solve_triangular(lower, side, lower=True, check_finite=False)
+        return float(0.5 * solved @ solved - np.sum(np.log(np.diag(lower))))
 
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """Normal matrices of one arm's runs, changes as columns beside its unknowns."""
+    """One arm's runs, and how those of its type scatter."""
 
     learned: Learned
     runs: ArmRuns
+    scatter: Scatter
 
     @cached_property
-    def says(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.learned.says(self.runs)
-
-    @property
-    def directions(self) -> np.ndarray:
-        return self.learned.frame.directions
-
-    def series(self, change: Change) -> np.ndarray:
-        """How much of a change each run has, shape (r,): none or one; or years since it began."""
-        days = self.runs.days
-        if change.shape == STEP:
-            return (np.arange(len(days)) >= change.start).astype(float)
-        return np.maximum(days - days[change.start - 1], 0.0) / YEAR
+    def suspects(self) -> list[Suspect]:
+        """What may have happened."""
+        return suspects(self.learned)
 
     @cached_property
-    def _arm(self) -> Sums:
-        design, (normal, right) = self.runs.design, self.says
-        turned = np.swapaxes(design, 1, 2)
-        return Sums(
-            np.cumsum(turned @ (normal @ design), axis=0),
-            np.cumsum(np.einsum("rdm,rm->rd", turned, right), axis=0),
-            turned @ (normal @ self.directions.T) * self._factor[:, None, :],
-        )
-
-    def _changed(self, changes: list[Change]) -> tuple[Sums, np.ndarray]:
-        """The same of c changes, and sums over runs of their products with the arm's unknowns (r, d, c)."""
-        (normal, right), factor = self.says, self._factor
-        columns = np.zeros((*right.shape, len(changes)))
-        for place, one in enumerate(changes):
-            by_run = self.series(one) * factor[:, one.cause]
-            columns[:, :, place] = by_run[:, None] * self.directions[one.cause]
-        weighted, turned = normal @ columns, np.swapaxes(columns, 1, 2)
-        own = Sums(
-            np.cumsum(turned @ weighted, axis=0),
-            np.cumsum(np.einsum("rcm,rm->rc", turned, right), axis=0),
-            np.swapaxes(weighted, 1, 2) @ self.directions.T * factor[:, None, :],
-        )
-        return own, np.cumsum(np.swapaxes(self.runs.design, 1, 2) @ weighted, axis=0)
+    def level(self) -> np.ndarray:
+        """Unknowns about which all is expressed, so that no digits are lost, shape (d,)."""
+        return self.learned.level(self.runs)[0]
 
     @cached_property
-    def _own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Each cause's own normal number and right-hand side in each run, shapes (r, k)."""
-        normal, right = self.says
-        directions, factor = self.directions, self._factor
-        squares = np.einsum("km,rmn,kn->rk", directions, normal, directions, optimize=True)
-        # of a tool, a run with a body that nobody knows shows nothing but rounding
-        squares = np.maximum(squares, LEAST * np.max(squares, axis=0))
-        return squares * factor**2, (right @ directions.T) * factor
+    def _given(self) -> tuple[np.ndarray, np.ndarray]:
+        normal = self.runs.normal / self.learned.trust
+        about = np.einsum("rmn,rnd,d->rm", normal, self.runs.design, self.level)
+        return normal, self.runs.right / self.learned.trust - about
 
     @cached_property
-    def _factor(self) -> np.ndarray:
-        """Friction at a run's temperature over that at the reference, shape (r, k); one for all else.
+    def usual(self) -> np.ndarray:
+        """Variance of each unknown from run to run on an arm of the type, shape (m,)."""
+        return self.learned.run_variance(self.runs) * self.scatter.variance
+
+    @cached_property
+    def factor(self) -> np.ndarray:
+        """Friction at a run's temperature over that at the reference, shape (r, m); one for all else.
 
         A worn bearing has so much more friction, in per cent, warm or cold.
         """
-        frame, found = self.learned.frame, np.ones((len(self.runs.days), len(self.directions)))
-        level, _ = self.learned.level(self.runs)
-        in_runs = self.runs.design @ level
+        frame = self.learned.frame
+        found, in_runs = np.ones((len(self.runs.days), len(frame.scale))), self.runs.design @ self.level
         for k in frame.thermal:
             place = frame.causes[k].place
-            if abs(level[place]) > 1.0:  # more than units differ by: not near zero
-                found[:, k] = np.clip(in_runs[:, place] / level[place], *PLAUSIBLE)
+            if abs(self.level[place]) > 1.0:  # more than units differ by: not near zero
+                found[:, place] = np.clip(in_runs[:, place] / self.level[place], *PLAUSIBLE)
         return found
 
-    def before(self, changes: list[Change]) -> np.ndarray:
-        """The arm's unknowns before the first change, by all runs, in the frame's units, shape (m,)."""
-        last = len(self.runs.days) - 1
-        lower, right = self._posterior(*self._changed(changes), last)
-        return linalg.solve_triangular(lower, right, lower=True, trans=1)[: len(self.learned.frame.scale)]
+    def series(self, change: Change, stop: int) -> np.ndarray:
+        """How much of a change each run has, shape (r,): none at first, all by now."""
+        days = self.runs.days[:stop]
+        if change.shape == STEP:
+            return (np.arange(stop) >= change.start).astype(float)
+        since = np.maximum(days - days[change.start - 1], 0.0)
+        return since / max(float(since[-1]), 1e-3)
 
-    def _posterior(self, own: Sums, across: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Of unknowns and changes by runs up to `last`: root L of the precision, and L^-1 right side."""
-        arm, units, count = self._arm, self.learned.units, own.right.shape[1]
-        normal = np.block([[arm.normal[last], across[last]], [across[last].T, own.normal[last]]])
-        precision = np.concatenate([1.0 / units.variance, np.full(count, ANY**-2.0)])
-        lower = root(normal + np.diag(precision))
-        right = np.append(arm.right[last] + units.mean / units.variance, own.right[last])
-        return lower, linalg.solve_triangular(lower, right, lower=True, check_finite=False)
+    def columns(self, change: Change, stop: int) -> np.ndarray:
+        """What amounts of a change add to the unknowns of each run, shape (r, m, k).
 
-    def asked(self, changes: list[Change], stop: int, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Amounts of every cause and their deviations by runs before `stop`, each (shapes, starts, k)."""
-        changed, crossed = self._changed(changes)
-        lower, right = self._posterior(changed, crossed, stop - 1)
-        rows = np.array([self.series(Change(0, start, shape))[:stop] for shape in SHAPES for start in starts])
-        normal, side = self._own
-        products = (self._arm.products[:stop], changed.products[:stop])
-        across = np.concatenate(
-            [np.tensordot(rows, one, axes=1) for one in products], axis=1
-        )  # (s, d + c, k)
-        count, size, causes = across.shape
-        flat = np.swapaxes(across, 0, 1).reshape(size, -1)
-        flat = linalg.solve_triangular(lower, flat, lower=True, check_finite=False)
-        explained = np.sum(flat**2, axis=0).reshape(count, causes)
-        own = rows**2 @ normal[:stop]
-        left = np.maximum(own - explained, LEAST * own + np.finfo(float).tiny)
-        amount = (rows @ side[:stop] - (right @ flat).reshape(count, causes)) / left
-        shape = (len(SHAPES), len(starts), causes)
-        return amount.reshape(shape), (1.0 / np.sqrt(left)).reshape(shape)
+        Another arm has unknowns of its own, those of temperature too.
+        """
+        suspect, series = self.suspects[change.suspect], self.series(change, stop)
+        if suspect.name == EXCHANGE:
+            return series[:, None, None] * self.runs.design[:stop]
+        return (series[:, None] * self.factor[:stop])[:, :, None] * suspect.columns.T
 
-    def best(self, changes: list[Change], stop: int, starts: list[int]) -> Answer:
-        """The change that makes the runs most probable."""
-        amount, std = self.asked(changes, stop, starts)
-        place = np.unravel_index(np.argmax(np.abs(amount) / std), amount.shape)
-        shape, start, cause = (int(one) for one in place)
-        change = Change(cause, starts[start], SHAPES[shape])
-        return Answer(change, float(amount[place]), float(std[place]), float(abs(amount[place]) / std[place]))
+    def std(self, change: Change) -> np.ndarray:
+        """Usual size of its amounts, shape (k,)."""
+        suspect = self.suspects[change.suspect]
+        return np.sqrt(2.0 * self.learned.units.variance) if suspect.name == EXCHANGE else suspect.std
+
+    def quiet(self, stop: int) -> Noise:
+        """Variances before anything is known."""
+        return Noise(*np.ones((2, stop, len(self.usual))))
+
+    def explained(
+        self, changes: Sequence[Change], stop: int, noise: Noise, rounds: int = ROUNDS, but: int | None = None
+    ) -> State:
+        """Unknowns, amounts and variances of the runs before `stop`, beginning with some variances.
+
+        Without run `but`, if there is one to be left out.
+        """
+        noise, found = noise.until(stop), None
+        for _ in range(rounds):
+            found = self._round(tuple(changes), stop, noise, but)
+            noise = self._variances(found, noise)
+        assert found is not None  # at least one round
+        return replace(found, noise=noise)
+
+    def _round(self, changes: tuple[Change, ...], stop: int, noise: Noise, but: int | None) -> State:
+        given = self._until(stop, but)
+        says, columns = _says(*given, self.usual * noise.unit * noise.run), self._columns(changes, stop)
+        mean, lower, score = self._posterior(changes, says, columns)
+        score += float(np.sum(says.constant)) + self._rarity(noise, self._units(changes, stop))
+        variance = self.usual * noise.unit * noise.run
+        root, (normal, right) = np.sqrt(variance), given
+        left = right - np.einsum("rmn,rn->rm", normal, columns @ mean)
+        amounts = root * np.einsum("rmn,rn->rm", says.inverse, root * left)
+        open_ = variance * np.diagonal(says.inverse, axis1=1, axis2=2)
+        seen = 1.0 - open_ / variance
+        if stop < KNOWN:
+            open_ = open_ + self._open_level(says, columns, root, lower)
+        deviations = (amounts**2 + open_) / (self.usual * noise.unit)
+        return State(changes, stop, score, noise, mean, lower, deviations, seen)
+
+    def _until(self, stop: int, but: int | None) -> tuple[np.ndarray, np.ndarray]:
+        normal, right = (one[:stop] for one in self._given)
+        if but is None:
+            return normal, right
+        others = np.arange(stop) != but
+        return normal * others[:, None, None], right * others[:, None]
+
+    def _open_level(self, says: Says, columns: np.ndarray, root: np.ndarray, lower: np.ndarray) -> np.ndarray:
+        """What is open of deviations because the arm's unknowns are, shape (r, m)."""
+        seen = root[:, :, None] * (np.eye(root.shape[1]) - says.inverse) / root[:, None, :]
+        turned = (seen @ columns).reshape(-1, columns.shape[2])
+        solved = linalg.solve_triangular(lower, turned.T, lower=True, check_finite=False)
+        return np.sum(solved**2, axis=0).reshape(root.shape)
+
+    def _units(self, changes: Sequence[Change], stop: int) -> list[slice]:
+        """Runs of each unit that was under the arm's name."""
+        edges = sorted({one.start for one in changes if self.suspects[one.suspect].name == EXCHANGE})
+        return [slice(*one) for one in zip([0, *edges], [*edges, stop], strict=True)]
+
+    def _variances(self, state: State, noise: Noise) -> Noise:
+        """The most probable ones, by each run's deviations over the unit's variance."""
+        tails, alike = self.scatter.tails, self.scatter.alike
+        run = (tails + state.deviations) / (tails + 1.0)
+        unit = noise.unit.copy()
+        for rows in self._units(state.changes, state.stop):
+            total = np.sum(noise.unit[rows] * state.deviations[rows] / run[rows], axis=0)
+            unit[rows] = (alike + total) / (alike + len(run[rows]))
+        return Noise(unit, run)
+
+    def _rarity(self, noise: Noise, units: Sequence[slice]) -> float:
+        """Logarithm of the probability of variances, per logarithm of them: of Student's distribution."""
+        first = noise.unit[[rows.start for rows in units]]
+        return 0.5 * (self.scatter.tails * _rare(noise.run) + _rare(first, self.scatter.alike))
+
+    def _columns(self, changes: Sequence[Change], stop: int) -> np.ndarray:
+        return np.concatenate(
+            [self.runs.design[:stop], *(self.columns(one, stop) for one in changes)], axis=2
+        )
+
+    def _before(self, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and precision of unknowns and amounts before the runs, each (d + c,)."""
+        units = self.learned.units
+        stds = [self.std(one) ** -2.0 for one in changes]
+        amounts = np.zeros(sum(len(one) for one in stds))
+        return (
+            np.concatenate([units.mean - self.level, amounts]),
+            np.concatenate([1.0 / units.variance, *stds]),
+        )
+
+    def _posterior(
+        self, changes: Sequence[Change], says: Says, columns: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Mean and root of the precision; and the logarithm of the probability, all but constants."""
+        before, weight = self._before(changes)
+        weighted = says.normal @ columns
+        flat = columns.reshape(-1, columns.shape[2])
+        precision = flat.T @ weighted.reshape(flat.shape) + np.diag(weight)
+        right = flat.T @ says.right.reshape(-1) + weight * before
+        lower = linalg.cholesky(precision, lower=True, check_finite=False)
+        half = linalg.solve_triangular(lower, right, lower=True, check_finite=False)
+        mean = linalg.solve_triangular(lower, half, lower=True, trans=1, check_finite=False)
+        score = 0.5 * (half @ half - before @ (weight * before) + np.sum(np.log(weight)))
+        return mean, lower, float(score - np.sum(np.log(np.diag(lower))))
+
+    def asked(self, state: State, starts: Sequence[int], noise: Noise | None = None) -> list[Evidence]:
+        """What a further change from each of these runs on would explain, at once and creeping.
+
+        Args:
+            state: The runs as they are explained so far.
+            starts: First runs after a change.
+            noise: Variances of the runs from the change on; those of the state by default, by which a change
+                counts for little, since runs after it explain themselves as being out of line.
+        """
+        stop, columns = state.stop, self._columns(state.changes, state.stop)
+        before, weight = self._before(state.changes)
+        own, after = (
+            _Sums.of(
+                _says(*self._until(stop, None), self.usual * one.unit * one.run), columns, self.factor[:stop]
+            )
+            for one in (state.noise, noise or state.noise)
+        )
+        found = []
+        for start in starts:
+            parts = (slice(None, start), slice(start, None))
+            normal = sum(one.normal[rows].sum(axis=0) for one, rows in zip((own, after), parts, strict=True))
+            right = sum(one.right[rows].sum(axis=0) for one, rows in zip((own, after), parts, strict=True))
+            lower = linalg.cholesky(normal + np.diag(weight), lower=True, check_finite=False)
+            half = linalg.solve_triangular(lower, right + weight * before, lower=True, check_finite=False)
+            for shape in SHAPES:
+                series = self.series(Change(0, start, shape), stop)[start:]
+                across = np.tensordot(series, after.across[start:], axes=1)
+                turned = linalg.solve_triangular(lower, across, lower=True, check_finite=False)
+                precision = np.tensordot(series**2, after.own[start:], axes=1) - turned.T @ turned
+                side = series @ after.side[start:] - turned.T @ half
+                found.append(Evidence(start, shape, precision, side))
+        return found
+
+    def asked_of(self, state: State, run: int) -> Evidence:
+        """What a change in one run only would explain, that run being usual otherwise."""
+        stop, columns = state.stop, self._columns(state.changes, state.stop)
+        before, weight = self._before(state.changes)
+        variance = self.usual * state.noise.unit * state.noise.run
+        variance[run] = (self.usual * state.noise.unit)[run]
+        own = _Sums.of(_says(*self._until(stop, None), variance), columns, self.factor[:stop])
+        lower = linalg.cholesky(own.normal.sum(axis=0) + np.diag(weight), lower=True, check_finite=False)
+        half = linalg.solve_triangular(lower, own.right.sum(axis=0) + weight * before, lower=True)
+        turned = linalg.solve_triangular(lower, own.across[run], lower=True, check_finite=False)
+        return Evidence(run, STEP, own.own[run] - turned.T @ turned, own.side[run] - turned.T @ half)
+
+    def off(self, run: int, level: np.ndarray) -> np.ndarray:
+        """Squared deviations of a run from an arm's unknowns over the usual variance, shape (m,)."""
+        normal, right = (one[run] for one in self._given)
+        left = right - normal @ (self.runs.design[run] @ (level - self.level))
+        return np.asarray(np.linalg.solve(normal + np.diag(1.0 / self.usual), left) ** 2 / self.usual)
+
+
+class _Sums(NamedTuple):
+    """Each run's products with the columns, with a change of every unknown, and of both."""
+
+    normal: np.ndarray
+    right: np.ndarray
+    across: np.ndarray
+    own: np.ndarray
+    side: np.ndarray
+
+    @classmethod
+    def of(cls, says: Says, columns: np.ndarray, factor: np.ndarray) -> "_Sums":
+        turned = np.swapaxes(columns, 1, 2)
+        weighted = turned @ says.normal
+        return cls(
+            weighted @ columns,
+            np.einsum("rdm,rm->rd", turned, says.right),
+            weighted * factor[:, None, :],
+            factor[:, :, None] * says.normal * factor[:, None, :],
+            factor * says.right,
+        )
+
+
+def _says(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Says:
+    """By normal matrices, right-hand sides and variances of runs' own deviations."""
+    root, size = np.sqrt(variance), np.eye(variance.shape[1])
+    inner = size + root[:, :, None] * normal * root[:, None, :]
+    inverse = np.linalg.inv(inner)
+    inverse = 0.5 * (inverse + np.swapaxes(inverse, 1, 2))
+    _, logarithm = np.linalg.slogdet(inner)
+    scaled = np.einsum("rmn,rn->rm", inverse, root * right)
+    constant = 0.5 * np.sum(root * right * scaled, axis=1) - 0.5 * logarithm
+    return Says(inverse, (size - inverse) / root[:, :, None] / root[:, None, :], scaled / root, constant)
+
+
+def _rare(variances: np.ndarray, freedom: np.ndarray | float = 1.0) -> float:
+    return float(np.sum(freedom * (1.0 - np.log(variances) - 1.0 / variances)))

@@ -1,9 +1,10 @@
 """Kind: a type of arm, by what its runs are reduced so that they can be compared, and what may change on it.
 
 Each cause of a change is a direction in the space of the arm's unknowns. Links do not wear: their inertias
-stay, but for the last link's mass and first moments, which a tool changes.
+stay, but for the last link's, which a tool changes.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -122,9 +123,14 @@ class Cause(NamedTuple):
         """Whether it may differ from run to run: all but a tool."""
         return self.effect != "payload"
 
+    @property
+    def wears(self) -> bool:
+        """Whether it may change on an arm by itself: links and tools do not."""
+        return self.effect not in ("payload", "link_inertia")
+
 
 def causes(kind: Kind) -> list[Cause]:
-    """All of them, joint effects first, then drive gains where currents were recorded, then a tool."""
+    """All: joint effects, drive gains where currents were recorded, a tool, base parameters of links."""
     model, unknowns = kind.model, len(kind.names)
     found: list[Cause] = []
     for effect, own in zip(model.effects, model.columns, strict=True):
@@ -133,7 +139,7 @@ def causes(kind: Kind) -> list[Cause]:
     if kind.measures == "current":
         directions = np.eye(unknowns)[len(kind.base.kept) :]
         found += [Cause("drive_gain", joint, "gain", "", one) for joint, one in enumerate(directions)]
-    return found + _tool(kind)
+    return found + _tool(kind) + _links(kind, {one.place for one in found})
 
 
 def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
@@ -162,13 +168,23 @@ def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
 
 
 def _tool(kind: Kind) -> list[Cause]:
-    """What a tool adds: mass and first moments of the last link."""
+    """What a tool adds to the last link: mass, first moments and inertia."""
     last = kind.model.inertias[-1].start
-    joint, units = kind.model.robot.dof - 1, {"M": "kg"}
+    joint, units = kind.model.robot.dof - 1, {"M": "kg", "MX": "kg m", "MY": "kg m", "MZ": "kg m"}
     return [
-        Cause("payload", joint, name, units.get(name, "kg m"), _direction(kind, last + INERTIAL.index(name)))
-        for name in ("M", "MX", "MY", "MZ")
-        if np.any(kind.base.regrouping[:, last + INERTIAL.index(name)])
+        Cause("payload", joint, name, units.get(name, "kg m^2"), _direction(kind, last + place))
+        for place, name in enumerate(INERTIAL)
+        if np.any(kind.base.regrouping[:, last + place])
+    ]
+
+
+def _links(kind: Kind, taken: Collection[int]) -> list[Cause]:
+    """Base parameters of the links, as far as no effect is one: they stay as long as the arm is the same."""
+    base, size = kind.base, len(kind.names)
+    return [
+        Cause("link_inertia", -1, base.names[k], base.units[k], np.eye(size)[k], k)
+        for k in range(len(base.kept))
+        if k not in taken
     ]
 
 

@@ -57,6 +57,17 @@ class Learned:
         """`Frame.sizes` of an arm's scattering causes, shape (s,)."""
         return self.frame.sizes(runs.about)[self.scattering]
 
+    def run_variance(self, runs: ArmRuns) -> np.ndarray:
+        """Variance of each unknown of an arm from run to run, in the frame's units, shape (m,)."""
+        frame, joints = self.frame, self.frame.kind.model.robot.dof
+        found = (LEAST_SCATTER**2) * self.units.variance[: len(frame.scale)]
+        for k, variance, size in zip(self.scattering, self.scatter, self.sizes(runs), strict=True):
+            one, gains = frame.causes[k], len(frame.scale) - joints
+            place = gains + one.joint if one.effect == "drive_gain" else one.place
+            if place >= 0:
+                found[place] = max(found[place], variance * (size * frame.directions[k, place]) ** 2)
+        return found
+
     @property
     def spread(self) -> np.ndarray:
         """Of each scattering cause's amount between units, shape (s,): what lies a deviation off."""

@@ -67,14 +67,15 @@ class Population(NamedTuple):
 def population(normals: np.ndarray, rights: np.ndarray, before: Population) -> Population:
     """Mean and spread of units (a, d, d), (a, d), by empirical Bayes.
 
-    What was held true before counts as one more unit.
+    What was held true before counts as one more unit beside one, and for less the more there are: it is known
+    by its order of magnitude, and what temperature does would else seem to differ by that between many units.
     """
-    found, units = before, len(normals)
+    found, units, weight = before, len(normals), 1.0 / len(normals)
     for _ in range(ROUNDS):
         means, covariances = zip(*map(found.posterior, normals, rights), strict=True)
-        mean = (before.mean + np.sum(means, axis=0)) / (1 + units)
+        mean = (weight * before.mean + np.sum(means, axis=0)) / (weight + units)
         square = np.square(means - mean) + np.diagonal(covariances, axis1=1, axis2=2)
-        found = Population(mean, (before.variance + square.sum(axis=0)) / (1 + units))
+        found = Population(mean, (weight * before.variance + square.sum(axis=0)) / (weight + units))
     return found
 
 

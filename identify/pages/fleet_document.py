@@ -24,13 +24,17 @@ from ..fleet.drift import LEAST, ArmDrift, Found
 from ..fleet.report import (
     KindReport,
     amount_words,
+    bound_words,
     change_words,
     date_words,
+    odd_words,
     subject,
+    suspect_words,
     temperature_of,
 )
+from ..fleet.suspects import EXCHANGE, TOOL
 from ..notebook import counted
-from ..text_table import NORMAL_95
+from ..text_table import NORMAL_95, digits
 from .svg import Panel, Span, picture
 
 WIDTH, HEIGHT, WARMTH = 560.0, 190.0, 60.0
@@ -43,6 +47,7 @@ def fleet_page(
     left_out: Sequence[tuple[str, str]],
     links: Mapping[str, Mapping[str, str]],
     rate: float,
+    marked: Sequence[tuple[str, str]] = (),
 ) -> str:
     """The page.
 
@@ -51,24 +56,27 @@ def fleet_page(
         left_out: Files that could not be identified, and why.
         links: Arm -> what there is of it, in words, -> its address.
         rate: False alarms an arm and year that were allowed.
+        marked: Files that are not whole but were used as far as they go, and what is missing.
     """
     arms = sum(len(one.drifts) for one in reports)
     runs = sum(len(own.runs) for one in reports for own in one.learned.arms.values())
     changed = [arm for one in reports for arm, found in one.drifts.items() if found.found]
     note = (
-        f"{counted(arms, 'arm')}, {counted(runs, 'run')}; changed: {len(changed)}; false alarms allowed: "
-        f"{rate:g} an arm and year"
+        f"{counted(arms, 'arm')}, {counted(runs, 'run')}; changed: {len(changed)}; "
+        f"{bound_words(reports, rate)}"
     )
     sections = [Section("changes", "What changed", [_changes(reports)])]
+    if odd := _odd(reports):
+        sections.append(Section("odd", "Runs out of line", [odd]))
     sections += [
         Section(f"map-{one.key}", f"Arms of {one.learned.frame.kind.model.robot.name}", [_map(one)])
         for one in reports
     ]
     for one in reports:
         sections += [_arm(one, arm, links.get(arm, {})) for arm in one.drifts]
-    if left_out:
-        table = Table(["recording", "why"], left_out, words=(1,))
-        sections.append(Section("left-out", "Left out", [table]))
+    for key, title, files in (("left-out", "Left out", left_out), ("marked", "Not whole", marked)):
+        if files:
+            sections.append(Section(key, title, [Table(["recording", "why"], files, words=(1,))]))
     return html(Document("Fleet", note, sections))
 
 
@@ -89,6 +97,16 @@ def _changes(reports: Sequence[KindReport]) -> Block:
     return Table(["arm", "what changed", "first seen"], rows, words=(1, 2))
 
 
+def _odd(reports: Sequence[KindReport]) -> Block | None:
+    rows: list[list[Cell]] = [
+        [_link(arm), odd_words(one.learned, odd)]
+        for one in reports
+        for arm, own in one.drifts.items()
+        for odd in own.odd
+    ]
+    return Table(["arm", "which run, and what it is"], rows, words=(1,)) if rows else None
+
+
 def _link(arm: str) -> Link:
     return Link(arm, f"#{anchor_of(arm)}")
 
@@ -101,26 +119,41 @@ def _map(report: KindReport) -> Table:
 
 
 def _cells(report: KindReport, own: ArmDrift) -> Iterator[Cell]:
-    frame = report.learned.frame
-    joints = frame.kind.model.robot.joints
-    for joint in range(frame.kind.model.robot.dof):
-        here = [one for one in own.found if frame.causes[one.cause].joint == joint]
+    causes, robot = report.learned.frame.causes, report.learned.frame.kind.model.robot
+    for joint in range(robot.dof):
+        here = [
+            one
+            for one in own.found
+            if one.suspect.name == EXCHANGE or any(causes[k].joint == joint for k in one.suspect.causes)
+        ]
         if not here:
             yield "-"
             continue
-        surest = max(here, key=lambda one: one.deviations)
-        cause = frame.causes[surest.cause]
-        amount = amount_words(surest.amount, surest.std, surest.usual, cause.unit)
-        yield Marked(f"{named(cause.effect, [], joints)}: {amount}", "bad")
+        surest = max(here, key=lambda one: one.evidence)
+        yield Marked(_brief(report, surest), "bad")
+
+
+def _brief(report: KindReport, found: Found) -> str:
+    """A change in a cell: what, and how much of its surest consequence."""
+    joints, suspect = report.learned.frame.kind.model.robot.joints, found.suspect
+    if suspect.name in (EXCHANGE, TOOL):
+        return suspect_words(report.learned, suspect, joints)
+    k = found.surest
+    cause = report.learned.frame.causes[suspect.causes[k]]
+    amount = amount_words(found.amounts[k], found.stds[k], found.usual[k], cause.unit)
+    return f"{named(cause.effect, [], joints)}: {amount}"
 
 
 def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
     own, runs = report.drifts[arm], report.learned.arms[arm]
     said = [change_words(report.learned, one) for one in own.found]
+    said += [odd_words(report.learned, one) for one in own.odd]
     withdrawn = len(own.alarms) - len(own.found)
     enough = len(runs.runs) >= LEAST
     note = f"{counted(len(runs.runs), 'run')}, {date_words(runs.days[0])} to {date_words(runs.days[-1])}"
-    note += f"; a change is believed from {own.threshold:.1f} standard deviations. " if enough else "."
+    note += (
+        f"; a change is believed from odds of {digits(np.exp(own.price), 2)} over none. " if enough else "."
+    )
     if withdrawn > 0:
         note += f"Alarms that later runs did not confirm: {withdrawn}. "
     none = "Nothing changed." if enough else f"Too few runs for a change: {LEAST} at least."
@@ -133,16 +166,16 @@ def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
 def _trends(report: KindReport, arm: str) -> Grid:
     """A plot for each value that changed; where none did, for dry friction of every joint."""
     own, scattering = report.drifts[arm], report.scattering
-    changed = {report.learned.frame.causes[one.cause].parameter: one for one in own.found}
-    labels = [(one.effect, one.joint) for one in scattering]
+    causes = report.learned.frame.causes
+    places = {(one.effect, one.joint, one.parameter): k for k, one in enumerate(scattering)}
     found = {
-        labels.index((cause.effect, cause.joint)): one
+        places[name]: one
         for one in own.found
-        if (cause := report.learned.frame.causes[one.cause]) and (cause.effect, cause.joint) in labels
+        for k in one.suspect.causes
+        if (name := (causes[k].effect, causes[k].joint, causes[k].parameter)) in places
     }
     usual = [k for k, one in enumerate(scattering) if one.effect == "coulomb_friction"]
-    shown = sorted(found) if changed and found else usual
-    return Grid([_trend(report, arm, k, found.get(k)) for k in shown])
+    return Grid([_trend(report, arm, k, found.get(k)) for k in sorted(found) or usual])
 
 
 def _trend(report: KindReport, arm: str, place: int, found: Found | None) -> Figure:

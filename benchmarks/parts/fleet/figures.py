@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.fleet.compared import compared
+from exidyn.identify.fleet.drift import Found
+from exidyn.identify.fleet.kind import Cause
 from exidyn.identify.fleet.report import KindReport
 
 from .arms import Arm
@@ -28,11 +30,11 @@ def drift_figures(reports: Sequence[KindReport], arms: Mapping[str, Arm], begin:
             false += len(own.alarms) - len(true)
             if wear is None:
                 continue
-            best = max(own.found, key=lambda one: one.deviations, default=None)
-            right = best is not None and (causes[best.cause].effect, causes[best.cause].joint + 1) == wear[:2]
+            best = max(own.found, key=lambda one: one.evidence, default=None)
+            right = best is not None and _where(causes, best) == wear[:2]
             found, named = found + bool(true), named + right
             weeks += [(true[0] - day) / WEEK] if true else []
-            false += sum(causes[one.cause].joint + 1 != wear.joint for one in own.found if one.alarmed >= day)
+            false += sum(_where(causes, one)[1] != wear.joint for one in own.found if one.alarmed >= day)
             lines.append([name, wear.effect, wear.share, weeks[-1] if true else None, *_said(report, best)])
     return {
         "worn": len(lines),
@@ -47,11 +49,20 @@ def drift_figures(reports: Sequence[KindReport], arms: Mapping[str, Arm], begin:
     }
 
 
-def _said(report: KindReport, best: Any) -> list[Any]:
+def _where(causes: Sequence[Cause], found: Found) -> tuple[str, int]:
+    """Effect and joint, from 1, of a change's surest consequence; of another arm none."""
+    if not found.suspect.causes:
+        return found.suspect.name, 0
+    one = causes[found.suspect.causes[found.surest]]
+    return one.effect, one.joint + 1
+
+
+def _said(report: KindReport, best: Found | None) -> list[Any]:
     if best is None:
         return ["nothing", None]
-    cause = report.learned.frame.causes[best.cause]
-    return [f"{cause.effect} {cause.joint + 1} {best.shape}", best.share[0]]
+    effect, joint = _where(report.learned.frame.causes, best)
+    amount = best.amounts[best.surest] / abs(best.usual[best.surest]) if best.suspect.causes else None
+    return [f"{effect} {joint} {best.shape}", amount]
 
 
 def same_arm(reports: Sequence[KindReport], arms: Mapping[str, Arm]) -> dict[str, Any]:

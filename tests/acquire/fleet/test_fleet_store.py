@@ -15,6 +15,7 @@ from urllib.parse import unquote
 import duckdb
 import pytest
 
+from exidyn.acquire.arguments.exit_codes import DONE, LOST
 from exidyn.acquire.command_line import main
 from exidyn.acquire.fleet.source import Source, date_of
 from exidyn.acquire.fleet.store import Store
@@ -86,7 +87,7 @@ def test_killed_and_resumed_it_is_the_same_table(recordings, whole, tmp_path):
     os.killpg(killed.pid, signal.SIGKILL)
     killed.wait()
     assert len(store.index()) < ARMS * WEEKS
-    assert subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0
+    assert subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == LOST
     assert contents(store) == contents(whole)
     assert (store.folder / "fleet.html").read_text().count("<svg") >= ARMS
 
@@ -116,10 +117,12 @@ def test_the_command_prints_writes_and_compares(recordings, tmp_path, capsys):
     out = tmp_path / "out"
     assert (
         main(["fleet", str(recordings), "-o", str(out), "--workers", "1", "--json", str(tmp_path / "a.json")])
-        == 0
+        == LOST
     )
     printed = capsys.readouterr().out
     assert "two joints: 2 arms, 10 runs" in printed
+    assert "cannot be used: arm 1/2026-01-03 broken.mcap: " in printed
+    assert "how often alarms are false is not known" in printed  # of five runs an arm
     assert main(["fleet", "compare", "arm 1@2026-01-01", "arm 1@2026-01-15", "-o", str(out)]) == 0
     assert "do not differ" in capsys.readouterr().out
     assert main(["fleet", "compare", "arm 1", "arm 9", "-o", str(out)]) != 0
@@ -130,15 +133,27 @@ def test_the_command_prints_writes_and_compares(recordings, tmp_path, capsys):
 
 def test_the_page_links_to_reports_that_are_made_once(recordings, tmp_path, capsys):
     command = ["fleet", str(recordings), "-o", str(tmp_path / "out"), "--workers", "1", "--reports"]
-    assert main(command) == 0
+    assert main(command) == LOST
     page = (tmp_path / "out" / "fleet.html").read_text()
     links = re.findall(r'href="(reports/[^"]*)"', page)
     made = [tmp_path / "out" / unquote(link) for link in links]
     assert len(made) == ARMS
     assert all("two joints" in path.read_text() for path in made)
     written = [path.stat().st_mtime_ns for path in made]
-    assert main(command) == 0
+    assert main(command) == LOST
     assert [path.stat().st_mtime_ns for path in made] == written
+
+
+def test_a_file_cut_at_two_thirds_is_used_and_marked(recordings, tmp_path, capsys):
+    source = tmp_path / "cut"
+    shutil.copytree(recordings / "arm 2", source / "arm 2")
+    path = source / "arm 2" / "week-00.mcap"
+    path.write_bytes(path.read_bytes()[: 2 * path.stat().st_size // 3])
+    out = tmp_path / "out"
+    assert main(["fleet", str(source), "-o", str(out), "--workers", "1"]) == DONE
+    printed = capsys.readouterr().out
+    assert "not whole, used as far as it goes: arm 2/week-00.mcap: file ends abruptly" in printed
+    assert "Not whole" in (out / "fleet.html").read_text()
 
 
 def test_a_date_is_the_clocks_or_the_names():

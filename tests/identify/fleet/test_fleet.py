@@ -48,10 +48,11 @@ def report():
     ],
 )
 def test_a_change_is_named_dated_and_measured(report, arm, effect, joint, shape, share):
-    found = max(report.drifts[arm].found, key=lambda one: one.deviations)
-    cause = report.learned.frame.causes[found.cause]
+    found = max(report.drifts[arm].found, key=lambda one: one.evidence)
+    assert found.suspect.name == ""
+    cause = report.learned.frame.causes[found.suspect.causes[0]]
     assert (cause.effect, cause.joint, found.shape) == (effect, joint, shape)
-    assert found.share[0] == pytest.approx(share, rel=0.2)
+    assert found.amounts[0] / abs(found.usual[0]) == pytest.approx(share, rel=0.2)
     assert found.interval[0] <= START + 7.0 * BEGIN <= found.interval[1]
     assert found.alarmed <= START + 7.0 * (BEGIN + 4)
     assert "2026" in change_words(report.learned, found)
@@ -89,7 +90,7 @@ def test_an_arm_does_not_differ_from_itself_and_units_do(report):
 def test_an_alarm_allowed_seldom_needs_more_evidence(report):
     runs = report.learned.arms["step"]
     seldom = KindReport.of("two", report.learned, 0.01).drifts["step"]
-    assert seldom.threshold > report.drifts["step"].threshold
+    assert seldom.price > report.drifts["step"].price
     assert len(runs.runs) == 26
 
 
