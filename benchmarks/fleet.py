@@ -14,7 +14,7 @@ from common import parser, save, show
 from parts.fleet.arms import Arm, arm
 from parts.fleet.engine import engine_figures
 from parts.fleet.figures import drift_figures, same_arm
-from parts.fleet.hard import asked, figures, kept
+from parts.fleet.hard import asked, hard_figures, kept
 from parts.fleet.real import ur10e
 from parts.fleet.seasons import check_run, season
 
@@ -66,9 +66,9 @@ def seasons(given: Any) -> dict[str, Any]:
 
 
 def hard(given: Any) -> dict[str, Any]:
-    """Fleets as tables of fit numbers: heavy tails, exchanges, tools, runs out of line, files of other arms.
+    """Fleets as tables of fit numbers: heavy tails, exchanges, tools, bad runs, files of other arms.
 
-    Each fleet is kept beside the JSON file as soon as it is asked, so that a call goes on where another ended.
+    Each fleet is kept beside the JSON file as soon as it is asked: a call goes on where another ended.
     """
     fleets = [(kind, HARD_ARMS, HARD_WEEKS) for _ in range(HARD) for kind in ("cobot", "kr270")]
     path = given.json.with_suffix(".fleets.json") if given.json and not given.quick else None
@@ -85,7 +85,7 @@ def hard(given: Any) -> dict[str, Any]:
         if one.cause or one.false or one.statements
     ]
     show("What was said of hard fleets", ["arm", "put in", "named", "false", "weeks to find", "said"], rows)
-    return figures(found, HARD_BEGIN)
+    return hard_figures(found, HARD_BEGIN)
 
 
 def engine(given: Any) -> dict[str, Any]:

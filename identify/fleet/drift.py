@@ -1,11 +1,11 @@
 """Drift: what changed on an arm and when, by the probability of its runs, run after run.
 
 After each run every suspect is asked whether it has changed since one of the runs before, at once or
-creeping since. A change is believed where the runs are more probable with it by more than its price: the number
-of runs among which one false alarm is allowed, times the number of suspects and shapes. Amounts are integrated
-out, so that this factor is a likelihood ratio, whose mean is one on an arm of which nothing changed; the sum of
-such ratios over all runs on which it may have begun (Shiryaev's and Roberts's) therefore reaches a bound
-no earlier, on average, than after as many runs.
+creeping since. A change is believed where the runs are more probable with it by more than its price: the
+number of runs among which one false alarm is allowed, times the number of suspects and shapes. Amounts are
+integrated out, so that this factor is a likelihood ratio, whose mean is one on an arm of which nothing
+changed; the sum of such ratios over all runs on which it may have begun (Shiryaev's and Roberts's)
+therefore reaches a bound no earlier, on average, than after as many runs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -8,7 +8,7 @@ from ..diagnosis.findings.finding import Moment, Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.size_schema import SizeTable
-from ..text_table import NORMAL_95
+from ..text_table import NORMAL_95, digits
 from .profiles import Axis, Profile, orders, profile, spectrum
 from .svg import Panel, Span, legend, picture, stretch, text
 
@@ -174,7 +174,7 @@ def bars(
         for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
             length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
             parts.append(f'<rect class="{style}" x="{left:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
-            label = f"{value:.3g} {unit}".rstrip() if np.isfinite(value) else "diverged"
+            label = f"{digits(value, 3)} {unit}".rstrip() if np.isfinite(value) else "diverged"
             parts.append(text(left + length + 5, y + 9, label, "tick"))
     if not units:
         x = left + scale

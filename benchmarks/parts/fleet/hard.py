@@ -117,7 +117,7 @@ def _right(report: KindReport, own: ArmDrift, event: Event) -> bool:
     return not best.suspect.name and cause is not None and (cause.effect, cause.joint + 1) == event.what[:2]
 
 
-def figures(fleets: Sequence[Fleet], begin: int) -> dict[str, Any]:
+def hard_figures(fleets: Sequence[Fleet], begin: int) -> dict[str, Any]:
     """Of all of them together; a creep that was not found counts as the weeks that there were."""
     every = [(one, fleet.weeks) for fleet in fleets for one in fleet.said]
     decades = sum(weeks for _, weeks in every) / DECADE
