@@ -23,6 +23,7 @@ from parts.excite import discriminate, kr270, limits
 from parts.excite.arm import Arm, ur10, why_no_arm
 from parts.excite.ours import early, every_seed, gradient, ours
 from parts.excite.peers import PeerResult, random_search, slsqp
+from parts.excite.quick_start import short_and_long, sweep_check
 from parts.figaroh import excitation as figaroh_excitation
 
 BUDGET, QUICK_BUDGET = 40.0, 2.0
@@ -119,12 +120,17 @@ def times(quick: bool, arm: Arm) -> dict[str, Any]:
     return early(arm, *(([0], (0.5, 2.0)) if quick else ([0, 10, 20], (5.0, BUDGET))))
 
 
+def quick_start(quick: bool, arm: Arm) -> dict[str, Any]:
+    """What a short search delivers, and the check of sweeps."""
+    return short_and_long(arm, (1.0, 2.0) if quick else (5.0, BUDGET)) | sweep_check()
+
+
 def seeds(quick: bool, arm: Arm) -> dict[str, Any]:
     """One start each."""
     return every_seed(arm, *((2, 1.0) if quick else (20, 8.0)))
 
 
-ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "seeds": seeds}
+ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "quick start": quick_start, "seeds": seeds}
 OTHERS: dict[str, Callable[[bool], dict[str, Any]]] = {
     "kr270": kr270.run,
     "limits": lambda quick: limits.run(range(4 if quick else 200)),
