@@ -33,6 +33,8 @@ standard deviation of the logarithm there."""
 DECADES = 6.0
 """Decades over which the factor of a unit that nobody knows may lie."""
 
+NOTHING = ("", "")
+"""What is wrong of efforts as stated, and its cure."""
 STATE = "state it: [current] or [torque] unit in a preset, or [drive] gain"
 TURN = "turn it: sign = -1 in a preset, or the sign of [drive] gain, or the axis of the joint"
 GIVE = "give the description of the arm that was recorded"
@@ -59,7 +61,7 @@ class Scale(NamedTuple):
 def drive_odds(
     robot: Robot, found: Sequence[Gain], stated: np.ndarray, coupled: Coupled
 ) -> dict[tuple[str, str], float]:
-    """Log odds of each mistake of signs and units over none, by what is wrong and its cure.
+    """Log of prior times likelihood of mistakes of signs and units, by words and cure, and of `NOTHING`.
 
     Args:
         robot: The arm as described.
@@ -82,8 +84,7 @@ def drive_odds(
             what = " and ".join(filter(None, [scale.what and scale.what + off, words]))
             cure = "; ".join(filter(None, [scale.cure, TURN if words else ""]))
             odds[what, cure] = size + sign + coupled.odds(np.where(turned, -factor, factor))
-    none = odds.pop(("", ""))
-    return {one: value - none for one, value in odds.items()}
+    return odds
 
 
 def _scales(robot: Robot, ratio: np.ndarray) -> Iterator[Scale]:

@@ -13,10 +13,11 @@ from ..arm.robot import Robot
 from ..errors import WrongInput
 from ..proposal.agreement import Sampled, posterior, sampled
 from ..proposal.drives import gains
+from ..proposal.mounting import OTHERWISE
 from ..recordings.recording import EFFORT, Recording
 from .coupled import Coupled
-from .drives import drive_odds
-from .hypotheses import joined, log_odds, thinned
+from .drives import NOTHING, drive_odds
+from .hypotheses import joined, log_odds, thinned, upside_down
 from .suspicion import Suspicion
 
 MOST = 400
@@ -53,15 +54,25 @@ def suspect(runs: Sequence[Recording], robot: Robot) -> Suspicion | None:
     unknown = measured[0] == "current" and bool(np.all(stated == 1.0)) or len(set(measured)) > 1
     few = thinned(log, MOST)
     odds, every = log_odds(robot, few, None if unknown else stated)
-    weighed = {(one.what, one.cure): odds[place] for place, one in enumerate(every)} | {("", ""): odds[-1]}
+    weighed = {(one.what, one.cure): odds[place] for place, one in enumerate(every)} | {NOTHING: odds[-1]}
     if not unknown:
-        rigid = rigid_regressor(robot.kinematics, few.motion)
-        coupled = Coupled.of(rigid, few._replace(effort=few.effort * stated))
-        drives = drive_odds(robot, gains(robot, log), stated, coupled)
-        weighed |= {one: odds[-1] + value for one, value in drives.items()}
+        drives = _drives(robot, log, few, stated)
+        weighed |= {one: odds[-1] + value - drives[NOTHING] for one, value in drives.items()}
+        turned = upside_down(robot, few)
+        if turned is not None and turned.robot is not None:
+            opposite = _drives(turned.robot, log, few, stated)[NOTHING] - drives[NOTHING]
+            weighed[turned.what, turned.cure] = odds[-1] + np.log(OTHERWISE) + opposite
+            every.append(turned)
     (what, cure), probability = next(iter(posterior(weighed).items()))
     physical = any(one.what == what and one.robot is not None for one in every)
     return Suspicion(what, cure, probability, physical) if what else None
+
+
+def _drives(robot: Robot, log: Sampled, few: Sampled, stated: np.ndarray) -> dict[tuple[str, str], float]:
+    """Odds of signs and units under a description, by all samples and by few of them."""
+    rigid = rigid_regressor(robot.kinematics, few.motion)
+    coupled = Coupled.of(rigid, few._replace(effort=few.effort * stated))
+    return drive_odds(robot, gains(robot, log), stated, coupled)
 
 
 def _sampled(run: Recording) -> Sampled | None:

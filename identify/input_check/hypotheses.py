@@ -10,7 +10,7 @@ from ..arm.motion import Motion
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..proposal.agreement import Sampled, left_in_and_out, odds_of, pieces
-from ..proposal.mounting import Direction, direction_words, found_direction, under
+from ..proposal.mounting import Direction, described_direction, direction_words, found_direction, under
 from .coupled import EXPLAINS, Coupled
 
 MISTAKE = 0.03
@@ -25,6 +25,7 @@ UNITS = (
     ("counts of 12 bits a turn", 2 * np.pi / 2**12, "give the log with positions in radians or degrees"),
 )
 """Units of positions that are taken for others: name, radians a unit of what is stated, cure."""
+STATE_GRAVITY = "state it: gravity in robot.toml"
 BEYOND = 0.1
 """Share of a joint's range, and of its speed, by which a log may exceed it: encoders see a little more."""
 
@@ -35,13 +36,13 @@ class Mistake(NamedTuple):
     Attributes:
         what: What is wrong, in a clause.
         cure: What to do about it.
-        right: The samples without it.
+        right: The samples without it; None where the samples are right.
         robot: The arm without it, if the mistake is in its description.
     """
 
     what: str
     cure: str
-    right: Sampled
+    right: Sampled | None
     robot: Robot | None = None
 
 
@@ -97,14 +98,16 @@ def log_odds(robot: Robot, log: Sampled, stated: np.ndarray | None) -> tuple[dic
     """
     every = list(mistakes(robot, log))
     explained = {-1: Explained.of(robot, log, stated)}
-    explained |= {place: Explained.of(robot, one.right, stated) for place, one in enumerate(every)}
+    explained |= {place: Explained.of(robot, one.right or log, stated) for place, one in enumerate(every)}
     # A direction takes a search: only where something is wrong.
     odds = _better(explained)
-    if max(odds.values()) > odds[-1] or explained[-1].poor:
+    # One joint alone turns about one axis: gravity across it is in any direction as good.
+    moving = np.count_nonzero(log.sliding.any(axis=0)) > 1
+    if moving and (max(odds.values()) > odds[-1] or explained[-1].poor):
         direction = found_direction(robot, log)
         if direction is not None:
             explained[len(every)] = Explained.of(under(robot, direction), log, stated)
-            every.append(_mounting(robot, log, direction))
+            every.append(_mounting(robot, direction))
     return _better(explained), every
 
 
@@ -164,15 +167,21 @@ def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
     return odds
 
 
-def _mounting(robot: Robot, log: Sampled, direction: Direction) -> Mistake:
+def upside_down(robot: Robot, log: Sampled) -> Mistake | None:
+    """An arm that hangs and is described standing, or the other way round; None where that shows nowhere."""
+    described = described_direction(robot)
+    if described is None or np.count_nonzero(log.sliding.any(axis=0)) < 2:
+        return None
+    opposite = [-part for part in described]
+    words = f"gravity points along {direction_words(opposite)} of the base, opposite to the description"
+    return Mistake(words, STATE_GRAVITY, None, under(robot, opposite))
+
+
+def _mounting(robot: Robot, direction: Direction) -> Mistake:
     """An arm that stands otherwise."""
-    words = direction_words(direction)
-    return Mistake(
-        f"gravity points along {words} or {direction_words([-part for part in direction])} of the base",
-        "state it: gravity in robot.toml",
-        log,
-        under(robot, direction),
-    )
+    words = f"{direction_words(direction)} or {direction_words([-part for part in direction])}"
+    what = f"gravity points along {words} of the base"
+    return Mistake(what, STATE_GRAVITY, None, under(robot, direction))
 
 
 def joined(logs: Sequence[Sampled]) -> Sampled:

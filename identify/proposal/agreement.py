@@ -28,6 +28,9 @@ MOST = 1500
 """Samples that are fitted, at most."""
 SLIDES = 0.03
 """Share of a joint's usual speed below which it may stick, so that friction has no sign there."""
+HOLDS = 0.01
+"""Share of the fastest joint's usual speed below which a joint holds its place: what is left is noise and
+the servo's error, which tell nothing of bodies."""
 FOLDS = 5
 RIDGE = 1e-2
 """Variance of the noise over that of a column: how far parameters that no sample tells apart are held back.
@@ -118,6 +121,7 @@ def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampl
     even, smooth, velocity, acceleration = (np.concatenate(part) for part in zip(*parts, strict=True))
     motion = Motion.of(even, smooth[:, :n], velocity[:, :n], acceleration[:, :n])
     usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
+    usual = np.maximum(usual, HOLDS / SLIDES * usual.max())
     return Sampled(motion, smooth[:, n:], np.abs(motion.velocity) > SLIDES * usual)
 
 

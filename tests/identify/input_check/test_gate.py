@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.motion import Motion
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.input_check.gate import require_plausible, suspect
 from exidyn.identify.input_check.suspicion import Suspicion
+from exidyn.identify.proposal.mounting import under
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -59,6 +61,24 @@ def test_mistake_is_named(words):
     assert suspicion is not None
     assert words in suspicion.what
     assert suspicion.probability > 0.9
+
+
+def test_an_arm_described_upside_down_is_no_arm_of_wrong_signs():
+    suspicion = suspect([recording()], under(ARM, (0.0, 0.0, 1.0)))
+    assert suspicion is not None
+    assert suspicion.what.startswith("gravity points along 0.00, 0.00, -1.00 of the base, opposite")
+    assert suspicion.physical
+
+
+def test_joints_that_hold_their_place_are_not_accused():
+    rng = np.random.default_rng(7)
+    held = LOG.position.mean(axis=0) + 1e-5 * rng.normal(size=LOG.position.shape)
+    position = np.where(np.arange(ARM.dof) == 1, LOG.position, held)
+    velocity = np.where(np.arange(ARM.dof) == 1, LOG.velocity, 0.0)
+    motion = LOG.model.loaded(Motion.of(LOG.time, position, velocity, 0.0 * velocity))
+    torque = LOG.model.torque(motion, LOG.model.nominal_values)
+    torque += 0.02 * LOG.torque.std(axis=0) * rng.normal(size=torque.shape)
+    assert suspect([recording(position, torque / ARM.drive_gain)], ARM) is None
 
 
 def test_another_robot_is_named():
