@@ -99,10 +99,11 @@ def _diagnosed(
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     progress("filter and differentiate")
     runs, warnings = usable(model, recordings, filtering)
+    suspicions: list[str] = []
     if not as_recorded:
         used = {run.prepared.name for run in runs}
         likely = [run for _, run in recordings if run.name in used]
-        warnings = [*require_plausible(likely, model.robot), *warnings]
+        suspicions = require_plausible(likely, model.robot)
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")
@@ -132,6 +133,7 @@ def _diagnosed(
         remainders=tuple(remainders(found.prediction, left, noise, rested, material)),
         improvement=_improvement(proof, found.problem.held_out),
         runs=tuple(run.prepared.name for run in found.problem.fitted),
+        suspicions=tuple(suspicions),
         warnings=tuple(warnings),
         evidence=proof,
         seconds=time.monotonic() - began,

@@ -60,19 +60,36 @@ def far_gains(fit: Fit) -> tuple[str, ...]:
 
 
 def impossible_values(fit: Fit) -> tuple[str, ...]:
-    """Parameters that stand for themselves alone and are below what physics allows."""
+    """Parameters that stand for themselves alone and are below what physics allows.
+
+    Rotor inertia, drag and dry friction oppose motion: where two are negative, the torque is turned round.
+    """
     sign = " a wrong sign of its drive gain does that too;" if fit.unscaled else ""
-    warnings = []
+    below, warnings = _impossible(fit), []
+    for number, joint in enumerate(fit.model.robot.joints, 1):
+        names = [name for name in (f"Ia{number}", f"Fv{number}", f"Fc{number}") if name in below]
+        if len(names) > 1:
+            warnings.append(
+                f"{', '.join(names)} of {joint} are negative: its torque counts against its motion; turn it "
+                "(sign = -1 in a preset, the sign of [drive] gain, or the joint's axis)"
+            )
+            below = {name: words for name, words in below.items() if name not in names}
+    return (*warnings, *(f"{words}{sign} try --estimator consistent" for words in below.values()))
+
+
+def _impossible(fit: Fit) -> dict[str, str]:
+    """What is said of each impossible value, by its name."""
+    below = {}
     for row, (value, std) in enumerate(zip(fit.estimate.values, fit.estimate.std, strict=True)):
         parameter = fit.base.parameters[fit.base.kept[row]]
         alone = np.count_nonzero(fit.base.regrouping[row]) == 1
         if alone and value < parameter.minimum - IMPOSSIBLE * std:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
-            warnings.append(
+            below[parameter.name] = (
                 f"{parameter.name} is {fact} ({digits(value)} ± {digits(NORMAL_95 * std, 2)}): "
-                f"impossible; something else is in its column;{sign} try --estimator consistent"
+                "impossible; something else is in its column;"
             )
-    return tuple(warnings)
+    return below
 
 
 def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> tuple[str, ...]:

@@ -98,7 +98,13 @@ def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Fin
     optional = name not in ("position", *EFFORT)
     for joint, column in zip(recording.robot.joints, signal.values.T, strict=True):
         bad = ~is_number(column)
-        if bad.any() and not (optional and np.isnan(column).all()):
+        if len(bad) and np.isnan(column).all() and not optional:
+            yield Finding(
+                NotFinite,
+                f"{name} of {joint} is empty: no sample has a number",
+                "Record it, or name its column; a joint without motor is [drive] passive in robot.toml",
+            )
+        elif bad.any() and not (optional and np.isnan(column).all()):
             first = float(signal.time[bad.argmax()])
             what = f"above {LARGEST:g}" if np.isfinite(column).all() else "not finite"
             yield Finding(

@@ -221,6 +221,7 @@ class Diagnosis(InNotebook):
         remainders: Joints on which something is left that none of the vocabulary accounts for.
         improvement: On runs held out; None without any.
         runs: Names of the runs fitted.
+        suspicions: What may be wrong with the recordings or the description instead, in sentences.
         warnings: What limits the answer, in sentences.
         seconds: How long it took [s].
         tried: Effects that these runs can be asked for, with how many hypotheses there were of each.
@@ -245,6 +246,7 @@ class Diagnosis(InNotebook):
     budget: Budget | None = None
     changes: tuple[Change, ...] = ()
     moments: tuple[Moment, ...] = ()
+    suspicions: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         number = counted(len(self.findings), "finding")

@@ -128,6 +128,7 @@ def diagnosis_file(diagnosis: Diagnosis, forward: Forward | None = None, folder:
         torque_rms_filter_hz=None if gained is None else gained.band,
         runs=diagnosis.runs,
         held_out=() if gained is None else gained.runs,
+        suspicions=diagnosis.suspicions,
         warnings=diagnosis.warnings,
         seconds=round(diagnosis.seconds, 2),
         simulated=None if forward is None else _simulated(forward),

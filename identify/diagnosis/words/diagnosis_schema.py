@@ -154,6 +154,7 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     """A diagnosis; keys with a default are missing in older files, which call the warnings `doubts`.
 
     Attributes:
+        suspicions: Mistakes that the input may have instead of missing physics.
         noise: Noise floor of each joint's torque behind the filter; None without runs held out.
         torque_rms_before: Residual of runs held out by nominal values, friction and offsets fitted.
         torque_rms_after: With all findings; equal to the budget's.
@@ -177,6 +178,7 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     torque_rms_filter_hz: Size | None = None
     held_out: tuple[str, ...] | None = None
     runs: tuple[str, ...]
+    suspicions: tuple[str, ...] = ()
     warnings: tuple[str, ...] | None = None
     doubts: tuple[str, ...] | None = None
     seconds: Number

@@ -16,9 +16,14 @@ from .naming import capital, effect_words, joined, joint_words, lower, named
 from .sentences import dependence, moment_sentence, sentence, undecided_sentence
 from .size_words import left_out_words, size_words
 
+CHECK_FIRST = "Check the input first"
+UNLESS = "What follows holds only if the input is right."
+
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
     """Sentences for people: what is missing, or that nothing is; then certainty, then limits of the data.
+
+    A mistake suspected in the input comes before all: what follows holds only without it.
 
     Args:
         diagnosis: What was found.
@@ -33,8 +38,10 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
     moments = [moment_sentence(one) for one in diagnosis.moments]
     lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
     held_out = diagnosis.improvement.runs if diagnosis.improvement else ()
-    warnings = [_full(warning, (*diagnosis.runs, *held_out)) for warning in diagnosis.warnings]
-    return [line for line in (*lines, *warnings) if line]
+    runs = (*diagnosis.runs, *held_out)
+    suspected = [f"{CHECK_FIRST}: {_full(one, runs)} {UNLESS}" for one in diagnosis.suspicions]
+    warnings = [_full(warning, runs) for warning in diagnosis.warnings]
+    return [line for line in (*suspected, *lines, *warnings) if line]
 
 
 def undecided(diagnosis: Diagnosis, place: int, folder: str) -> str:

@@ -539,3 +539,13 @@ def test_what_one_joint_alone_shows_is_no_force_on_the_flange():
 def test_a_warning_that_begins_with_a_run_keeps_the_run_s_name():
     found = replace(diagnosis(finding()), runs=("run_1",), warnings=("run_1: 3 gaps", "no payload"))
     assert verdict(found)[-2:] == ["run_1: 3 gaps.", "No payload."]
+
+
+def test_a_suspected_mistake_of_the_input_comes_before_all():
+    suspected = (
+        "log: the positions of joint1 and joint2 are exchanged (probability 76 %): give them the other way"
+    )
+    first, second, *_ = verdict(diagnosis(finding(), suspicions=(suspected,)))
+    assert first.startswith("Check the input first: log: the positions of joint1")
+    assert first.endswith("What follows holds only if the input is right.")
+    assert "friction" in second

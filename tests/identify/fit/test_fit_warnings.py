@@ -190,10 +190,20 @@ def test_a_negative_friction_is_impossible(deviations, warned):
     assert all("try --estimator consistent" in d for d in warnings)
 
 
+def test_drag_and_dry_friction_negative_on_one_joint_point_to_its_sign():
+    values = np.array(fit().estimate.values)
+    for name in ("Fc2", "Fv2"):
+        values[fit().names.index(name)] = -100 * fit().estimate.std[fit().names.index(name)]
+    [warning] = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque counts against its motion")
+
+
 def test_what_is_regrouped_or_has_no_minimum_may_be_negative():
     values = -1e3 * np.abs(fit().estimate.values)
     warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    named = {warning.split()[0] for warning in warnings}
+    named = {
+        name for warning in warnings for name in warning.partition(" is ")[0].partition(" of ")[0].split(", ")
+    }
     assert {"Fv1", "Fc2"} <= named
     assert not [name for name in named if name.startswith(("M", "Off")) or name.endswith("R")]
 
