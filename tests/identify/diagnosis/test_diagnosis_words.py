@@ -546,6 +546,6 @@ def test_a_suspected_mistake_of_the_input_comes_before_all():
         "log: the positions of joint1 and joint2 are exchanged (probability 76 %): give them the other way"
     )
     first, second, *_ = verdict(diagnosis(finding(), suspicions=(suspected,)))
-    assert first.startswith("Check the input first: log: the positions of joint1")
+    assert first.startswith("Check the input first: Log: the positions of joint1")
     assert first.endswith("What follows holds only if the input is right.")
     assert "friction" in second
