@@ -79,6 +79,9 @@ class Discriminate:
         """Body carried in each run."""
         return self.observation.payloads
 
+    def with_spread(self, spread: TorqueSpread | None) -> "Discriminate":
+        return replace(self, spread=spread)
+
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         def smooth(model: Model) -> Model:
             return design_model(model, limits, spacing)

@@ -62,7 +62,7 @@ def plan(
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
     spread = torque_spread(goal.model, limits, goal.payloads, wishes.sure, wishes.fit)
-    goal = replace(goal, spread=spread)
+    goal = goal.with_spread(spread)
     periods = periods_of(wishes, limits)
     setting = Setting(limits, wishes.harmonics, periods, wishes.clearances, wishes.series, wishes.tick)
     with in_words_of(model.robot):
@@ -127,10 +127,10 @@ def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str
     """For which arms there is room below the torque limits."""
     if goal.spread is None:
         return {}
-    known = "the fit" if wishes.fit is not None else "the priors"
+    known = "the fit leaves" if wishes.fit is not None else "priors leave"
     beyond = 100 * arms_beyond(goal, run, limits.torque)
     return {
-        "torque": f"room for {100 * wishes.sure:g} % of arms within what {known} leave open; of "
+        "torque": f"room for {100 * wishes.sure:g} % of arms within what {known} open; of "
         f"{DRAWS} drawn {beyond:.2g} % pass a limit"
     }
 

@@ -78,6 +78,9 @@ class Goal(Protocol):
     def spread(self) -> TorqueSpread | None:
         """What is not known of the arm's torque, for which its limits leave room; None for nothing."""
 
+    def with_spread(self, spread: TorqueSpread | None) -> "Goal":
+        """The same with another spread of torque."""
+
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
 
@@ -115,6 +118,9 @@ class Identify:
     def payloads(self) -> Sequence[str]:
         """Body carried in each run."""
         return self.experiment.payloads
+
+    def with_spread(self, spread: TorqueSpread | None) -> "Identify":
+        return replace(self, spread=spread)
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))

@@ -127,17 +127,15 @@ class TorqueBound(Bound):
 
     def _band_slopes(
         self, states: States, payload: str, limited: np.ndarray, margin: np.ndarray
-    ) -> Sequence[np.ndarray | float]:
-        """Derivatives of the band of each limited joint over its limit, each (t, m, n); zeros without one.
+    ) -> np.ndarray:
+        """Derivatives of the band of each limited joint over its limit, (3, t, m, n); zeros without one.
 
         They cost as much as all else together, so only rows have them whose margin (t, m) is below `NEAR`:
         the nominal torque's derivatives show the others the way.
         """
-        if self.spread is None:
-            return (0.0, 0.0, 0.0)
         rows, places = np.nonzero(margin < NEAR)
         found = np.zeros((3, *margin.shape, self.model.robot.dof))
-        if len(rows):
+        if self.spread is not None and len(rows):
             motion = _taken(self.model.loaded(states.motion(payload)), rows)
             columns, joints = self.model.regressor(motion), limited[places]
             weights = self.spread.weights(columns, joints) / self.limit[joints][:, None, None]

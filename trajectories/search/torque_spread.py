@@ -1,11 +1,11 @@
 r"""Spread of torque: how far the torque of the true arm may be from that of the nominal one.
 
-With parameters :math:`\varphi = \varphi_0 + L \xi`, :math:`\xi` standard normal, the torque of joint j at time t
-deviates by :math:`y_j(t) L \xi`, whose standard deviation is the length of :math:`y_j(t) L`. What has to hold
-is a statement on all joints and times together: the band of `factor` standard deviations about the nominal
-torque holds the whole torque of a stated share of the arms. The factor is the quantile, over drawn arms, of
-the largest standardised deviation over a motion. It is between that of one sample and that of as many
-independent ones as there are unknowns.
+With parameters :math:`\varphi = \varphi_0 + L \xi`, :math:`\xi` standard normal, the torque of joint j at
+time t deviates by :math:`y_j(t) L \xi`, whose standard deviation is the length of :math:`y_j(t) L`. What has
+to hold is a statement on all joints and times together: the band of `factor` standard deviations about the
+nominal torque holds the whole torque of a stated share of the arms. The factor is the quantile, over drawn
+arms, of the largest standardised deviation over a motion. It is between that of one sample and that of as
+many independent ones as there are unknowns.
 """
 
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ class TorqueSpread:
         return self.factor * self._deviation(columns)
 
     def weights(self, columns: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """Derivative by the columns (t, n, p) of the band of one joint a sample, joints (t,); as the columns."""
+        """Derivative by the columns (t, n, p) of the band of one joint a sample, joints (t,); (t, n, p)."""
         every = np.arange(len(joints))
         own = columns[every, joints] @ self.root
         # Where the deviation is zero the columns are zero, and so is what they pull.
