@@ -5,7 +5,8 @@
    short search of exidyn reaches beside a long one.
 2. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
 3. Limits over random problems, checked by other means than the planner's.
-4. Probability of choosing the right one of two models, before and after a run that is made for it.
+4. Torque limits on arms drawn within the priors, and what a fit gains.
+5. Probability of choosing the right one of two models, before and after a run that is made for it.
 """
 
 import os
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from common import options, save, show
-from parts.excite import discriminate, kr270, limits
+from parts.excite import discriminate, first_motion, kr270, limits
 from parts.excite.arm import Arm, ur10, why_no_arm
 from parts.excite.ours import early, every_seed, gradient, ours
 from parts.excite.peers import PeerResult, random_search, slsqp
@@ -134,6 +135,7 @@ ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "quick start":
 OTHERS: dict[str, Callable[[bool], dict[str, Any]]] = {
     "kr270": kr270.run,
     "limits": lambda quick: limits.run(range(4 if quick else 200)),
+    "first motion": first_motion.run,
     "discriminate": discriminate.run,
 }
 

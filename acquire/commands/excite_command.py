@@ -72,7 +72,7 @@ GOAL = (
     ),
     Option("--com X Y Z", "its centre from the flange [m]", any_number),
     Option("--focus NAME...", "base parameters that alone matter: gain Kr K0", str, []),
-    Option("--after FIT", "fit.json of earlier runs, to add to", Path),
+    Option("--after --from FIT", "fit.json of earlier runs, to add to", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from it"),
     Option("--trajectories N", "plan so many together; default: 1", integer, 1),
 )
@@ -95,6 +95,12 @@ LIMITS = (
     Option("--degrees", "--start and --window are in degrees"),
     Option("--window Q...", "RSI's AXISCORR: most from the start pose, one or n [rad]", any_number),
     Option("--margin SHARE", "share kept off velocity … torque", any_number, 0.05),
+    Option(
+        "--sure SHARE",
+        "of arms within what is known that keep to the torque limits; 0: the nominal one alone",
+        any_number,
+        0.95,
+    ),
     Option("--region FILE", "TOML with [[region]] rows, see docs", Path),
     Option("--collision-distance M", "between bodies", positive, 0.02),
     NO_COLLISION,
@@ -257,6 +263,7 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
         clearances=_clearances(given, model, progress),
         shapes=given.shapes,
         focus=given.focus,
+        sure=given.sure,
         payload=payload,
         fit=None if given.after is None else read_fit(given.after),
     )

@@ -131,7 +131,8 @@ def _wishes(given: Namespace, model: Model, settings: Mapping[str, Any]) -> Wish
 
 
 LIMITING = (
-    "margin", "window", "start", "region", "degrees", "collision_distance", "no_collision", "packages",
+    "margin", "sure", "window", "start", "region", "degrees", "collision_distance", "no_collision",
+    "packages",
 )  # fmt: skip
 """What a study has in common with `exidyn excite`."""
 

@@ -21,6 +21,7 @@ from exidyn.identify.model import Model
 from ..errors import NotComparable
 from ..search.experiment import loaded_runs, whitening
 from ..search.goals import Objective
+from ..search.torque_spread import TorqueSpread
 from ..search.unknowns import design_model
 from .separation import Explanation, Hypothesis, Observation, explain, probability
 
@@ -44,11 +45,13 @@ class Discriminate:
         observation: How well torque is seen.
         earlier: Separation that the data so far give, shape (h, h): row is true, column its rival; zero
             unless given.
+        spread: What is not known of the torque, for its limits.
     """
 
     hypotheses: tuple[Hypothesis, ...]
     observation: Observation
     earlier: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    spread: TorqueSpread | None = None
 
     def __post_init__(self) -> None:
         count = len(self.hypotheses)
@@ -75,6 +78,9 @@ class Discriminate:
     def payloads(self) -> Sequence[str]:
         """Body carried in each run."""
         return self.observation.payloads
+
+    def with_spread(self, spread: TorqueSpread | None) -> "Discriminate":
+        return replace(self, spread=spread)
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         def smooth(model: Model) -> Model:

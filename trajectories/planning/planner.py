@@ -22,8 +22,10 @@ from ..search.excite import excite
 from ..search.goals import Goal, Identify
 from ..search.start import Found, Setting
 from ..search.torque_bound import TorqueBound
+from ..search.torque_spread import DRAWS
 from ..trajectory import States
 from .goals import identification_goal
+from .torque_room import arms_beyond, torque_spread
 from .wishes import Wishes, periods_of
 
 
@@ -59,6 +61,8 @@ def plan(
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
+    spread = torque_spread(goal.model, limits, goal.payloads, wishes.sure, wishes.fit)
+    goal = goal.with_spread(spread)
     periods = periods_of(wishes, limits)
     setting = Setting(limits, wishes.harmonics, periods, wishes.clearances, wishes.series, wishes.tick)
     with in_words_of(model.robot):
@@ -88,7 +92,7 @@ def _plan(
     assumed: tuple[str, ...],
 ) -> Plan:
     """One trajectory as a whole run."""
-    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
+    bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
     run = whole_run(
         series,
         limits,
@@ -110,12 +114,25 @@ def _plan(
             "harmonics": series.harmonics,
             "goal": goal.words(found.value),
             "start": f"that of seed {found.seed}",
+            **_room(goal, run, model.robot.limits, wishes),
         },
         seed=seed,
         tick=wishes.tick,
         payload_pair=wishes.payload is not None,
         assumed=assumed,
     )
+
+
+def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str]:
+    """For which arms there is room below the torque limits."""
+    if goal.spread is None:
+        return {}
+    known = "the fit leaves" if wishes.fit is not None else "priors leave"
+    beyond = 100 * arms_beyond(goal, run, limits.torque)
+    return {
+        "torque": f"room for {100 * wishes.sure:g} % of arms within what {known} open; of "
+        f"{DRAWS} drawn {beyond:.2g} % pass a limit"
+    }
 
 
 def _criterion(goal: Goal, wishes: Wishes) -> str:

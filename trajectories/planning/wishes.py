@@ -45,6 +45,8 @@ class Wishes:
         fit: Fit of earlier runs.
         focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
             drive gains of a pair.
+        sure: Share of arms, within what priors or the fit leave open, that keep to the torque limits; 0 for
+            the nominal arm alone.
     """
 
     criterion: str = "condition"
@@ -62,6 +64,7 @@ class Wishes:
     payload: tuple[tuple[str, float], ...] | None = None
     fit: Fit | None = None
     focus: Sequence[str] = ()
+    sure: float = 0.95
 
     def __post_init__(self) -> None:
         times = {"tick": self.tick, "length": self.seconds, "period": self.period}
@@ -70,6 +73,8 @@ class Wishes:
                 raise BadLimits(f"{name}: {value:g} s; it must be above 0 and finite")
         if not 0.0 <= self.rest < np.inf:
             raise BadLimits(f"rest: {self.rest:g} s; it must be 0 or more")
+        if not 0.0 <= self.sure < 1.0:
+            raise BadLimits(f"sure: {self.sure:g}; it is a share of arms, at least 0 and below 1")
         for name, count in {"harmonics": self.harmonics, "trajectories": self.series}.items():
             if not 1 <= count <= MOST[name]:
                 raise BadLimits(f"{name}: {count}; there must be at least 1 and at most {MOST[name]}")

@@ -15,6 +15,7 @@ from exidyn.identify.model import Model
 
 from .criteria import Criterion, condition, name_of, volume
 from .experiment import Experiment
+from .torque_spread import TorqueSpread
 from .unknowns import design_model
 
 
@@ -73,6 +74,13 @@ class Goal(Protocol):
     def payloads(self) -> Sequence[str]:
         """Body carried in each run of the motion."""
 
+    @property
+    def spread(self) -> TorqueSpread | None:
+        """What is not known of the arm's torque, for which its limits leave room; None for nothing."""
+
+    def with_spread(self, spread: TorqueSpread | None) -> "Goal":
+        """The same with another spread of torque."""
+
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
 
@@ -92,12 +100,14 @@ class Identify:
         criterion: What to make small.
         rows: Independent rows of a run, seconds times rows a second; matters beside earlier information.
         nominal: The model whose torque is kept to the limits; that of the experiment unless given.
+        spread: What is not known of that torque.
     """
 
     experiment: Experiment
     criterion: Criterion = condition
     rows: float = 1.0
     nominal: Model | None = None
+    spread: TorqueSpread | None = None
 
     @property
     def model(self) -> Model:
@@ -108,6 +118,9 @@ class Identify:
     def payloads(self) -> Sequence[str]:
         """Body carried in each run."""
         return self.experiment.payloads
+
+    def with_spread(self, spread: TorqueSpread | None) -> "Identify":
+        return replace(self, spread=spread)
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))

@@ -32,7 +32,7 @@ def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fo
 
 def violations_of(series: Fourier, goal: Goal, limits: Limits, tick: float) -> list[Violation]:
     """What a series does that the limits forbid, between samples too, in every run of the goal."""
-    bound = TorqueBound(goal.model, limits.torque, goal.payloads)
+    bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
     return [v for payload in goal.payloads for v in check(series, limits, tick, bound.of(payload))]
 
 
@@ -94,8 +94,12 @@ def _sentence(
     if violations:
         robot = goal.model.robot
         what = violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute).tolist())
+        unsure = ""
+        if violations[0].what == "torque" and goal.spread is not None:
+            share = 100 * goal.spread.share
+            unsure = f" (room for {share:g} % of arms within what is known, of which a fit needs less)"
         return (
-            f"{what}, and so it is for ever smaller motions about the same centre. "
+            f"{what}{unsure}, and so it is for ever smaller motions about the same centre. "
             "Try a start pose or position limits that avoid it"
         )
     nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)

@@ -190,7 +190,7 @@ def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
     bounds = kinematic_bounds(limits, 2 * np.pi * setting.harmonics / period)
     if np.any(np.isfinite(limits.torque)):
         nominal = design_model(goal.model, limits, period / basis.samples)
-        bounds.append(TorqueBound(nominal, limits.torque, goal.payloads))
+        bounds.append(TorqueBound(nominal, limits.torque, goal.payloads, goal.spread))
     bounds += [ClearanceBound(clearance) for clearance in setting.clearances]
     objectives = goal.objectives(limits, period / basis.samples)
     return Problem(basis, objectives, bounds, EVERY, largest_coefficients(basis, limits))

@@ -1,4 +1,4 @@
-"""Torque bound: torque of the nominal model."""
+"""Torque bound: torque of the nominal model, with room for what is not known of it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -13,27 +13,33 @@ from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ..trajectory import States
 from .bounds import Bound, Margins, Slopes
+from .torque_spread import TorqueSpread
 
 CHUNK = 20000
 """Samples whose columns are held at once; some tens of megabytes, and more than a search looks at."""
 
+NEAR = 0.5
+"""Margin, as a share of the limit, above which a row does without the derivatives of its band."""
+
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
-    """Torque of the nominal model within the joints' limits, in every run.
+    """Torque of the nominal model, and the band about it, within the joints' limits, in every run.
 
     Of the joints, as URDF and data sheets have them: a drive of a coupled wrist feels a mixture of theirs,
-    which is not looked at.
+    which is not looked at. In the band the load on gears counts as nominal.
 
     Attributes:
         model: Robot and effects with their priors.
         limit: Shape (n,) [N m]; infinite where there is none.
         payloads: Body carried in each run of the same motion.
+        spread: What is not known of the model's parameters; None where the nominal torque alone counts.
     """
 
     model: Model
     limit: np.ndarray
     payloads: Sequence[str] = ("",)
+    spread: TorqueSpread | None = None
 
     def torque(self, states: States, payload: str) -> np.ndarray:
         """Nominal joint torque, shape (t, n) [N m]."""
@@ -43,24 +49,52 @@ class TorqueBound(Bound):
         effects = [others.torque(motion[start : start + CHUNK], values) for start in starts]
         return _of_bodies(kinematics, motion) + np.concatenate(effects)
 
+    def band(self, states: States, payload: str) -> np.ndarray:
+        """Half the width of the band about the nominal torque, shape (t, n) [N m]."""
+        if self.spread is None:
+            return np.zeros_like(states.position)
+        motion, spread = states.motion(payload), self.spread
+        starts = range(0, len(motion), CHUNK)
+        return np.concatenate(
+            [spread.band(_columns(self.model, motion[start : start + CHUNK])) for start in starts]
+        )
+
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
-        """The torque of one run as a function of states alone."""
-        return lambda states: self.torque(states, payload)
+        """The larger end of the band in one run, signed like the torque, as a function of states alone."""
+
+        def farthest(states: States) -> np.ndarray:
+            torque = self.torque(states, payload)
+            return torque + np.copysign(self.band(states, payload), torque)
+
+        return farthest
 
     def margins(self, states: States) -> Margins:
         limited = np.flatnonzero(np.isfinite(self.limit))
-        shares = [self.torque(states, payload)[:, limited] / self.limit[limited] for payload in self.payloads]
-        value = np.concatenate([1.0 + sign * share for share in shares for sign in (-1.0, 1.0)], axis=1)
+        rows = []
+        for payload in self.payloads:
+            nominal, band = self.torque(states, payload), self.band(states, payload)
+            rows += [1.0 + (sign * nominal - band)[:, limited] / self.limit[limited] for sign in (-1.0, 1.0)]
 
         def slopes() -> Slopes:
             runs = [self._slopes(states, payload, limited) for payload in self.payloads]
+            bands = [
+                self._band_slopes(states, payload, limited, np.minimum(*rows[2 * k : 2 * k + 2]))
+                for k, payload in enumerate(self.payloads)
+            ]
             position, velocity, acceleration = (
-                np.concatenate([sign * one for one in kind for sign in (-1.0, 1.0)], axis=1)
-                for kind in zip(*runs, strict=True)
+                np.concatenate(
+                    [
+                        sign * nominal[k] - band[k]
+                        for nominal, band in zip(runs, bands, strict=True)
+                        for sign in (-1.0, 1.0)
+                    ],
+                    axis=1,
+                )
+                for k in range(3)
             )
             return position, velocity, acceleration, None
 
-        return Margins(value, slopes)
+        return Margins(np.concatenate(rows, axis=1), slopes)
 
     @cached_property
     def _made(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
@@ -90,6 +124,29 @@ class TorqueBound(Bound):
         by_bodies = _derivatives_of_bodies(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
         by_others = _by_motion(others, values, motion, limited, 1.0 / self.limit[limited])
         return [one + other for one, other in zip(by_bodies, by_others, strict=True)]
+
+    def _band_slopes(
+        self, states: States, payload: str, limited: np.ndarray, margin: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives of the band of each limited joint over its limit, (3, t, m, n); zeros without one.
+
+        They cost as much as all else together, so only rows have them whose margin (t, m) is below `NEAR`:
+        the nominal torque's derivatives show the others the way.
+        """
+        rows, places = np.nonzero(margin < NEAR)
+        found = np.zeros((3, *margin.shape, self.model.robot.dof))
+        if self.spread is not None and len(rows):
+            motion = _taken(self.model.loaded(states.motion(payload)), rows)
+            columns, joints = self.model.regressor(motion), limited[places]
+            weights = self.spread.weights(columns, joints) / self.limit[joints][:, None, None]
+            gradient = self.model.motion_gradient(motion, weights)
+            found[:, rows, places] = gradient.position, gradient.velocity, gradient.acceleration
+        return found
+
+
+def _columns(model: Model, motion: Motion) -> np.ndarray:
+    """Torque per unit of each parameter, the loads of gears by the model, shape (t, n, p)."""
+    return model.regressor(model.loaded(motion))
 
 
 def _of_bodies(kinematics: pin.Model, motion: Motion) -> np.ndarray:

@@ -10,8 +10,10 @@ from exidyn.identify.effects import LoadDependentFriction, Payload, Prior, known
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
+from exidyn.trajectories.search import torque_bound
 from exidyn.trajectories.search.bounds import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
 from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.search.torque_spread import spread_of
 from exidyn.trajectories.trajectory import States
 
 from ...parts.plans.excitation import smooth_model
@@ -35,6 +37,14 @@ def heavy():
     return replace(LOADED, stated={name: Prior(value) for name, value in stated.items()})
 
 
+def unsure():
+    """Parameters that are correlated, and torque beyond them."""
+    of, random = heavy(), np.random.default_rng(0)
+    root = 0.1 * random.normal(size=(len(of.names),) * 2)
+    columns = of.regressor(of.loaded(two_joints.motion(50)))
+    return spread_of(root @ root.T, 0.95, np.array([0.5, 0.1]), columns)
+
+
 BOUNDS = {
     "velocity": RateBound(1, LIMITS.velocity_lower, LIMITS.velocity, np.arange(2)),
     "acceleration": RateBound(2, LIMITS.acceleration_lower, LIMITS.acceleration, np.arange(2)),
@@ -42,6 +52,7 @@ BOUNDS = {
     "stop": StopBound(LIMITS),
     "torque": TorqueBound(heavy(), LIMITS.torque),
     "torque of a pair": TorqueBound(heavy(), np.array([60.0, 20.0]), ("", "L")),
+    "torque of unsure arms": TorqueBound(heavy(), np.array([60.0, 20.0]), ("", "L"), unsure()),
     "region": ClearanceBound(Region.of(two_joints.arm(), "flange", box([-0.5, -1, -0.3], [0.6, 1, 0.4]))),
 }
 
@@ -54,8 +65,9 @@ def states(seed=0, samples=60):
 
 
 @pytest.mark.parametrize("bound", BOUNDS.values(), ids=BOUNDS.keys())
-def test_slopes_are_those_of_differences(bound):
-    """But for a sample that lies on a kink of the stop, and zero where a torque is far from its limit."""
+def test_slopes_are_those_of_differences(bound, monkeypatch):
+    """But for a sample that lies on a kink of the stop."""
+    monkeypatch.setattr(torque_bound, "NEAR", np.inf)
     at = states()
     found = bound.margins(at)
     for order, by in zip(ORDERS, found.slopes(), strict=True):
@@ -166,3 +178,26 @@ def test_a_limit_that_the_one_before_it_keeps_is_not_asked_for():
             *(c * (LIMITS.velocity / largest)[:, None] for c in (series.sine, series.cosine)),
         )
         assert np.all(np.abs(series.at(time).acceleration) <= limits.acceleration)
+
+
+def test_margins_of_torque_leave_room_for_what_is_unsure():
+    at, spread = states(), unsure()
+    alone, unsure_too = BOUNDS["torque of a pair"], BOUNDS["torque of unsure arms"]
+    for place, payload in enumerate(("", "L")):
+        columns = heavy().regressor(heavy().loaded(at.motion(payload)))
+        expected = np.tile(spread.band(columns) / unsure_too.limit, 2)
+        less = (alone.margins(at).value - unsure_too.margins(at).value)[:, 4 * place : 4 * place + 4]
+        np.testing.assert_allclose(less, expected)
+        farthest, nominal = unsure_too.of(payload)(at), alone.of(payload)(at)
+        np.testing.assert_allclose(np.abs(farthest), np.abs(nominal) + spread.band(columns))
+
+
+def test_far_from_the_limit_a_band_has_no_slopes():
+    at, bound = states(), BOUNDS["torque of unsure arms"]
+    nominal = BOUNDS["torque of a pair"].margins(at).slopes()[0]
+    margin = bound.margins(at)
+    far = np.minimum(margin.value[:, :2], margin.value[:, 2:4]) >= torque_bound.NEAR
+    same = np.all(margin.slopes()[0] == nominal, axis=2)[:, :2]
+    np.testing.assert_array_equal(same, far)
+    assert np.any(far)
+    assert not np.all(far)
