@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..effects import CurrentOffset, Effect, ViscousFriction, name_of
+from ..effects.simulator_terms import JointTerms
 from ..errors import RobotError
 from ..export.mjcf_same import Remedy, described, require_same, taken
 from ..export.portable import Portable
@@ -15,7 +16,7 @@ from ..notebook import optional
 from ..robot_files.mjcf_names import enum_of
 from .callbacks import PURPOSE, library, register, release
 from .memory import Layout
-from .torques import Torques
+from .torques import Share, Torques
 
 ARRAYS = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
 PATCH = ". Write what was found into the file first: exidyn export FIT --to mjcf --patch ARM.xml"
@@ -74,7 +75,7 @@ def _lacks(effect: Effect, wanted: Portable, values: np.ndarray) -> bool:
     if effect.of_links or effect.payload or not values.any():
         return False
     form = effect.portable(wanted.robot, values)
-    return form is None or not hasattr(form, "dry") or bool(np.any(form.dry))
+    return not isinstance(form, JointTerms) or bool(np.any(form.dry))
 
 
 def _require_possible(effect: Effect, model: Any) -> None:
@@ -83,10 +84,10 @@ def _require_possible(effect: Effect, model: Any) -> None:
     Raises:
         RobotError: Torque by acceleration, or a memory under an integrator that tries steps.
     """
-    if not effect.massless and not effect.linear:
+    if not effect.massless:
         raise RobotError(
-            f"{name_of(effect)} is torque by acceleration between joints, which MuJoCo's callbacks cannot add "
-            "to its inertia; simulate it with exidyn simulate"
+            f"{name_of(effect)} is torque by acceleration between joints, which MuJoCo's callbacks cannot "
+            "add to its inertia; simulate it with exidyn simulate"
         )
     if not effect.pointwise and model.opt.integrator == enum_of("mjtIntegrator", "mjINT_RK4"):
         raise RobotError(
@@ -95,9 +96,36 @@ def _require_possible(effect: Effect, model: Any) -> None:
         )
 
 
-class State(NamedTuple):
-    """Of the effects in one of MuJoCo's data."""
+def _require_callbacks(model: Any, data: Any) -> None:
+    """Refuse models of what steps elsewhere.
 
+    Raises:
+        RobotError: It is of MJX or Warp.
+    """
+    mujoco = optional("mujoco", PURPOSE, "mujoco")
+    if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
+        kinds = f"{type(model).__module__}.{type(model).__name__}"
+        raise RobotError(
+            f"effects attach to mujoco.MjModel and MjData, not to {kinds}: MJX and Warp call nobody back in "
+            "their steps. What MJCF itself holds they take: exidyn export FIT --to mjcf --patch ARM.xml"
+        )
+
+
+class State(NamedTuple):
+    """Of the effects in one of MuJoCo's data.
+
+    Attributes:
+        address: Of the data.
+        torques: Effects on the motors' side of the gears.
+        transmitted: Those that the gears carry.
+        arrays: Of the data, by name.
+        pointer: To its positions, by which other data at the same address are told apart.
+        clock: Its time.
+        last: The time at which memories are, one number.
+        drag: Torque by velocity in this step, shape (n,) [N m s/rad].
+    """
+
+    address: int
     torques: Torques
     transmitted: Torques
     arrays: dict[str, np.ndarray]
@@ -126,13 +154,7 @@ class Attached:
     """
 
     def __init__(self, model: Any, data: Any, arm: Model, payload: str = "", temperature: Any = 25.0) -> None:
-        mujoco = optional("mujoco", PURPOSE, "mujoco")
-        if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
-            kinds = f"{type(model).__module__}.{type(model).__name__}"
-            raise RobotError(
-                f"effects attach to mujoco.MjModel and MjData, not to {kinds}: MJX and Warp call nobody back "
-                "in their steps. What MJCF itself holds they take: exidyn export FIT --to mjcf --patch ARM.xml"
-            )
+        _require_callbacks(model, data)
         wanted, pairs = lacking(model, arm, payload)
         self._model, self._robot = model, wanted.robot
         self._through = [pair for pair in pairs if pair[0].transmitted]
@@ -144,11 +166,8 @@ class Attached:
         joints = [model.joint(name) for name in wanted.robot.joints]
         self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
         self._places = np.array([int(joint.qposadr[0]) for joint in joints])
-        self._diagonal = (
-            model.M_rowadr[self._dofs] + model.M_rownnz[self._dofs] - 1
-            if inertia == "M"
-            else model.dof_Madr[self._dofs]
-        )
+        ends = model.M_rowadr + model.M_rownnz - 1 if inertia == "M" else model.dof_Madr
+        self._diagonal = ends[self._dofs]
         self._inertia, self._library, self._states = inertia, library(), dict[int, State]()
         self._bias = np.zeros(model.nv)
         self._loaded = any(effect.needs_load for effect, _ in self._behind)
@@ -194,9 +213,10 @@ class Attached:
         pointer = self._layout.pointer(data, "qpos")
         if state is None or state.pointer != pointer:
             arrays = {name: self._layout.array(data, name) for name in self._layout.places}
-            torques = (Torques(self._robot, pairs) for pairs in (self._behind, self._through))
+            behind, through = (Torques(self._robot, pairs) for pairs in (self._behind, self._through))
             drag, clock = np.zeros(len(self._dofs)), self._layout.clock(data)
-            state = self._states[data] = State(*torques, arrays, pointer, clock, [np.inf], drag)
+            state = State(data, behind, through, arrays, pointer, clock, [np.inf], drag)
+            self._states[data] = state
         return state
 
     def _go_on(self, state: State) -> None:
@@ -209,21 +229,20 @@ class Attached:
         state.torques.remember(state.arrays["qpos"][self._places])
         state.last[0] = now
 
-    def _torque(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Torque that effects take (n,) [N m], and its part by velocity (n,) [N m s/rad]."""
+    def _torque(self, state: State) -> Share:
+        """Torque that all effects take."""
         position, velocity = state.arrays["qpos"][self._places], state.arrays["qvel"][self._dofs]
         step, load = self._model.opt.timestep, np.zeros(len(velocity))
-        more, drag = 0.0, 0.0
+        through = None
         if self._through:
-            more, drag = state.transmitted.at(position, velocity, step, load, self.temperature)
+            through = state.transmitted.at(position, velocity, step, load, self.temperature)
         if self._loaded:
-            load = self._load(state) + more
+            load = self._load(state) + (through.torque if through else 0.0)
         own = state.torques.at(position, velocity, step, load, self.temperature)
-        return more + own.torque, drag + own.drag
+        return own if through is None else Share(own.torque + through.torque, own.drag + through.drag)
 
     def _load(self, state: State) -> np.ndarray:
         """Torque that the gears carry, at the acceleration of the step before, shape (n,) [N m]."""
-        address = next(key for key, one in self._states.items() if one is state)
-        self._library.mj_rne(self._model._address, address, 1, self._bias.ctypes.data)
+        self._library.mj_rne(self._model._address, state.address, 1, self._bias.ctypes.data)
         arrays = state.arrays
         return (self._bias - arrays["qfrc_spring"] - arrays["qfrc_gravcomp"])[self._dofs]

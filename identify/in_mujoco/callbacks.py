@@ -6,7 +6,6 @@ compiled, and fails there. A function of C's is given addresses, and those of ot
 
 import os
 import sys
-from collections.abc import Callable
 from ctypes import CFUNCTYPE, PyDLL, c_int, c_void_p
 from functools import cache
 from typing import Any, Protocol
@@ -53,15 +52,14 @@ def register(model: Any, arm: Forced) -> None:
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if model._address in ARMS:
         raise RobotError("the model has such effects attached already; detach() those first")
-    for name, call in CALLS.items():
-        there = getattr(mujoco, f"get_mjcb_{name}")()
-        if there is not None and not ARMS:
+    for name in () if ARMS else CALLS:
+        if getattr(mujoco, f"get_mjcb_{name}")() is not None:
             raise RobotError(
                 f"mjcb_{name} of MuJoCo is taken by another function of this process; there can be one. Set "
                 f"it to None: mujoco.set_mjcb_{name}(None)"
             )
-        if not ARMS:
-            getattr(mujoco, f"set_mjcb_{name}")(call)
+    for name, call in () if ARMS else CALLS.items():
+        getattr(mujoco, f"set_mjcb_{name}")(call)
     ARMS[model._address] = arm
 
 
@@ -92,6 +90,3 @@ def _typed(library: PyDLL) -> PyDLL:
     library.mj_factorM.argtypes, library.mj_factorM.restype = (c_void_p, c_void_p), None
     library.mj_rne.argtypes, library.mj_rne.restype = (c_void_p, c_void_p, c_int, c_void_p), None
     return library
-
-
-

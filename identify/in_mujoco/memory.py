@@ -54,8 +54,8 @@ class Layout(NamedTuple):
 
     def array(self, data: int, name: str) -> np.ndarray:
         """An array of the data at an address: the very memory that MuJoCo reads and writes."""
-        kind = c_double * self.sizes[name]
-        return np.frombuffer(kind.from_address(self.pointer(data, name)), float)
+        there = (c_double * self.sizes[name]).from_address(self.pointer(data, name))
+        return np.ctypeslib.as_array(there)
 
     def clock(self, data: int) -> c_double:
         """Its time, whose `value` goes on [s]."""

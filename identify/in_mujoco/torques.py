@@ -16,7 +16,7 @@ from ..arm.robot import Robot
 from ..effects import Effect, JointEffect
 
 SLOWEST = 1e-5
-"""Speed below which the secant is that of this speed [rad/s]: a tenth of the most abrupt reversal there is."""
+"""Speed below which the secant is that of this speed [rad/s]: a tenth of the most abrupt reversal."""
 
 
 class Share(NamedTuple):
@@ -53,19 +53,18 @@ class Torques:
         temperature: np.ndarray,
     ) -> Share:
         """Torque at positions, velocities, loads and temperatures (n,), before a step of some length [s]."""
-        slow = np.abs(velocity) < SLOWEST
-        moving = np.where(slow, SLOWEST, velocity) if slow.any() else velocity
+        moving = np.where(np.abs(velocity) < SLOWEST, SLOWEST, velocity)
         for motion in (self._here, self._end, self._now) if self._dated else (self._here, self._now):
             motion.position[:], motion.load[:], motion.temperature[:] = position, load, temperature
             motion.velocity[-1] = velocity
         self._here.velocity[1] = self._end.velocity[1] = moving
         self._end.position[1] += step * moving
         rest, there = self._sum(self._of_joints, self._here, self._end)
-        drag = np.maximum((there - rest) / moving, 0.0)
-        torque = rest + (there - rest) / moving * velocity if slow.any() else there
+        secant = (there - rest) / moving
+        torque = rest + secant * velocity
         if self._others:
-            torque = torque + self._sum(self._others, self._now, self._now)[0]
-        return Share(torque, drag)
+            torque += self._sum(self._others, self._now, self._now)[0]
+        return Share(torque, np.maximum(secant, 0.0))
 
     def remember(self, position: np.ndarray) -> None:
         """Go on to a position (n,) [rad], in what has a memory."""
@@ -78,9 +77,7 @@ class Torques:
         """Begin anew, as after a reset."""
         self._memory.clear()
 
-    def _sum(
-        self, effects: Sequence[tuple[Effect, np.ndarray]], here: Motion, end: Motion
-    ) -> np.ndarray:
+    def _sum(self, effects: Sequence[tuple[Effect, np.ndarray]], here: Motion, end: Motion) -> np.ndarray:
         """Torque in every row, shape (rows, n) [N m]."""
         total = np.zeros(here.position.shape)
         for effect, values in effects:
