@@ -121,7 +121,9 @@ class State(NamedTuple):
         arrays: Of the data, by name.
         pointer: To its positions, by which other data at the same address are told apart.
         clock: Its time.
-        last: The time at which memories are, one number.
+        last: The time at which memories are, one number [s].
+        velocity: At that time, shape (n,) [rad/s].
+        acceleration: Over the step before it, shape (n,) [rad/s^2].
         drag: Torque by velocity in this step, shape (n,) [N m s/rad].
     """
 
@@ -132,6 +134,8 @@ class State(NamedTuple):
     pointer: int
     clock: Any
     last: list[float]
+    velocity: np.ndarray
+    acceleration: np.ndarray
     drag: np.ndarray
 
 
@@ -214,8 +218,8 @@ class Attached:
         if state is None or state.pointer != pointer:
             arrays = {name: self._layout.array(data, name) for name in self._layout.places}
             behind, through = (Torques(self._robot, pairs) for pairs in (self._behind, self._through))
-            drag, clock = np.zeros(len(self._dofs)), self._layout.clock(data)
-            state = State(data, behind, through, arrays, pointer, clock, [np.inf], drag)
+            clock, numbers = self._layout.clock(data), np.zeros((3, len(self._dofs)))
+            state = State(data, behind, through, arrays, pointer, clock, [np.inf], *numbers)
             self._states[data] = state
         return state
 
@@ -224,10 +228,14 @@ class Attached:
         now, [last] = state.clock.value, state.last
         if now == last:
             return
+        velocity = state.arrays["qvel"][self._dofs]
         if now < last:
             state.torques.forget()
+            state.acceleration[:] = state.arrays["qacc"][self._dofs]
+        else:  # qacc itself leaves out what an integrator makes implicit, as the damping of servos
+            state.acceleration[:] = (velocity - state.velocity) / (now - last)
+        state.velocity[:], state.last[0] = velocity, now
         state.torques.remember(state.arrays["qpos"][self._places])
-        state.last[0] = now
 
     def _torque(self, state: State) -> Share:
         """Torque that all effects take."""
@@ -242,7 +250,14 @@ class Attached:
         return own if through is None else Share(own.torque + through.torque, own.drag + through.drag)
 
     def _load(self, state: State) -> np.ndarray:
-        """Torque that the gears carry, at the acceleration of the step before, shape (n,) [N m]."""
-        self._library.mj_rne(self._model._address, state.address, 1, self._bias.ctypes.data)
+        """Torque that the gears carry, at the acceleration of the step before, shape (n,) [N m].
+
+        Where none was made to here, as in inverse dynamics, at that which is given.
+        """
         arrays = state.arrays
+        given = arrays["qacc"][self._dofs]
+        if np.array_equal(arrays["qvel"][self._dofs], state.velocity):
+            arrays["qacc"][self._dofs] = state.acceleration
+        self._library.mj_rne(self._model._address, state.address, 1, self._bias.ctypes.data)
+        arrays["qacc"][self._dofs] = given
         return (self._bias - arrays["qfrc_spring"] - arrays["qfrc_gravcomp"])[self._dofs]
