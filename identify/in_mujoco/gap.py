@@ -1,7 +1,7 @@
 """The gap between a user's MuJoCo simulation and the real arm: how wide, and what each finding closes of it.
 
-Findings are added one after the other, each with all numbers fitted again. One stays if no joint of the runs
-held out is worse for it, and none worse than by the file as it was.
+Findings are added one after the other, each with all numbers fitted again. One stays if in the runs held out
+none of its joints is worse for it, and no joint at all worse than by the file as it was.
 """
 
 from collections.abc import Callable, Sequence
@@ -106,6 +106,7 @@ def gap(
     commands: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
+    as_recorded: bool = False,
 ) -> Gap:
     """Simulate, diagnose, write what was found, simulate again.
 
@@ -116,6 +117,7 @@ def gap(
         commands: "position" or "torque"; what file and runs have, by default.
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
+        as_recorded: Take columns, units and signs as they are stated, however unlikely.
 
     Raises:
         RecordingError: No run is held out.
@@ -123,7 +125,9 @@ def gap(
     """
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
-    diagnosis = diagnosed(model, recordings, model.robot.name, filtering, progress).diagnosis
+    diagnosis = diagnosed(
+        model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
+    ).diagnosis
     held, faults, beyond = _sorted(diagnosis)
     runs = tuple(
         Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT
@@ -190,18 +194,18 @@ class _Ladder:
         for one in (None, *findings):
             name = NUMBERS if one is None else named(one.effect, one.joints, joints)
             progress(f"simulate with {name}")
-            if self._try(name, [*kept, *([] if one is None else [one])]):
-                kept += [] if one is None else [one]
+            if self._try(name, [*kept, one] if one else kept, one.joints if one else ()):
+                kept += [one] if one else []
 
-    def _try(self, name: str, findings: Sequence[Finding]) -> bool:
-        """Add a stage; whether it is kept."""
+    def _try(self, name: str, findings: Sequence[Finding], own: Sequence[int]) -> bool:
+        """Add a stage of a finding that acts on some joints; whether it is kept."""
         try:
             step = self._step(findings)
             found = _distances(self.source, step.text, step.arm, self.runs, self.commands, attach=True)
         except ExidynError as error:
             self.stages.append(Stage(name, None, (), " ".join(str(error).split())))
             return False
-        worse = worse_joints(self.before, self.last, found, self._noise())
+        worse = worse_joints(self.before, self.last, found, self._noise(), own)
         if not worse:
             self.last, self.kept = found, step
         words = ", ".join(self.diagnosis.joints[joint] for joint in worse)
@@ -225,17 +229,20 @@ class _Ladder:
         return Step(fit, arm, made.text, made.changes, made.left)
 
 
-def worse_joints(first: Distances, last: Distances, now: Distances, noise: np.ndarray) -> tuple[int, ...]:
-    """Joints that are farther off after the longest horizon than before, from 0.
+def worse_joints(
+    first: Distances, last: Distances, now: Distances, noise: np.ndarray, own: Sequence[int]
+) -> tuple[int, ...]:
+    """Joints that are farther off after the longest horizon, from 0.
 
-    Than by the last arm: by more than the starts vary, with 95 %. Than by the file as it was: by more than
-    the encoder's noise (n,) [rad].
+    Any joint than by the file as it was, by more than the encoder's noise (n,) [rad]. A joint on which the
+    finding acts than before it, by more than the starts vary, with 95 %; others move with it, for better or
+    worse, as long as findings are missing.
     """
     squares = [one.ends[:, -1] ** 2 for one in (last, now)]
     with np.errstate(invalid="ignore"):
         more = squares[1] - squares[0]
         error = np.std(more, axis=0) / np.sqrt(len(more))
         surely = np.nan_to_num(np.mean(more, axis=0) - SURE * error) > 0.0
-    beyond = now.joints[-1] > first.joints[-1] + noise
-    diverged = ~np.isfinite(now.joints[-1]) & np.isfinite(first.joints[-1])
-    return tuple(int(joint) for joint in np.flatnonzero(surely | beyond | diverged))
+    acting = np.isin(np.arange(len(noise)), own)
+    beyond = ~(now.joints[-1] <= first.joints[-1] + noise)
+    return tuple(int(joint) for joint in np.flatnonzero(acting & surely | beyond))

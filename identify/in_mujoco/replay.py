@@ -52,8 +52,8 @@ class Run(NamedTuple):
         ready = prepare(check(recording), filtering)
         time, command = ready.motion.time, recording.signals.get("command")
         sent = None
-        if command is not None:  # a command is held until the next
-            sent = command.values[np.searchsorted(command.time, time, side="right").clip(1) - 1]
+        if command is not None:
+            sent = _between(time, command.time, command.values)
         return cls(
             recording.name, time, ready.motion.position, ready.motion.velocity, ready.current,
             ready.measures == "current", sent, ready.encoder_noise,
@@ -160,17 +160,19 @@ class Simulator:
                 break
             seen[row + 1] = position
         with np.errstate(invalid="ignore"):
-            columns = [np.interp(wanted, time, column) for column in seen.T]
-        return np.nan_to_num(np.stack(columns, axis=1), nan=np.inf)
+            return np.nan_to_num(_between(wanted, time, seen), nan=np.inf)
 
     def _along(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
-        """What is commanded in each step, shape (k, n): positions as they were sent, torque in its middle."""
+        """What is commanded in each step, on lines between samples: controllers interpolate; shape (k, n)."""
         if self._servos:
             assert run.command is not None
-            gear = self.model.actuator_gear[self._servos, 0]
-            return gear * run.command[np.searchsorted(run.time, time, side="right").clip(1) - 1]
-        torque = run.torque(self._arm)
-        return np.stack([np.interp(time + 0.5 * step, run.time, column) for column in torque.T], axis=1)
+            return self.model.actuator_gear[self._servos, 0] * _between(time, run.time, run.command)
+        return _between(time + 0.5 * step, run.time, run.torque(self._arm))  # in the middle of the step
+
+
+def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (t, n) at other times (k,), on lines between them, shape (k, n)."""
+    return np.stack([np.interp(time, known, column) for column in values.T], axis=1)
 
 
 BEYOND = 1e3
