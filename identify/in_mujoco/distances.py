@@ -57,14 +57,18 @@ def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distan
         last = int(np.searchsorted(run.time, run.time[first] + horizons[-1], side="right")) - 1
         seen = simulator.roll(run, first, last)
         rows = [
-            int(np.searchsorted(run.time, run.time[first] + one, side="right")) - 1 - first for one in horizons
+            int(np.searchsorted(run.time, run.time[first] + one, side="right")) - 1 - first
+            for one in horizons
         ]
         places = np.maximum(rows, 1) - 1
         ends.append(seen[places] - run.position[first + 1 + places])
         tools.append(_apart(robot, seen[places], run.position[first + 1 + places]))
     traces = tuple(np.vstack([run.position[:1], simulator.roll(run, 0, len(run.time) - 1)]) for run in runs)
     missed = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
-    far = [_apart(robot, trace[::STRIDE], run.position[::STRIDE]) for trace, run in zip(traces, runs, strict=True)]
+    far = [
+        _apart(robot, trace[::STRIDE], run.position[::STRIDE])
+        for trace, run in zip(traces, runs, strict=True)
+    ]
     return Distances(np.array(ends), np.array(tools), _rms(missed), float(_rms(np.concatenate(far))), traces)
 
 

@@ -129,9 +129,7 @@ def gap(
         model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
     ).diagnosis
     held, faults, beyond = _sorted(diagnosis)
-    runs = tuple(
-        Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT
-    )
+    runs = tuple(Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT)
     commands = what_is_commanded(_compiled(source), runs, model.robot.joints, commands)
     progress("simulate the file as it is")
     before = _distances(source, source.text, model, runs, commands, attach=False)

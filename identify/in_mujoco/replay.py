@@ -126,7 +126,10 @@ class Simulator:
         """Take the file's actuators off these joints: what was measured acts in their place."""
         kind = enum_of("mjtTrn", "mjTRN_JOINT")
         for actuator in range(self.model.nu):
-            if self.model.actuator_trntype[actuator] == kind and self.model.actuator_trnid[actuator][0] in joints:
+            if (
+                self.model.actuator_trntype[actuator] == kind
+                and self.model.actuator_trnid[actuator][0] in joints
+            ):
                 self.model.actuator_gainprm[actuator] = self.model.actuator_biasprm[actuator] = 0.0
 
     def __enter__(self) -> "Simulator":

@@ -1,7 +1,7 @@
 """MuJoCo as the real arm: a model of Menagerie in which physics is concealed that its file does not have.
 
-Its own servos follow commands; what is logged is what a controller logs, behind an encoder and a torque sensor
-with noise.
+Its own servos follow commands; what is logged is what a controller logs, behind an encoder and a torque
+sensor with noise.
 """
 
 import warnings
@@ -68,7 +68,12 @@ def described(path: Path) -> Model:
     upper = np.minimum(limits.position_upper, 2.0 * REACH)
     middle, half = 0.5 * (lower + upper), np.minimum(0.45 * (upper - lower), REACH)
     free_limits = Limits(
-        middle - half, middle + half, np.full(n, SPEED), np.full(n, ACCELERATION), np.full(n, 100.0), limits.torque
+        middle - half,
+        middle + half,
+        np.full(n, SPEED),
+        np.full(n, ACCELERATION),
+        np.full(n, 100.0),
+        limits.torque,
     )
     return replace(model, robot=replace(model.robot, limits=free_limits))
 
@@ -104,11 +109,13 @@ def record(case: Case, seconds: float, seed: int, name: str) -> Recording:
     effort += TORQUE_NOISE * np.sqrt(np.mean(effort**2, axis=0)) * random.normal(size=effort.shape)
     position = np.round(position / ENCODER) * ENCODER
     signals = {"position": position, "torque": effort, "command": motion.position}
-    return Recording(name, case.nominal, {key: Signal(motion.time, values) for key, values in signals.items()})
+    return Recording(
+        name, case.nominal, {key: Signal(motion.time, values) for key, values in signals.items()}
+    )
 
 
 def _tick(arm, data, motors, dofs, command, velocity) -> np.ndarray:  # noqa: ANN001
-    """Go on to the next sample, commands moving between samples as controllers have them; mean torque (n,)."""
+    """Go on to the next sample, commands moving between samples as controllers' do; mean torque (n,)."""
     count, total = round(TICK / STEP), np.zeros(len(dofs))
     for step in range(count):
         data.ctrl[motors], before = command + step * STEP * velocity, data.qvel[dofs]
