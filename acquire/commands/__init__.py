@@ -17,6 +17,7 @@ COMMANDS: dict[str, str] = {
     "excite": "the trajectory that identifies an arm best within its limits",
     "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
     "fleet": "many arms: which one changed, in what, and since when",
+    "gap": "a MuJoCo simulation beside the real arm: what each finding closes, a better MJCF",
     "identify": "dynamics and drive gains from recordings",
     "import": "other people's files to recordings (.mcap)",
     "info": "what is inside a recording",

@@ -29,6 +29,8 @@ NAME = "traces.npz"
 WORDS = ("name", "role", "run")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
+ABSENT = "# Found, and no part of this model, which cannot hold it: "
+"""First line of a model that lacks findings."""
 SIMULATED = "simulated"
 """Key of what was simulated; runs have their place."""
 
@@ -58,7 +60,7 @@ def write_diagnosis(
 def _model_file(model: Model, absent: Sequence[str]) -> str:
     """A robot.toml that first lists the findings that it does not hold."""
     lacking = ", ".join(effect_words(one) for one in absent)
-    head = f"# Found, and no part of this model, which cannot hold it: {lacking}.\n" if absent else ""
+    head = f"{ABSENT}{lacking}.\n" if absent else ""
     return head + model_text(model)
 
 

@@ -1,0 +1,125 @@
+"""MuJoCo as the real arm: a model of Menagerie in which physics is concealed that its file does not have.
+
+Its own servos follow commands; what is logged is what a controller logs, behind an encoder and a torque
+sensor with noise.
+"""
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from exidyn.identify.arm.robot import Limits
+from exidyn.identify.effects import Effect, Prior
+from exidyn.identify.errors import RobotWarning
+from exidyn.identify.in_mujoco.attached import Attached
+from exidyn.identify.in_mujoco.replay import servos
+from exidyn.identify.model import Model
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.robot_files.description import movable_joints
+from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.trajectories.random_motion import random_fourier
+
+TICK = 0.004
+"""From sample to sample [s]."""
+STEP = 0.001
+"""Of the simulation that is the real arm [s]."""
+ENCODER = 2.0 * np.pi / 2.0**17
+"""Resolution of positions [rad]."""
+TORQUE_NOISE = 0.01
+"""Standard deviation of the logged torque over its rms [-]."""
+SPEED, ACCELERATION = 1.5, 6.0
+"""Of the motion, at most [rad/s, rad/s^2]; MJCF states no limits of either."""
+REACH = 1.2
+"""Of a joint's motion about the middle of its range [rad]."""
+
+
+class Case(NamedTuple):
+    """A real arm, and what its file does not have.
+
+    Attributes:
+        name: Of the case.
+        path: Of the file.
+        nominal: What the file describes.
+        real: The same with what is concealed.
+        concealed: Names of effects and joints, from 0, that a diagnosis has to name.
+    """
+
+    name: str
+    path: Path
+    nominal: Model
+    real: Model
+    concealed: tuple[tuple[str, int], ...]
+
+
+def described(path: Path) -> Model:
+    """What a file describes of its hinges, within limits that a motion can have."""
+    compiled = mujoco.MjModel.from_xml_path(str(path))
+    free, _ = movable_joints(path)
+    joints = [name for name in free if compiled.joint(name).type[0] == mujoco.mjtJoint.mjJNT_HINGE]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RobotWarning)  # of gravcomp
+        model = read_model(path, joints)
+    limits, n = model.robot.limits, len(joints)
+    lower = np.maximum(limits.position_lower, -2.0 * REACH)
+    upper = np.minimum(limits.position_upper, 2.0 * REACH)
+    middle, half = 0.5 * (lower + upper), np.minimum(0.45 * (upper - lower), REACH)
+    free_limits = Limits(
+        middle - half,
+        middle + half,
+        np.full(n, SPEED),
+        np.full(n, ACCELERATION),
+        np.full(n, 100.0),
+        limits.torque,
+    )
+    return replace(model, robot=replace(model.robot, limits=free_limits))
+
+
+def with_effects(model: Model, *effects: tuple[Effect, float]) -> Model:
+    """The arm with further effects, every parameter of one value."""
+    for effect, value in effects:
+        names = [parameter.name for parameter in effect.parameters(model.robot)]
+        model = replace(model + effect, stated=dict(model.stated) | {name: Prior(value) for name in names})
+    return model
+
+
+def record(case: Case, seconds: float, seed: int, name: str) -> Recording:
+    """A log of the real arm on a random motion."""
+    arm = mujoco.MjModel.from_xml_path(str(case.path))
+    arm.opt.timestep, arm.opt.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    data, joints = mujoco.MjData(arm), case.nominal.robot.joints
+    places = [int(arm.joint(joint).qposadr[0]) for joint in joints]
+    dofs = [int(arm.joint(joint).dofadr[0]) for joint in joints]
+    motors = servos(arm, joints)
+    motion = random_fourier(case.nominal.robot.limits, seconds, seed=seed).at(np.arange(0.0, seconds, TICK))
+    position, effort = np.empty_like(motion.position), np.empty_like(motion.position)
+    with Attached(arm, data, case.real):
+        data.qpos[places] = motion.position[0]
+        data.ctrl[motors] = motion.position[0]
+        mujoco.mj_step(arm, data, round(1.0 / STEP))
+        for row, command in enumerate(motion.position):
+            position[row] = data.qpos[places]
+            effort[row] = _tick(arm, data, motors, dofs, command, motion.velocity[row])
+    random = np.random.default_rng(seed)
+    # A sample's torque is the mean of the cycle behind it; that of two is at the position.
+    effort[1:] = 0.5 * (effort[1:] + effort[:-1])
+    effort += TORQUE_NOISE * np.sqrt(np.mean(effort**2, axis=0)) * random.normal(size=effort.shape)
+    position = np.round(position / ENCODER) * ENCODER
+    signals = {"position": position, "torque": effort, "command": motion.position}
+    return Recording(
+        name, case.nominal, {key: Signal(motion.time, values) for key, values in signals.items()}
+    )
+
+
+def _tick(arm, data, motors, dofs, command, velocity) -> np.ndarray:  # noqa: ANN001
+    """Go on to the next sample, commands moving between samples as controllers' do; mean torque (n,)."""
+    count, total = round(TICK / STEP), np.zeros(len(dofs))
+    for step in range(count):
+        data.ctrl[motors], before = command + step * STEP * velocity, data.qvel[dofs]
+        mujoco.mj_step(arm, data)
+        # The integrator takes a servo's damping at the end of the step, which is what acts.
+        total += data.qfrc_actuator[dofs] + arm.actuator_biasprm[motors, 2] * (data.qvel[dofs] - before)
+    return total / count

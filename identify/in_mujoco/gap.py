@@ -1,0 +1,246 @@
+"""The gap between a user's MuJoCo simulation and the real arm: how wide, and what each finding closes of it.
+
+Findings are added one after the other, each with all numbers fitted again. One stays if in the runs held out
+none of its joints is worse for it, and no joint at all worse than by the file as it was.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..diagnosis.candidates import kind_of
+from ..diagnosis.diagnose import diagnosed
+from ..diagnosis.findings.finding import Diagnosis, Finding
+from ..diagnosis.improved.improved import as_nominal, with_finding
+from ..diagnosis.refit import refit, undone
+from ..diagnosis.runs.usable import HELD_OUT
+from ..diagnosis.words.naming import named
+from ..diagnosis.words.sentences import sentence
+from ..errors import ExidynError, RecordingError
+from ..export.mjcf_changes import Change
+from ..export.mjcf_patch import patch
+from ..export.portable import Portable
+from ..fit.fit import Fit
+from ..fit.identified import identified, standard_parameters
+from ..model import Model
+from ..preparation.prepare import Filtering
+from ..recordings.recording import Recording
+from ..robot_files.mjcf import compile_mjcf
+from .distances import Distances, distances, horizons_of
+from .replay import Run, Simulator, what_is_commanded
+
+NUMBERS = "numbers that MJCF has: masses, inertia, armature, damping, friction"
+SURE = 1.64
+"""Standard errors by which a joint is worse with 95 %."""
+
+
+class Source(NamedTuple):
+    """The user's file: its text, the folder in which its files lie, and what errors call it."""
+
+    text: bytes
+    folder: str
+    where: str
+
+
+class Stage(NamedTuple):
+    """One finding, added to those that were kept before it.
+
+    Attributes:
+        name: In words.
+        distances: With it; None where it could not be simulated.
+        worse: Joints that are worse for it, from 0.
+        reason: Why it is not written; empty where it is.
+    """
+
+    name: str
+    distances: Distances | None
+    worse: tuple[int, ...] = ()
+    reason: str = ""
+
+
+class Step(NamedTuple):
+    """An arm that can be simulated, and the file that holds what it can of it."""
+
+    fit: Fit
+    arm: Model
+    text: bytes
+    changes: tuple[Change, ...]
+    left: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """What was found.
+
+    Attributes:
+        diagnosis: Of the runs.
+        commands: What was commanded, "position" or "torque".
+        horizons: [s].
+        runs: Those held out.
+        before: By the file as it was.
+        stages: In the order in which they were tried.
+        after: With all that is kept; `before` where nothing is.
+        kept: The arm with that; None where nothing is.
+        taken_out: What of the findings is of the measurement, and was taken out of the recordings, in words.
+        beyond: What MuJoCo's structure would have to hold, such as backlash, in words.
+    """
+
+    diagnosis: Diagnosis
+    commands: str
+    horizons: tuple[float, ...]
+    runs: tuple[Run, ...]
+    before: Distances
+    stages: tuple[Stage, ...]
+    after: Distances
+    kept: Step | None
+    taken_out: tuple[str, ...]
+    beyond: tuple[str, ...]
+
+
+def gap(
+    source: Source,
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    commands: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    progress: Callable[[str], None] = lambda _: None,
+    as_recorded: bool = False,
+) -> Gap:
+    """Simulate, diagnose, write what was found, simulate again.
+
+    Args:
+        source: The MJCF.
+        model: What it describes, with the drive gains of the recordings.
+        recordings: Role and recording of each run; those of role "validate" judge.
+        commands: "position" or "torque"; what file and runs have, by default.
+        filtering: Filters; chosen from the data where none is given.
+        progress: Called with a sentence at each stage.
+        as_recorded: Take columns, units and signs as they are stated, however unlikely.
+
+    Raises:
+        RecordingError: No run is held out.
+        ExidynError: The runs cannot be used; the message gives the reason.
+    """
+    if not any(role == HELD_OUT for role, _ in recordings):
+        raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
+    diagnosis = diagnosed(
+        model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
+    ).diagnosis
+    held, faults, beyond = _sorted(diagnosis)
+    runs = tuple(Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT)
+    commands = what_is_commanded(_compiled(source), runs, model.robot.joints, commands)
+    progress("simulate the file as it is")
+    before = _distances(source, source.text, model, runs, commands, attach=False)
+    ladder = _Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
+    ladder.climb(held, progress)
+    joints = diagnosis.joints
+    return Gap(
+        diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,
+        tuple(sentence(one, joints) for one in faults), tuple(sentence(one, joints) for one in beyond),
+    )  # fmt: skip
+
+
+def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:
+    """Findings that a model holds, those of the measurement, and those that need other structure."""
+    held, faults, beyond = [], [], []
+    nominal = None if diagnosis.evidence is None else as_nominal(diagnosis.evidence)
+    for finding in diagnosis.findings:
+        kind = kind_of(finding.effect)
+        if kind.undo is not None:
+            faults.append(finding)
+        elif kind.gear or nominal is None or with_finding(nominal, finding) is None:
+            beyond.append(finding)
+        else:
+            held.append(finding)
+    return held, faults, beyond
+
+
+def _compiled(source: Source) -> object:
+    return compile_mjcf(source.text.decode(), source.folder)
+
+
+def _distances(
+    source: Source, text: bytes, arm: Model, runs: Sequence[Run], commands: str, attach: bool
+) -> Distances:
+    with Simulator(text.decode(), source.folder, arm, commands, attach) as simulator:
+        return distances(simulator, arm.robot, runs)
+
+
+@dataclass
+class _Ladder:
+    """Findings, one added after the other."""
+
+    source: Source
+    recordings: Sequence[tuple[str, Recording]]
+    filtering: Filtering
+    diagnosis: Diagnosis
+    runs: Sequence[Run]
+    commands: str
+    faults: Sequence[Finding]
+    before: Distances
+
+    def __post_init__(self) -> None:
+        self.stages: list[Stage] = []
+        self.last, self.kept = self.before, None  # type: Distances, Step | None
+
+    def climb(self, findings: Sequence[Finding], progress: Callable[[str], None]) -> None:
+        """Try the numbers alone, then each finding."""
+        kept: list[Finding] = []
+        joints = self.diagnosis.joints
+        for one in (None, *findings):
+            name = NUMBERS if one is None else named(one.effect, one.joints, joints)
+            progress(f"simulate with {name}")
+            if self._try(name, [*kept, one] if one else kept, one.joints if one else ()):
+                kept += [one] if one else []
+
+    def _try(self, name: str, findings: Sequence[Finding], own: Sequence[int]) -> bool:
+        """Add a stage of a finding that acts on some joints; whether it is kept."""
+        try:
+            step = self._step(findings)
+            found = _distances(self.source, step.text, step.arm, self.runs, self.commands, attach=True)
+        except ExidynError as error:
+            self.stages.append(Stage(name, None, (), " ".join(str(error).split())))
+            return False
+        worse = worse_joints(self.before, self.last, found, self._noise(), own)
+        if not worse:
+            self.last, self.kept = found, step
+        words = ", ".join(self.diagnosis.joints[joint] for joint in worse)
+        self.stages.append(Stage(name, found, worse, f"{words} would be worse" if worse else ""))
+        return not worse
+
+    def _noise(self) -> np.ndarray:
+        return np.asarray(np.max([run.noise for run in self.runs], axis=0))
+
+    def _step(self, findings: Sequence[Finding]) -> Step:
+        """Numbers fitted beside findings, and the file with what it can hold."""
+        fit = refit(
+            replace(self.diagnosis, findings=(*self.faults, *findings)), self.recordings,
+            filtering=self.filtering,
+        )  # fmt: skip
+        if fit is None:
+            raise ExidynError("the diagnosis has no evidence")
+        arm = identified(fit)
+        source = self.source
+        made = patch(Portable.of(arm), standard_parameters(fit), source.text, source.folder, source.where)
+        return Step(fit, arm, made.text, made.changes, made.left)
+
+
+def worse_joints(
+    first: Distances, last: Distances, now: Distances, noise: np.ndarray, own: Sequence[int]
+) -> tuple[int, ...]:
+    """Joints that are farther off after the longest horizon, from 0.
+
+    Any joint than by the file as it was, by more than the encoder's noise (n,) [rad]. A joint on which the
+    finding acts than before it, by more than the starts vary, with 95 %; others move with it, for better or
+    worse, as long as findings are missing.
+    """
+    squares = [one.ends[:, -1] ** 2 for one in (last, now)]
+    with np.errstate(invalid="ignore"):
+        more = squares[1] - squares[0]
+        error = np.std(more, axis=0) / np.sqrt(len(more))
+        surely = np.nan_to_num(np.mean(more, axis=0) - SURE * error) > 0.0
+    acting = np.isin(np.arange(len(noise)), own)
+    beyond = ~(now.joints[-1] <= first.joints[-1] + noise)
+    return tuple(int(joint) for joint in np.flatnonzero(acting & surely | beyond))

@@ -1,0 +1,158 @@
+"""The gap between a MuJoCo simulation and the real arm: how wide, and what each finding closes of it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..diagnosis.words.naming import joined
+from ..document.document import (
+    Cell,
+    Document,
+    Figure,
+    Grid,
+    Marked,
+    Number,
+    Section,
+    Statements,
+    Table,
+)
+from ..document.html import html
+from ..document.text import text
+from ..in_mujoco.distances import Distances
+from ..in_mujoco.gap import Gap
+from ..in_mujoco.replay import POSITION
+from ..text_table import digits
+from .diagnosis_plots import bars
+from .svg import Panel, Span, legend, picture
+
+AS_IT_WAS = "the file as it was"
+LONGEST = 20.0
+"""Seconds of a whole run in which its motion can be read by eye."""
+MILLI = {"rad": "mrad", "m": "mm"}
+
+
+def gap_document(gap: Gap, written: str = "") -> Document:
+    """The whole document; `written` is the file with what was found, empty if there is none."""
+    robot = gap.diagnosis.evidence.model.robot if gap.diagnosis.evidence else None
+    units = [MILLI[one] for one in robot.units("rad")] if robot else ["mrad"] * len(gap.diagnosis.joints)
+    facts = [
+        (
+            "Commanded",
+            "positions, by the file's servos" if gap.commands == POSITION else "torque as measured",
+        ),
+        ("Judged by", ", ".join(run.name for run in gap.runs)),
+        ("Starts", f"{len(gap.before.ends)} from which both begin alike"),
+    ]
+    sections = [
+        Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
+        Section("stages", "What each finding gains", [_stages(gap)]),
+        Section("joints", "Joints and tool point, root mean square", [_joints(gap, units)]),
+        Section("runs", "Whole runs", [Grid(_plots(gap, robot))] if robot else [], detail=True),
+        Section("beside", "Beside the arm", [Statements(_beside(gap))] if _beside(gap) else []),
+    ]
+    title = f"{gap.diagnosis.name}: simulation and real arm"
+    return Document(title, "", sections, facts=facts)
+
+
+def gap_text(gap: Gap, written: str = "") -> str:
+    """The document as text of 80 columns."""
+    return text(gap_document(gap, written))
+
+
+def gap_html(gap: Gap, written: str = "") -> str:
+    """The document as one HTML page."""
+    return html(gap_document(gap, written))
+
+
+def verdict(gap: Gap, written: str = "") -> list[str]:
+    """What was gained, in sentences."""
+    longest = f"After {gap.horizons[-1]:g} s"
+    before, after = gap.before.tool[-1], gap.after.tool[-1]
+    if gap.kept is None:
+        return [
+            f"{longest} the tool point of the simulation is {_far(before)} from the real one. Nothing was "
+            "written: all that was found makes a joint worse"
+        ]
+    first = (
+        f"{longest} the tool point of the simulation was {_far(before)} from the real one, now {_far(after)}"
+    )
+    kept = [stage.name for stage in gap.stages[1:] if not stage.reason]
+    said = [first, f"Found and kept: {joined(kept)}" if kept else "Numbers of the file alone are others"]
+    if written:
+        attached = "; from exidyn.mujoco import attach adds what MJCF cannot hold" if gap.kept.left else ""
+        said.append(f"Written: {written}{attached}")
+    return said
+
+
+def _far(metres: float) -> str:
+    return f"{digits(1e3 * metres, 3)} mm" if np.isfinite(metres) else "without bound"
+
+
+def _stages(gap: Gap) -> Table:
+    """The tool point by each arm, and whether it is kept."""
+    head = ["added", *(f"tool {one:g} s [mm]" for one in gap.horizons), "whole run [mm]", "written"]
+    rows: list[list[Cell]] = [[AS_IT_WAS, *_tool(gap.before), ""]]
+    for stage in gap.stages:
+        written = Marked("yes", "good") if not stage.reason else f"no: {stage.reason}"
+        none: list[Cell] = [Number(np.nan)] * (len(gap.horizons) + 1)
+        rows.append([stage.name, *(_tool(stage.distances) if stage.distances else none), written])
+    return Table(head, rows, words=(len(head) - 1,))
+
+
+def _tool(found: Distances) -> list[Cell]:
+    return [Number(1e3 * float(value), 3) for value in (*found.tool, found.whole_tool)]
+
+
+def _joints(gap: Gap, units: Sequence[str]) -> Table:
+    """Each joint by the file as it was and with what is kept."""
+    head = ["joint", "unit"]
+    for one in (*(f"{horizon:g} s" for horizon in gap.horizons), "whole run"):
+        head += [f"{one} before", "after"]
+    rows: list[list[Cell]] = []
+    every = [np.vstack([found.joints, found.whole]) for found in (gap.before, gap.after)]
+    for joint, name in enumerate(gap.diagnosis.joints):
+        cells: list[Cell] = [name, units[joint]]
+        for before, after in zip(every[0][:, joint], every[1][:, joint], strict=True):
+            cells += [Number(1e3 * float(before), 3), Number(1e3 * float(after), 3)]
+        rows.append(cells)
+    return Table(head, rows, words=(1,))
+
+
+def _plots(gap: Gap, robot: Robot) -> list[Figure]:
+    names, units = gap.diagnosis.joints, robot.units("rad")
+    last, after = f"after {gap.horizons[-1]:g} s", gap.after.joints[-1]
+    picture_ = bars(gap.before.joints[-1], after, names, f"missed {last}", units)
+    found = [Figure(f"Missed {last}", "root mean square over all starts", picture_)]
+    return found + [
+        Figure(name, gap.runs[0].name, _trace_plot(gap, joint, units[joint]))
+        for joint, name in enumerate(names)
+    ]
+
+
+def _trace_plot(gap: Gap, joint: int, unit: str) -> str:
+    """One joint of the first run held out: recorded, and simulated before and after."""
+    run = gap.runs[0]
+    shown = slice(0, int(np.searchsorted(run.time, run.time[0] + LONGEST)))
+    time, real = run.time[shown], run.position[shown, joint]
+    reach = 2.0 * float(np.ptp(real)) or 1.0  # what diverges leaves the picture
+    middle = float(np.mean(real))
+    lines = [
+        np.clip(found.traces[0][shown, joint], middle - reach, middle + reach)
+        for found in (gap.before, gap.after)
+    ]
+    panel = Panel(Span.around(time, margin=0.0), Span.around(real, *lines), 64, 24, 400, 190)
+    keys = [("measured", "recorded"), ("before", "before"), ("after", "after")]
+    content = legend(64, 14, keys) + panel.axes("time [s]", f"position [{unit}]")
+    content += panel.line(time, real, "measured")
+    for line, style in zip(lines, ("before thin", "after thin"), strict=True):
+        content += panel.line(time, line, style)
+    return picture(472, 246, f"{run.name}, {gap.diagnosis.joints[joint]}: recorded and simulated", content)
+
+
+def _beside(gap: Gap) -> list[str]:
+    """What was found and is no part of the file."""
+    said = [f"{one}: taken out of the recordings" for one in gap.taken_out]
+    said += [f"{one}: neither MJCF's numbers nor exidyn.mujoco hold it" for one in gap.beyond]
+    left = gap.kept.left if gap.kept else ()
+    return said + [f"MJCF does not hold {one}" for one in left]

@@ -1,0 +1,108 @@
+"""The gap between a simulation and an arm that has more than its file: what closes it, what is not written."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import main
+from exidyn.identify.effects import Prior, StribeckFriction
+from exidyn.identify.errors import RecordingError, RobotError
+from exidyn.identify.in_mujoco.distances import Distances
+from exidyn.identify.in_mujoco.gap import worse_joints
+from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
+
+mujoco = pytest.importorskip("mujoco")
+
+ARM = """<mujoco model="two">
+  <compiler angle="radian"/>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <body name="upper" pos="0 0 1">
+      <inertial mass="4" pos="0.15 0 0.02" diaginertia="0.03 0.06 0.06"/>
+      <joint name="shoulder" axis="0 1 0" range="-2 2" damping="1" armature="0.1"/>
+      <body name="lower" pos="0.4 0 0">
+        <inertial mass="2" pos="0.1 0 0.01" diaginertia="0.01 0.02 0.02"/>
+        <joint name="elbow" axis="0 1 0" range="-2 2" damping="0.5" armature="0.05"/>
+        <site name="flange" pos="0.3 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="a" joint="shoulder" kp="800" kv="40"/>
+    <position name="b" joint="elbow" kp="400" kv="20"/>
+  </actuator>
+</mujoco>
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("commands", ["position", "torque"])
+def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
+    commands, tmp_path, monkeypatch, capsys
+):
+    concealed = pytest.importorskip("parts.simulator.concealed")
+    monkeypatch.chdir(tmp_path)
+    Path("arm.xml").write_text(ARM)
+    nominal = concealed.described(Path("arm.xml"))
+    real = concealed.with_effects(nominal, (StribeckFriction(joints=("elbow",), fade=0.15), 2.0))
+    stated = dict(real.stated) | {"Fc1": Prior(3.0), "Fc2": Prior(1.0)}
+    case = concealed.Case("two", Path("arm.xml"), nominal, concealed.replace(real, stated=stated), ())
+    for seed, name in enumerate(("one", "other")):
+        write_recording(concealed.record(case, 16.0, seed, name), f"{name}.mcap")
+    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap", "--commands", commands]
+    assert main([*given, "--json", "gap.json"]) == 0
+    assert "What each finding gains" in capsys.readouterr().out
+    found = json.loads(Path("gap.json").read_text())
+    assert [stage["name"].split(" of ")[0] for stage in found["stages"] if stage["written"]][1:] == [
+        "Stribeck friction"
+    ]
+    assert found["commands"] == commands
+    assert found["after"]["tool"][1] < 0.3 * found["before"]["tool"][1]
+    assert np.all(
+        np.array(found["after"]["position"][-1]) <= np.array(found["before"]["position"][-1]) + 1e-4
+    )
+    assert mujoco.MjModel.from_xml_path(found["written"]).dof_armature.min() > 0.0
+    assert "<svg" in Path("exidyn-gap/report.html").read_text()
+
+
+def distances(*ends):
+    """Of two starts, one horizon, and as many joints as there are numbers."""
+    every = np.array([ends, ends], float)[:, None]
+    return Distances(every, np.ones((2, 1)), np.ones(len(ends)), 1.0, ())
+
+
+def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
+    first, last, noise = distances(1.0, 1.0), distances(0.5, 0.5), np.full(2, 0.01)
+    assert worse_joints(first, last, distances(0.4, 0.6), noise, own=(0,)) == ()
+    assert worse_joints(first, last, distances(0.4, 0.6), noise, own=(0, 1)) == (1,)
+    assert worse_joints(first, last, distances(0.4, 1.1), noise, own=(0,)) == (1,)
+    assert worse_joints(first, last, distances(0.4, 1.005), noise, own=(0,)) == ()
+    assert worse_joints(first, last, distances(np.inf, 0.1), noise, own=()) == (0,)
+
+
+def test_positions_are_commanded_where_file_and_runs_have_that():
+    model = mujoco.MjModel.from_xml_string(ARM)
+    motors = mujoco.MjModel.from_xml_string(ARM.replace("<position", "<motor").replace('kp="800" kv="40"', "")
+                                            .replace('kp="400" kv="20"', ""))  # fmt: skip
+    time, values = np.arange(3.0), np.zeros((3, 2))
+    silent = Run("one", time, values, values, values, False, None, np.zeros(2))
+    run, joints = silent._replace(command=values), ("shoulder", "elbow")
+    assert what_is_commanded(model, [run], joints) == "position"
+    assert what_is_commanded(model, [run, silent], joints) == "torque"
+    assert what_is_commanded(motors, [run], joints) == "torque"
+    with pytest.raises(RecordingError, match="one has no commanded positions"):
+        what_is_commanded(model, [silent], joints, "position")
+    with pytest.raises(RobotError, match="no position servo for every joint"):
+        what_is_commanded(motors, [run], joints, "position")
+
+
+def test_a_run_that_judges_is_asked_for(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("arm.xml").write_text(ARM)
+    rows = "\n".join(f"{0.01 * k},0,0,0,0" for k in range(100))
+    Path("log.csv").write_text(f"t,q1,q2,tau1,tau2\n{rows}\n")
+    assert main(["gap", "arm.xml", "log.csv"]) != 0
+    assert "no run judges what is gained" in capsys.readouterr().err
