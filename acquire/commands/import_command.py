@@ -14,6 +14,7 @@ from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_
 from exidyn.identify.recordings.importers.tables.import_table import preset_names
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
+from exidyn.identify.recordings.servo_error import COMMAND
 from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
@@ -71,7 +72,16 @@ NAMED = (
     ),
     Option("--topic TOPIC", "topic of the joint states in a bag with several"),
     Option(
-        f"--effort {{{','.join(EFFORT)}}}", "what effort in a bag or data set is; default: torque", EFFORT
+        f"--effort {{{','.join((*EFFORT, COMMAND))}}}",
+        "what effort in a bag or data set is, default: torque; command: a table has none, and the error of its "
+        "position servos takes the place of the current",
+        (*EFFORT, COMMAND),
+    ),
+    Option(
+        "--servo-gain K", "by which that error is multiplied, of servos set otherwise in other runs", positive
+    ),
+    Option(
+        "--servo-limit E", "error at which a servo gives all it can, --servo-gain included [rad]", positive
     ),
 )
 """What is called otherwise than by default, in a table or a bag."""
@@ -153,6 +163,7 @@ def _axes(run: Recording) -> dict[str, list[float]]:
 def _options(given: Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
     names = ("degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort")
+    names += ("servo_gain", "servo_limit")
     options = {name: getattr(given, name) for name in names}
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None

@@ -225,9 +225,10 @@ class Recording(InNotebook):
             valid = ", ".join(SIGNALS)
             raise WrongShape(f"{self.name}: unknown signals {', '.join(unknown)}. Valid: {valid}")
         if "position" not in self.signals or not any(name in self.signals for name in EFFORT):
+            servos = ". Of position servos, --effort command takes what is left to the command"
             raise WrongShape(
                 f"{self.name}: a recording needs position and one of {', '.join(EFFORT)}; "
-                f"it has {', '.join(self.signals) or 'nothing'}"
+                f"it has {', '.join(self.signals) or 'nothing'}{servos if 'command' in self.signals else ''}"
             )
         for name, signal in self.signals.items():
             if (found := signal.values.shape[1]) != self.robot.dof:

@@ -1,4 +1,4 @@
-"""The gap between a simulation and an arm that has more than its file: what closes it, what is not written."""
+"""The gap between a simulation and an arm that has more than its file: what closes it, and what does not."""
 
 import json
 from pathlib import Path

@@ -22,6 +22,7 @@ from ....text_table import digits
 from ...optional_signals import without_damaged
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
+from ...servo_error import COMMAND, servo_words, with_servo_error
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot, unit_named
 from ...wrong_unit import percent_questions
 from .columns import Columns, Names
@@ -154,6 +155,8 @@ def import_table(
     columns: Mapping[str, Names] | None = None,
     joints: Names | None = None,
     effort: str = "torque",
+    servo_gain: float = 1.0,
+    servo_limit: float = np.inf,
     degrees: bool = False,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
@@ -175,7 +178,10 @@ def import_table(
         columns: Where the names are others: "time" -> column; signal -> list of columns, one a joint, or
             a pattern with {number}, {index} or {joint} in it, such as "axis{number}_current".
         joints: What the joints are called in the file: one name a joint, or a pattern such as "left_{joint}".
-        effort: What a column of effort holds, "torque" or "current".
+        effort: What a column of effort holds, "torque" or "current"; or "command", where the servo's error
+            takes the place of the current.
+        servo_gain: By which that is multiplied, as of a servo whose gain differs from run to run.
+        servo_limit: At which the servo gives all it can, `servo_gain` included.
         degrees: Positions and velocities are in degrees and degrees a second.
         motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
@@ -192,8 +198,9 @@ def import_table(
     """
     if model is None:
         raise RecordingError(f"{source}: a table does not name its robot; give the robot too (--robot FILE)")
-    if effort not in EFFORT:
-        raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
+    if effort not in (*EFFORT, COMMAND):
+        raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
+    by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
     given = read_preset(preset) if preset else None
     chosen = _chosen(columns or {}, effort)
     stem = source.name.removesuffix(".gz").rsplit(".", 1)[0] if source.is_file() else source.name
@@ -213,13 +220,17 @@ def import_table(
         stamps = _stamps(found, time, used, time_scale)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}
+        signals = {
+            signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
+            for signal, where in places.items()
+        }
+        if by_servo:
+            signals = with_servo_error(signals, servo_gain, servo_limit, str(source))
+            known |= {"effort": servo_words(servo_gain, servo_limit)}
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
-            signals={
-                signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
-                for signal, where in places.items()
-            },
+            signals=signals,
             payload=payload,
             settings={**known, **(settings or {})},
         )
