@@ -73,8 +73,8 @@ NAMED = (
     Option("--topic TOPIC", "topic of the joint states in a bag with several"),
     Option(
         f"--effort {{{','.join((*EFFORT, COMMAND))}}}",
-        "what effort in a bag or data set is, default: torque; command: a table has none, and the error of its "
-        "position servos takes the place of the current",
+        "what effort in a bag or data set is, default: torque; command: a table has none, and the error of "
+        "its position servos takes the place of the current",
         (*EFFORT, COMMAND),
     ),
     Option(
@@ -162,8 +162,10 @@ def _axes(run: Recording) -> dict[str, list[float]]:
 
 def _options(given: Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
-    names = ("degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort")
-    names += ("servo_gain", "servo_limit")
+    names = [
+        "degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort", "servo_gain",
+        "servo_limit",
+    ]  # fmt: skip
     options = {name: getattr(given, name) for name in names}
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None
