@@ -162,10 +162,8 @@ def _axes(run: Recording) -> dict[str, list[float]]:
 
 def _options(given: Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
-    names = [
-        "degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort", "servo_gain",
-        "servo_limit",
-    ]  # fmt: skip
+    names = ["degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort"]
+    names += ["servo_gain", "servo_limit"]
     options = {name: getattr(given, name) for name in names}
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
     options["columns"] = dict(given.columns) if given.columns else None
