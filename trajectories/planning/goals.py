@@ -7,7 +7,6 @@ from itertools import permutations
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload, Prior, known_parameters
 from exidyn.identify.errors import DifferentRobot, RobotError
@@ -25,6 +24,7 @@ from ..search.experiment import Experiment
 from ..search.goals import Identify
 from ..search.shrink import inside_kinematics
 from ..search.unknowns import with_drive_gains, with_shapes
+from ..trajectory import States
 from .wishes import Wishes, rows_of
 
 NOISE = 0.01
@@ -55,20 +55,20 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
     """Noise of each drive's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
-    motion = model.loaded(replace(typical_motion(limits), payload=payload))
+    motion = model.loaded(typical_states(limits).motion(payload))
     on_motors = model.torque(motion, model.nominal_values) @ model.robot.to_motors.T
     rms = np.sqrt(np.mean(on_motors**2, axis=0))
     largest = float(np.max(rms))
     return NOISE * np.maximum(rms, 1e-3 * largest) if largest > 0 else np.ones(model.robot.dof)
 
 
-def typical_motion(limits: Limits) -> Motion:
+def typical_states(limits: Limits) -> States:
     """A random motion of all joints through most of the kinematic limits, ten seconds long."""
     random = np.random.default_rng(0)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     coefficients = random.normal(size=(2, len(middle), 5))
     series = inside_kinematics(Fourier(10.0, middle, *coefficients), limits, 0.9)
-    return series.at(np.linspace(0.0, 10.0, 500)).motion()
+    return series.at(np.linspace(0.0, 10.0, 500))
 
 
 def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str = "L") -> Model:
