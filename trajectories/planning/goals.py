@@ -25,6 +25,7 @@ from ..search.goals import Identify
 from ..search.shrink import inside_kinematics
 from ..search.unknowns import with_drive_gains, with_shapes
 from ..trajectory import States
+from .wanted import wanted_names
 from .wishes import Wishes, rows_of
 
 NOISE = 0.01
@@ -49,8 +50,14 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
     criterion: Criterion = CRITERIA[wishes.criterion]
     if wishes.focus:
-        criterion = Focus.on(experiment.base.names, wishes.focus)
+        criterion = _focus(experiment, wishes)
     return Identify(experiment, criterion, rows_of(wishes), nominal)
+
+
+def _focus(experiment: Experiment, wishes: Wishes) -> Focus:
+    """The criterion of what the user wants to know."""
+    names, robot = experiment.base.names, experiment.model.robot
+    return Focus.on(names, wanted_names(wishes.focus, names, robot.joints, experiment.payloads))
 
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
@@ -110,7 +117,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
     experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
-        criterion = Focus.on(experiment.base.names, wishes.focus)
+        criterion = _focus(experiment, wishes)
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
 
 
