@@ -123,7 +123,8 @@ def times(quick: bool, arm: Arm) -> dict[str, Any]:
 
 def quick_start(quick: bool, arm: Arm) -> dict[str, Any]:
     """What a short search delivers, and the check of sweeps."""
-    return short_and_long(arm, (1.0, 2.0) if quick else (5.0, BUDGET)) | sweep_check()
+    found = short_and_long(arm, (1.0, 2.0), count=1) if quick else short_and_long(arm, (5.0, BUDGET))
+    return found | sweep_check()
 
 
 def seeds(quick: bool, arm: Arm) -> dict[str, Any]:
@@ -134,7 +135,7 @@ def seeds(quick: bool, arm: Arm) -> dict[str, Any]:
 ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "quick start": quick_start, "seeds": seeds}
 OTHERS: dict[str, Callable[[bool], dict[str, Any]]] = {
     "kr270": kr270.run,
-    "limits": lambda quick: limits.run(range(4 if quick else 200)),
+    "limits": lambda quick: limits.run(range(2 if quick else 200)),
     "first motion": first_motion.run,
     "discriminate": discriminate.run,
 }

@@ -55,8 +55,10 @@ class OutsideTrajectory(TrajectoryError):
 class UnknownChoice(TrajectoryError, LookupError):
     """A criterion, family or format that there is not; the message lists the valid ones."""
 
-    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
-        super().__init__(f"there is no {kind} called '{name}'. Valid: {listed(sorted(valid), name)}")
+    def __init__(self, kind: str, name: str, valid: Iterable[str], meant: str = "") -> None:
+        super().__init__(
+            f"there is no {kind} called '{name}'{meant or '.'} Valid: {listed(sorted(valid), name)}"
+        )
 
 
 NUMBERED = re.compile(r"\bjoint (\d+)(?=: )")

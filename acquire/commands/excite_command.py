@@ -71,7 +71,12 @@ GOAL = (
         "--mass --payload KG", "plan a pair, unloaded and with this mass, for the drive gains", any_number
     ),
     Option("--com X Y Z", "its centre from the flange [m]", any_number),
-    Option("--focus NAME...", "base parameters that alone matter: gain Kr K0", str, []),
+    Option(
+        "--focus --for NAME...",
+        "what alone matters: gain Kr, or in words 'K_r, friction of joint 2'",
+        str,
+        [],
+    ),
     Option("--after --from FIT", "fit.json of earlier runs, to add to", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from it"),
     Option("--trajectories N", "plan so many together; default: 1", integer, 1),

@@ -7,7 +7,6 @@ from itertools import permutations
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload, Prior, known_parameters
 from exidyn.identify.errors import DifferentRobot, RobotError
@@ -25,6 +24,8 @@ from ..search.experiment import Experiment
 from ..search.goals import Identify
 from ..search.shrink import inside_kinematics
 from ..search.unknowns import with_drive_gains, with_shapes
+from ..trajectory import States
+from .wanted import wanted_names
 from .wishes import Wishes, rows_of
 
 NOISE = 0.01
@@ -49,26 +50,32 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
     criterion: Criterion = CRITERIA[wishes.criterion]
     if wishes.focus:
-        criterion = Focus.on(experiment.base.names, wishes.focus)
+        criterion = _focus(experiment, wishes)
     return Identify(experiment, criterion, rows_of(wishes), nominal)
+
+
+def _focus(experiment: Experiment, wishes: Wishes) -> Focus:
+    """The criterion of what the user wants to know."""
+    names, robot = experiment.base.names, experiment.model.robot
+    return Focus.on(names, wanted_names(wishes.focus, names, robot.joints, experiment.payloads))
 
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
     """Noise of each drive's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
-    motion = model.loaded(replace(typical_motion(limits), payload=payload))
+    motion = model.loaded(typical_states(limits).motion(payload))
     on_motors = model.torque(motion, model.nominal_values) @ model.robot.to_motors.T
     rms = np.sqrt(np.mean(on_motors**2, axis=0))
     largest = float(np.max(rms))
     return NOISE * np.maximum(rms, 1e-3 * largest) if largest > 0 else np.ones(model.robot.dof)
 
 
-def typical_motion(limits: Limits) -> Motion:
+def typical_states(limits: Limits) -> States:
     """A random motion of all joints through most of the kinematic limits, ten seconds long."""
     random = np.random.default_rng(0)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     coefficients = random.normal(size=(2, len(middle), 5))
     series = inside_kinematics(Fourier(10.0, middle, *coefficients), limits, 0.9)
-    return series.at(np.linspace(0.0, 10.0, 500)).motion()
+    return series.at(np.linspace(0.0, 10.0, 500))
 
 
 def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str = "L") -> Model:
@@ -110,7 +117,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
     experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
     criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
     if wishes.focus:
-        criterion = Focus.on(experiment.base.names, wishes.focus)
+        criterion = _focus(experiment, wishes)
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
 
 

@@ -18,13 +18,14 @@ from ..limits.leads import with_leads
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import name_of
+from ..search.drawn_arms import with_own_factor
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
 from ..search.start import Found, Setting
 from ..search.torque_bound import TorqueBound
 from ..search.torque_spread import DRAWS
 from ..trajectory import States
-from .goals import identification_goal
+from .goals import identification_goal, typical_states
 from .torque_room import arms_beyond, torque_spread
 from .wishes import Wishes, periods_of
 
@@ -62,13 +63,14 @@ def plan(
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
     spread = torque_spread(goal.model, limits, goal.payloads, wishes.sure, wishes.fit)
-    goal = goal.with_spread(spread)
+    goal = with_own_factor(goal.with_spread(spread), typical_states(limits), limits.torque)
     periods = periods_of(wishes, limits)
     setting = Setting(limits, wishes.harmonics, periods, wishes.clearances, wishes.series, wishes.tick)
     with in_words_of(model.robot):
         found = excite(
             goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
         )
+        goal = goal.with_spread(found.spread)
         return [_plan(model, wishes, goal, found, seed, series, limits, assumed) for series in found.series]
 
 

@@ -10,12 +10,12 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identified import standard_parameters
 from exidyn.identify.model import Model
 
+from ..search.drawn_arms import share_beyond
 from ..search.experiment import loaded_runs
 from ..search.goals import Goal
-from ..search.torque_bound import TorqueBound
-from ..search.torque_spread import DRAWS, TorqueSpread, spread_of
+from ..search.torque_spread import TorqueSpread, spread_of
 from ..trajectory import Trajectory
-from .goals import typical_motion
+from .goals import typical_states
 
 FINE = 0.01
 """Spacing at which drawn arms are looked at [s]: a joint at 3 rad/s moves 0.03 rad, and its torque by a
@@ -36,7 +36,7 @@ def torque_spread(
     """
     if not sure or not np.any(np.isfinite(limits.torque)):
         return None
-    runs = loaded_runs(model, typical_motion(limits), payloads)
+    runs = loaded_runs(model, typical_states(limits).motion(), payloads)
     columns = np.concatenate([model.regressor(run) for run in runs])
     covariance = _of_priors(model)
     residual = np.zeros(model.robot.dof)
@@ -67,12 +67,4 @@ def _of_fit(fit: Fit, model: Model) -> np.ndarray:
 
 def arms_beyond(goal: Goal, run: Trajectory, limit: np.ndarray) -> float:
     """Share of arms, drawn within what is known, that pass a torque limit (n,) in some run of a motion."""
-    spread = goal.spread
-    assert spread is not None
-    bound = TorqueBound(goal.model, limit, goal.payloads)
-    states = run.every(FINE)
-    found = np.zeros(DRAWS, dtype=bool)
-    for payload in goal.payloads:
-        nominal = bound.torque(states, payload)
-        found |= spread.beyond(goal.model, states.motion(payload), nominal, limit)
-    return float(np.mean(found))
+    return share_beyond(goal, run.every(FINE), limit)

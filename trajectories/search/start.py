@@ -16,11 +16,13 @@ from ..families.fourier import Fourier
 from ..limits.check import Violation
 from ..limits.usable_limits import ranges
 from .bounds import ClearanceBound, kinematic_bounds
+from .drawn_arms import share_beyond, with_own_factor
 from .goals import Goal
 from .problem import Basis, Problem
 from .shrink import inside_kinematics, shrink_inside, tightened, violations_of
 from .solve import Search, solve
 from .torque_bound import TorqueBound
+from .torque_spread import TorqueSpread
 from .unknowns import design_model
 
 PER_HARMONIC = 20
@@ -35,6 +37,8 @@ SETTLED = 2
 """Searches within limits tightened by what a series passed between samples: one leaves a tenth of it."""
 FIRST = 0.6
 """Share of the time after which the first of these begins, whatever the search has come to."""
+WIDER = 1.15
+"""Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
 ASIDE = 0.1
 """Share of the time of a search that goes into what would be delivered if it ended now."""
 
@@ -69,12 +73,14 @@ class Found:
         value: Value of the goal, at samples `FINE` apart.
         seed: Seed of this start.
         history: Seconds and value of the goal as it would have been delivered, as the search went on.
+        spread: What is not known of the torque, with the factor by which the series keep to the limits.
     """
 
     series: tuple[Fourier, ...]
     value: float
     seed: int
     history: list[tuple[float, float]] = field(default_factory=list)
+    spread: TorqueSpread | None = None
 
 
 def one_start(
@@ -97,18 +103,20 @@ def one_start(
         search = solve(problem, problem.unknowns(start), coarse, stop, delivery.now_and_then(problem))
         best = start if search.unknowns is None else problem.coefficients(search.unknowns)
         delivery.offer(best)
-        limits = setting.limits
-        for _ in range(SETTLED if search.unknowns is not None else 0):
+        limits, narrower = setting.limits, False
+        if search.unknowns is not None:
+            goal, narrower = delivery.narrowed()
+        for again in range(SETTLED if search.unknowns is not None else 0):
             left = seconds - delivery.seconds
             beyond = _violations(problem.basis.fourier(best), goal, setting)
-            if left <= 0.0 or stop() or not beyond:
+            if left <= 0.0 or stop() or not (beyond or (narrower and again == 0)):
                 break
             limits = tightened(limits, beyond)
             within = problem_of(goal, replace(setting, limits=limits), problem.basis.period)
             within = replace(within, objectives=within.objectives[-1:])
-            again = solve(within, within.unknowns(best), left, stop, delivery.now_and_then(within))
-            if again.unknowns is not None:
-                best = within.coefficients(again.unknowns)
+            search = solve(within, within.unknowns(best), left, stop, delivery.now_and_then(within))
+            if search.unknowns is not None:
+                best = within.coefficients(search.unknowns)
                 delivery.offer(best)
         return delivery.best(seed)
     except Infeasible as reason:
@@ -143,12 +151,9 @@ class Delivery:
         Raises:
             Infeasible: They do not fit, nor did any before.
         """
-        begun, within = self.seconds, self._setting
+        begun = self.seconds
         try:
-            kept = tuple(
-                shrink_inside(one, self._goal, within.limits, within.clearances, within.tick)
-                for one in self._basis.fourier(coefficients)
-            )
+            kept, spread = self._kept(coefficients)
         except Infeasible:
             if self._best is None:
                 raise
@@ -157,9 +162,41 @@ class Delivery:
             self._aside += self.seconds - begun
         value = self._objective.value(_joined(kept))
         if self._best is None or value < self._best.value:
-            self._best = Found(kept, value, 0)
+            self._best = Found(kept, value, 0, spread=spread)
             self._history.append((self.seconds, value))
             self._report(value)
+
+    def _kept(self, coefficients: np.ndarray) -> tuple[tuple[Fourier, ...], TorqueSpread | None]:
+        """Inside all limits, those of torque for enough of the drawn arms: else with a wider band.
+
+        Raises:
+            Infeasible: They do not fit.
+        """
+        within, goal = self._setting, self._goal
+        while True:
+            kept = tuple(
+                shrink_inside(one, goal, within.limits, within.clearances, within.tick)
+                for one in self._basis.fourier(coefficients)
+            )
+            spread = goal.spread
+            if spread is None or spread.factor >= spread.widest:
+                return kept, spread
+            if all(
+                share_beyond(goal, one.every(FINE), within.limits.torque) <= 1.0 - spread.share
+                for one in kept
+            ):
+                return kept, spread
+            goal = goal.with_spread(replace(spread, factor=min(WIDER * spread.factor, spread.widest)))
+
+    def narrowed(self) -> tuple[Goal, bool]:
+        """The goal with a band as the best motion needs it, from now on; and whether it is narrower."""
+        before = self._goal.spread
+        if before is None or self._best is None:
+            return self._goal, False
+        states = self._best.series[0].every(FINE)
+        self._goal = with_own_factor(self._goal, states, self._setting.limits.torque)
+        assert self._goal.spread is not None
+        return self._goal, self._goal.spread.factor < before.factor
 
     def now_and_then(self, problem: Problem) -> Callable[[Search], None]:
         """What a search calls whenever it is better; most of its time must remain its own."""

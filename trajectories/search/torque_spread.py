@@ -33,12 +33,14 @@ class TorqueSpread:
         residual: Standard deviation of torque that no parameter explains, shape (n,) [N m].
         share: Of the arms, whose torque the band holds at all times [-].
         factor: Standard deviations to either side of the nominal torque [-].
+        widest: The factor with which the band holds the whole torque of that share.
     """
 
     root: np.ndarray
     residual: np.ndarray
     share: float
     factor: float = np.nan
+    widest: float = np.nan
 
     def band(self, columns: np.ndarray) -> np.ndarray:
         """Half the width of the band where these are the columns (t, n, p), shape (t, n) [N m]."""
@@ -63,32 +65,32 @@ class TorqueSpread:
         by_unknown = (columns @ self.root).reshape(-1, self.root.shape[1])
         by_unknown = by_unknown[np.any(by_unknown != 0.0, axis=1)]
         if not len(by_unknown):
-            return replace(self, factor=0.0)
+            return replace(self, factor=0.0, widest=0.0)
         unit = by_unknown / np.linalg.norm(by_unknown, axis=1)[:, None]
         largest = np.max(np.abs(unit @ self._drawn(seed)), axis=0)
-        return replace(self, factor=float(np.quantile(largest, self.share)))
+        factor = float(np.quantile(largest, self.share))
+        return replace(self, factor=factor, widest=factor)
 
-    def beyond(
-        self, model: Model, motion: Motion, nominal: np.ndarray, limit: np.ndarray, seed: int = 1
-    ) -> np.ndarray:
-        """Which of the drawn arms pass a torque limit at some sample, whatever the joint; shape (`DRAWS`,).
+    def peaks(self, model: Model, motion: Motion, nominal: np.ndarray, seed: int = 1) -> np.ndarray:
+        """Largest torque of each of `DRAWS` drawn arms and joint, without its sign, shape (`DRAWS`, n) [N m].
 
         Args:
             model: The nominal one, whose parameters these are.
             motion: As it is run, at samples near enough to each other.
             nominal: Its torque, shape (t, n) [N m].
-            limit: Infinite where there is none, shape (n,) [N m].
             seed: Of the draws.
         """
-        drawn, limited = self._drawn(seed), np.isfinite(limit)
-        found = np.zeros(drawn.shape[1], dtype=bool)
-        room = (limit - self.factor * self.residual)[limited, None]
+        drawn, found = self._drawn(seed), np.zeros((nominal.shape[1], DRAWS))
         for start in range(0, len(motion), CHUNK):
             rows = slice(start, start + CHUNK)
-            columns = model.regressor(model.loaded(motion[rows]))[:, limited]
-            torque = nominal[rows][:, limited, None] + columns @ self.root @ drawn
-            found |= np.any(np.abs(torque) > room, axis=(0, 1))
-        return found
+            columns = model.regressor(model.loaded(motion[rows]))
+            torque = nominal[rows][:, :, None] + columns @ self.root @ drawn
+            found = np.maximum(found, np.max(np.abs(torque), axis=0))
+        return found.T
+
+    def share_beyond(self, peaks: np.ndarray, limit: np.ndarray) -> float:
+        """Share of arms with a peak (k, n), and what no parameter explains, beyond a limit (n,) [N m]."""
+        return float(np.mean(np.any(peaks + self.factor * self.residual > limit, axis=1)))
 
     def _drawn(self, seed: int) -> np.ndarray:
         return np.random.default_rng(seed).normal(size=(self.root.shape[1], DRAWS))

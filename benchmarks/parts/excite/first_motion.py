@@ -46,8 +46,8 @@ def weak(name: str, seconds: float) -> Model:
 
 
 def planned(model: Model, seconds: float, **wishes: Any) -> Plan:
-    """The best motion of a search of so many seconds, ten seconds long at least."""
-    return plan(model, Wishes(seconds=10.0, **wishes), starts=2, seconds=seconds)[0]
+    """The motion of one start of so many seconds."""
+    return plan(model, Wishes(seconds=1.0, **wishes), starts=1, seconds=seconds)[0]
 
 
 def drawn_apart(model: Model, seed: int) -> np.ndarray:
@@ -67,8 +67,8 @@ def drawn_by_links(model: Model, seed: int) -> np.ndarray:
 
 
 def beyond(model: Model, one: Plan, drawn: np.ndarray) -> float:
-    """Share of arms that pass a torque limit at some tick of a whole run."""
-    states, limit = one.trajectory.every(one.tick), model.robot.limits.torque[:, None]
+    """Share of arms that pass a torque limit at some time of a whole run, every 4 ms."""
+    states, limit = one.trajectory.every(2 * one.tick), model.robot.limits.torque[:, None]
     found, motion = np.zeros(ARMS, dtype=bool), states.motion()
     for start in range(0, len(motion), CHUNK):
         torque = model.regressor(model.loaded(motion[start : start + CHUNK])) @ drawn
@@ -115,11 +115,15 @@ def run(quick: bool) -> dict[str, Any]:
     gained = dict[str, float]()
     for name in ("cobot",) if quick else ("cobot", "kr270"):
         model = weak(name, seconds)
-        first, nominal = planned(model, seconds), planned(model, seconds, sure=0.0)
-        for words, one in (("room for 95 %", first), ("nominal", nominal)):
+        motions = {"room for 95 %": (first := planned(model, seconds))}
+        if not quick:
+            motions["nominal"] = planned(model, seconds, sure=0.0)
+        for words, one in motions.items():
             apart, links = (beyond(model, one, draw(model, 5)) for draw in (drawn_apart, drawn_by_links))
             rows.append([name, words, 100 * apart, 100 * links, excursion(one)])
             shares += [max(apart, links)] if one is first else []
+        if quick:
+            continue
         plant = true_arm(model, 0)
         fit = next_fit(model, plant, [first])
         later = planned(model, seconds, fit=fit, criterion="volume")

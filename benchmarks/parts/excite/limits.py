@@ -1,8 +1,8 @@
 """Whether optimised runs keep to every limit at all times, over random problems.
 
 The arm that moves may have all masses a fifth more or less than the nominal one, whose file states that
-tolerance. Arms are the built-in ones with random position ranges, speeds, accelerations forward and backward, jerks,
-drives that are sometimes too weak for what the speeds allow, correction windows and regions of the flange.
+tolerance. Arms are the built-in ones with random position ranges, speeds, accelerations forward and backward,
+jerks, drives that are sometimes too weak for what the speeds allow, correction windows, flange regions.
 The check here is not the planner's: every run is sampled at 10 kHz, its torques computed by another
 library (Pinocchio's recursive Newton-Euler for the rigid part), and Ruckig stops it on every tick.
 """
@@ -31,7 +31,7 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import States
 
 DENSE = 1e-4
-"""Spacing of samples [s]; a joint at 3 rad/s and 20 rad/s^2 moves 3e-8 rad off a straight line between two."""
+"""Spacing of samples [s]; a joint at 3 rad/s and 20 rad/s^2 moves 3e-8 rad off a straight line."""
 MASSES = (0.8, 1.0, 1.2)
 """Of the true arm over nominal, all links alike."""
 ROUNDING = 1e-6
@@ -100,7 +100,7 @@ def _height(model: Model) -> float:
 
 
 def _torques(model: Model, states: States) -> Callable[[float], np.ndarray]:
-    """Torque by the share that masses have of the nominal ones, the rigid part by Pinocchio sample by sample."""
+    """Torque by masses over the nominal ones, the rigid part by Pinocchio sample by sample."""
     robot = model.robot
     data = robot.kinematics.createData()
     rigid = [

@@ -52,10 +52,12 @@ def _number(word: str) -> bool:
     return "." in word and word.replace(".", "", 1).isdigit()
 
 
-def short_and_long(ur10: Arm, seconds: tuple[float, float], seed: int = 0) -> dict[str, Any]:
-    """Condition numbers after a short and after a long search, on each arm."""
+def short_and_long(
+    ur10: Arm, seconds: tuple[float, float], seed: int = 0, count: int | None = None
+) -> dict[str, Any]:
+    """Condition numbers after a short and after a long search, on the first `count` arms, or on all."""
     rows, ratios, delivered = [], dict[str, float](), list[float]()
-    for name, model in arms(ur10).items():
+    for name, model in list(arms(ur10).items())[:count]:
         (early, shown), (late, last) = (reached(model, each, seed) for each in seconds)
         ratios[name] = early / late
         delivered += [early / shown, late / last]

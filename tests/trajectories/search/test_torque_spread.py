@@ -41,11 +41,11 @@ def test_arms_beyond_a_limit_are_counted_over_joints_and_times():
     nominal = of.torque(motion, of.nominal_values)
     band = spread(of).band(of.regressor(motion))
     limit = np.max(np.abs(nominal) + band, axis=0)
-    beyond = [np.mean(spread(of).beyond(of, motion, nominal, share * limit)) for share in (1.0, 0.7, 0.1)]
+    peaks = spread(of).peaks(of, motion, nominal)
+    beyond = [spread(of).share_beyond(peaks, share * limit) for share in (1.0, 0.7, 0.1)]
     assert beyond[0] <= 0.05 < beyond[1] < beyond[2] == 1.0
-    assert spread(of).beyond(of, motion, nominal, limit).shape == (DRAWS,)
-    unlimited = np.full(2, np.inf)
-    assert not np.any(spread(of).beyond(of, motion, nominal, unlimited))
+    assert peaks.shape == (DRAWS, 2)
+    assert spread(of).share_beyond(peaks, np.full(2, np.inf)) == 0.0
 
 
 def test_what_is_known_better_needs_less_room():
