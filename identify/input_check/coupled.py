@@ -17,9 +17,10 @@ STILL = 1e-9
 """Standard deviation of an effort over the largest, up to which it does not change."""
 EXPLAINS = 0.3
 """The same, up to which one set of bodies explains all joints: the gains are about as stated."""
-RIDGE = 1e-5
-"""Variance of the noise over that of a column: bodies of all joints are told apart far better than those of
-one, by differences of columns of a hundredth."""
+RIDGES = (1e-5, 1e-6, 1e-7)
+"""Variance of the noise over that of a column, as it may be: bodies of all joints are told apart far better
+than those of one, by differences of columns of a hundredth or, in clean logs, of a thousandth. The one that
+predicts best is taken, of each hypothesis: right bodies, held back too much, explain less than wrong ones."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class Coupled:
     """How well one set of bodies predicts efforts that are each multiplied by a factor.
 
     Attributes:
-        missed: Sum of squares of each joint's effort not predicted is f @ missed[j] @ f, shape (n, n, n).
+        missed: Sum of squares of each joint's effort not predicted is f @ missed[r, j] @ f for each of
+            `RIDGES`, shape (r, n, n, n).
         size: Sum of squares of each effort about its mean, shape (n,).
         weights: Pieces of each effort that say something of their own, shape (n,).
     """
@@ -46,24 +48,29 @@ class Coupled:
         columns = _columns(rigid, log) * (log.sliding * scale)[:, :, None]
         efforts = np.zeros((t, n, n))
         efforts[:, range(n), range(n)] = (log.effort - log.effort.mean(axis=0)) * scale * log.sliding
-        missed = np.zeros((n, n, n))
+        missed = np.zeros((len(RIDGES), n, n, n))
         normal, right = _products(columns, columns), _products(columns, efforts)
         for rows in np.array_split(np.arange(t), FOLDS):
             rest = normal - _products(columns[rows], columns[rows])
-            rest += RIDGE * (t - len(rows)) * np.eye(len(rest))
-            values = np.linalg.solve(rest, right - _products(columns[rows], efforts[rows]))
-            left = efforts[rows] - columns[rows] @ values
-            missed += np.einsum("tja,tjb->jab", left, left)
+            known = right - _products(columns[rows], efforts[rows])
+            for place, ridge in enumerate(RIDGES):
+                held_back = rest + ridge * (t - len(rows)) * np.eye(len(rest))
+                left = efforts[rows] - columns[rows] @ np.linalg.solve(held_back, known)
+                missed[place] += np.einsum("tja,tjb->jab", left, left)
         return cls(missed, (efforts**2).sum(axis=(0, 2)), pieces(log))
 
     def odds(self, factor: np.ndarray) -> float:
         """Log-likelihood of efforts each times a factor (n,)."""
-        return odds_of(np.maximum(self.left(factor), UNEVEN**2), self.weights)
+        return self._odds(self.left(factor))
 
     def left(self, factor: np.ndarray) -> np.ndarray:
         """Share of the variance of each effort, times its factor (n,), that is not predicted, shape (n,)."""
-        left = np.einsum("a,jab,b->j", factor, self.missed, factor)
-        return np.minimum(left / np.maximum(factor**2 * self.size, 1e-300), 1.0)
+        left = np.einsum("a,rjab,b->rj", factor, self.missed, factor)
+        shares = np.minimum(left / np.maximum(factor**2 * self.size, 1e-300), 1.0)
+        return np.asarray(max(shares, key=self._odds))
+
+    def _odds(self, left: np.ndarray) -> float:
+        return odds_of(np.maximum(left, UNEVEN**2), self.weights)
 
 
 def _columns(rigid: np.ndarray, log: Sampled) -> np.ndarray:

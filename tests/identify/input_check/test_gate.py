@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.input_check.gate import require_plausible, suspect
+from exidyn.identify.input_check.coupled import Coupled
+from exidyn.identify.input_check.gate import _sampled, require_plausible, suspect
 from exidyn.identify.input_check.suspicion import Suspicion
 from exidyn.identify.proposal.mounting import under
 from exidyn.identify.recordings.recording import Recording, Signal
@@ -107,3 +109,11 @@ def test_noise_alone_is_no_mistake():
     noise = np.random.default_rng(5).normal(size=LOG.current.shape)
     suspicion = suspect([recording(current=noise)], ARM)
     assert suspicion is None or not suspicion.certain
+
+
+def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
+    """By a ridge that is too large they are held back, and less is explained than by wrong ones."""
+    log = _sampled(recording())
+    efforts = log._replace(effort=log.effort * ARM.drive_gain)
+    left = Coupled.of(rigid_regressor(ARM.kinematics, log.motion), efforts).left(np.ones(ARM.dof))
+    assert np.all(left[1:3] < 2 * 0.02**2)
