@@ -8,15 +8,14 @@ changed; the sum of such ratios over all runs on which it may have begun (Shirya
 therefore reaches a bound no earlier, on average, than after as many runs.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
-from .history import CREEP as CREEP
-from .history import ROUNDS, SHAPES, YEAR, Change, History, Noise, State
-from .history import STEP as STEP
+from .evidence import CREEP, SHAPES
+from .history import ROUNDS, YEAR, Change, History, Noise, State
 from .learned import Learned
 from .runs import ArmRuns
 from .scatter import Scatter, scatter_of
@@ -214,7 +213,7 @@ class Search:
 
     def odds(self, without: State, state: State, change: Change) -> float:
         """Logarithm of the odds of a change over none, whenever it began, at once or creeping."""
-        asked = self._asked(without, sorted({*windows(state.stop), change.start}), state.noise)
+        [asked] = self._asked(without, sorted({*windows(state.stop), change.start}), [state.noise])
         dated = {one: gain for gain, one in asked if one.suspect == change.suspect}
         others = np.logaddexp.reduce(list(dated.values())) - dated[change]
         return state.score - without.score + min(float(others), DATES)
@@ -277,10 +276,9 @@ class Search:
     def _candidates(self, state: State, starts: Sequence[int]) -> list[Change]:
         """The best of a few suspects, by runs as usual since then, and by runs that explain themselves."""
         chosen = dict[Change, None]()
-        for noise in (None, state.noise.usual_from(FEWEST)):
-            ranked = sorted(self._asked(state, starts, noise), reverse=True)
+        for asked in self._asked(state, starts, [None, state.noise.usual_from(FEWEST)]):
             names = set[int]()
-            for gain, change in ranked:
+            for gain, change in sorted(asked, reverse=True):
                 if gain < WORTH or len(names) == CLOSER:
                     break
                 if change.suspect not in names:
@@ -289,12 +287,18 @@ class Search:
         return list(chosen)
 
     def _asked(
-        self, state: State, starts: Sequence[int], noise: Noise | None
-    ) -> Iterator[tuple[float, Change]]:
-        for one in self.history.asked(state, starts, noise):
-            for place, gain in enumerate(one.gains(self.history.suspects)):
-                if one.shape == STEP or not self.history.suspects[place].steps_only:
-                    yield float(gain), Change(place, one.start, one.shape)
+        self, state: State, starts: Sequence[int], noises: Sequence[Noise | None]
+    ) -> list[list[tuple[float, Change]]]:
+        """All changes that may be added, with their gains, by each of several noises of the runs after."""
+        return [
+            [
+                (float(gain), Change(place, one.start, one.shape))
+                for one in each
+                for place, gain in enumerate(one.gains(self.history.questions))
+                if np.isfinite(gain)
+            ]
+            for each in self.history.asked(state, starts, noises)
+        ]
 
 
 def _found(
@@ -304,7 +308,7 @@ def _found(
     history, change = search.history, state.changes[place]
     without, days = search.without(state, place), search.history.runs.days
     held = replace(without, noise=state.noise)
-    asked = list(search._asked(held, _starts(state.stop), None))
+    [asked] = search._asked(held, _starts(state.stop), [None])
     own = {one.start: gain for gain, one in asked if one[::2] == change[::2]}
     top = own.get(change.start, max(own.values()))
     inside = [start for start, gain in own.items() if gain > top - INSIDE_95]

@@ -16,12 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
+from .evidence import SHAPES, STEP, Evidence, Questions, evidence_from
 from .learned import Learned
 from .runs import ArmRuns
 from .scatter import Scatter
+from .says import Says, Sums, says
 from .suspects import EXCHANGE, Suspect, suspects
 
-STEP, CREEP = SHAPES = "step", "creep"
 YEAR = 365.25
 PLAUSIBLE = (0.2, 5.0)
 """Friction at a temperature over that at the reference, at least and at most [-]."""
@@ -59,22 +60,6 @@ class Noise(NamedTuple):
         return Noise(self.unit, run)
 
 
-class Says(NamedTuple):
-    """What each run says of the arm's unknowns and changes, its own deviation allowed for.
-
-    Attributes:
-        inverse: Of the unit matrix and the run's normal matrix over its variances, shape (r, m, m).
-        normal: Shape (r, m, m), and
-        right: shape (r, m).
-        constant: Logarithm of the run's probability but for these, shape (r,).
-    """
-
-    inverse: np.ndarray
-    normal: np.ndarray
-    right: np.ndarray
-    constant: np.ndarray
-
-
 @dataclass(frozen=True, eq=False)
 class State:
     """Runs before `stop` explained.
@@ -101,32 +86,6 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
-    """What a change from `start` on, of any suspect, would add: precision (m, m) and right-hand side (m,)."""
-
-    start: int
-    shape: str
-    precision: np.ndarray
-    right: np.ndarray
-
-    def gains(self, suspects: Sequence[Suspect]) -> np.ndarray:
-        """Logarithms of the factors by which runs are more probable, amounts integrated out, shape (k,)."""
-        found, single = np.empty(len(suspects)), [k for k, one in enumerate(suspects) if len(one.std) == 1]
-        columns = np.concatenate([suspects[k].columns * suspects[k].std for k in single])
-        own = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
-        found[single] = 0.5 * ((columns @ self.right) ** 2 / own - np.log(own))
-        for k in set(range(len(suspects))) - set(single):
-            found[k] = self._gain(suspects[k].columns * suspects[k].std[:, None])
-        return found
-
-    def _gain(self, columns: np.ndarray) -> float:
-        inner = np.eye(len(columns)) + columns @ self.precision @ columns.T
-        side, lower = columns @ self.right, linalg.cholesky(inner, lower=True, check_finite=False)
-        solved = linalg.solve_triangular(lower, side, lower=True, check_finite=False)
-        return float(0.5 * solved @ solved - np.sum(np.log(np.diag(lower))))
-
-
-@dataclass(frozen=True, eq=False)
 class History:
     """One arm's runs, and how those of its type scatter."""
 
@@ -138,6 +97,11 @@ class History:
     def suspects(self) -> list[Suspect]:
         """What may have happened."""
         return suspects(self.learned)
+
+    @cached_property
+    def questions(self) -> Questions:
+        """The same as evidence is asked about them."""
+        return Questions.of(self.suspects)
 
     @cached_property
     def level(self) -> np.ndarray:
@@ -212,17 +176,17 @@ class History:
 
     def _round(self, changes: tuple[Change, ...], stop: int, noise: Noise, but: int | None) -> State:
         given = self._until(stop, but)
-        says, columns = _says(*given, self.usual * noise.unit * noise.run), self._columns(changes, stop)
-        mean, lower, score = self._posterior(changes, says, columns)
-        score += float(np.sum(says.constant)) + self._rarity(noise, self._units(changes, stop))
+        said, columns = says(*given, self.usual * noise.unit * noise.run), self._columns(changes, stop)
+        mean, lower, score = self._posterior(changes, said, columns)
+        score += float(np.sum(said.constant)) + self._rarity(noise, self._units(changes, stop))
         variance = self.usual * noise.unit * noise.run
         root, (normal, right) = np.sqrt(variance), given
         left = right - np.einsum("rmn,rn->rm", normal, columns @ mean)
-        amounts = root * np.einsum("rmn,rn->rm", says.inverse, root * left)
-        open_ = variance * np.diagonal(says.inverse, axis1=1, axis2=2)
+        amounts = root * np.einsum("rmn,rn->rm", said.inverse, root * left)
+        open_ = variance * np.diagonal(said.inverse, axis1=1, axis2=2)
         seen = 1.0 - open_ / variance
         if stop < KNOWN:
-            open_ = open_ + self._open_level(says, columns, root, lower)
+            open_ = open_ + self._open_level(said, columns, root, lower)
         deviations = (amounts**2 + open_) / (self.usual * noise.unit)
         return State(changes, stop, score, noise, mean, lower, deviations, seen)
 
@@ -233,9 +197,9 @@ class History:
         others = np.arange(stop) != but
         return normal * others[:, None, None], right * others[:, None]
 
-    def _open_level(self, says: Says, columns: np.ndarray, root: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    def _open_level(self, said: Says, columns: np.ndarray, root: np.ndarray, lower: np.ndarray) -> np.ndarray:
         """What is open of deviations because the arm's unknowns are, shape (r, m)."""
-        seen = root[:, :, None] * (np.eye(root.shape[1]) - says.inverse) / root[:, None, :]
+        seen = root[:, :, None] * (np.eye(root.shape[1]) - said.inverse) / root[:, None, :]
         turned = (seen @ columns).reshape(-1, columns.shape[2])
         solved = linalg.solve_triangular(lower, turned.T, lower=True, check_finite=False)
         return np.sum(solved**2, axis=0).reshape(root.shape)
@@ -276,60 +240,51 @@ class History:
         )
 
     def _posterior(
-        self, changes: Sequence[Change], says: Says, columns: np.ndarray
+        self, changes: Sequence[Change], said: Says, columns: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float]:
         """Mean and root of the precision; and the logarithm of the probability, all but constants."""
         before, weight = self._before(changes)
-        weighted = says.normal @ columns
+        weighted = said.normal @ columns
         flat = columns.reshape(-1, columns.shape[2])
         precision = flat.T @ weighted.reshape(flat.shape) + np.diag(weight)
-        right = flat.T @ says.right.reshape(-1) + weight * before
+        right = flat.T @ said.right.reshape(-1) + weight * before
         lower = linalg.cholesky(precision, lower=True, check_finite=False)
         half = linalg.solve_triangular(lower, right, lower=True, check_finite=False)
         mean = linalg.solve_triangular(lower, half, lower=True, trans=1, check_finite=False)
         score = 0.5 * (half @ half - before @ (weight * before) + np.sum(np.log(weight)))
         return mean, lower, float(score - np.sum(np.log(np.diag(lower))))
 
-    def asked(self, state: State, starts: Sequence[int], noise: Noise | None = None) -> list[Evidence]:
+    def asked(
+        self, state: State, starts: Sequence[int], noises: Sequence[Noise | None]
+    ) -> list[list[Evidence]]:
         """What a further change from each of these runs on would explain, at once and creeping.
 
         Args:
             state: The runs as they are explained so far.
             starts: First runs after a change.
-            noise: Variances of the runs from the change on; those of the state by default, by which a change
-                counts for little, since runs after it explain themselves as being out of line.
+            noises: Variances of the runs from the change on, in turn; None for those of the state, by which a
+                change counts for little, since runs after it explain themselves as being out of line.
         """
-        stop, columns = state.stop, self._columns(state.changes, state.stop)
-        before, weight = self._before(state.changes)
-        own, after = (
-            _Sums.of(
-                _says(*self._until(stop, None), self.usual * one.unit * one.run), columns, self.factor[:stop]
-            )
-            for one in (state.noise, noise or state.noise)
-        )
+        own, before = self._sums(state, state.noise), self._before(state.changes)
         found = []
-        for start in starts:
-            parts = (slice(None, start), slice(start, None))
-            normal = sum(one.normal[rows].sum(axis=0) for one, rows in zip((own, after), parts, strict=True))
-            right = sum(one.right[rows].sum(axis=0) for one, rows in zip((own, after), parts, strict=True))
-            lower = linalg.cholesky(normal + np.diag(weight), lower=True, check_finite=False)
-            half = linalg.solve_triangular(lower, right + weight * before, lower=True, check_finite=False)
-            for shape in SHAPES:
-                series = self.series(Change(0, start, shape), stop)[start:]
-                across = np.tensordot(series, after.across[start:], axes=1)
-                turned = linalg.solve_triangular(lower, across, lower=True, check_finite=False)
-                precision = np.tensordot(series**2, after.own[start:], axes=1) - turned.T @ turned
-                side = series @ after.side[start:] - turned.T @ half
-                found.append(Evidence(start, shape, precision, side))
+        for noise in noises:
+            after, each = own if noise is None else self._sums(state, noise), list[Evidence]()
+            for start in starts:
+                series = {one: self.series(Change(0, start, one), state.stop) for one in SHAPES}
+                each += evidence_from(start, series, own, after, *before)
+            found.append(each)
         return found
+
+    def _sums(self, state: State, noise: Noise) -> Sums:
+        said = says(*self._until(state.stop, None), self.usual * noise.unit * noise.run)
+        return Sums.of(said, self._columns(state.changes, state.stop), self.factor[: state.stop])
 
     def asked_of(self, state: State, run: int) -> Evidence:
         """What a change in one run only would explain, that run being usual otherwise."""
-        stop, columns = state.stop, self._columns(state.changes, state.stop)
+        usual = state.noise.run.copy()
+        usual[run] = 1.0
         before, weight = self._before(state.changes)
-        variance = self.usual * state.noise.unit * state.noise.run
-        variance[run] = (self.usual * state.noise.unit)[run]
-        own = _Sums.of(_says(*self._until(stop, None), variance), columns, self.factor[:stop])
+        own = self._sums(state, Noise(state.noise.unit, usual))
         lower = linalg.cholesky(own.normal.sum(axis=0) + np.diag(weight), lower=True, check_finite=False)
         half = linalg.solve_triangular(lower, own.right.sum(axis=0) + weight * before, lower=True)
         turned = linalg.solve_triangular(lower, own.across[run], lower=True, check_finite=False)
@@ -340,40 +295,6 @@ class History:
         normal, right = (one[run] for one in self._given)
         left = right - normal @ (self.runs.design[run] @ (level - self.level))
         return np.asarray(np.linalg.solve(normal + np.diag(1.0 / self.usual), left) ** 2 / self.usual)
-
-
-class _Sums(NamedTuple):
-    """Each run's products with the columns, with a change of every unknown, and of both."""
-
-    normal: np.ndarray
-    right: np.ndarray
-    across: np.ndarray
-    own: np.ndarray
-    side: np.ndarray
-
-    @classmethod
-    def of(cls, says: Says, columns: np.ndarray, factor: np.ndarray) -> "_Sums":
-        turned = np.swapaxes(columns, 1, 2)
-        weighted = turned @ says.normal
-        return cls(
-            weighted @ columns,
-            np.einsum("rdm,rm->rd", turned, says.right),
-            weighted * factor[:, None, :],
-            factor[:, :, None] * says.normal * factor[:, None, :],
-            factor * says.right,
-        )
-
-
-def _says(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Says:
-    """By normal matrices, right-hand sides and variances of runs' own deviations."""
-    root, size = np.sqrt(variance), np.eye(variance.shape[1])
-    inner = size + root[:, :, None] * normal * root[:, None, :]
-    inverse = np.linalg.inv(inner)
-    inverse = 0.5 * (inverse + np.swapaxes(inverse, 1, 2))
-    _, logarithm = np.linalg.slogdet(inner)
-    scaled = np.einsum("rmn,rn->rm", inverse, root * right)
-    constant = 0.5 * np.sum(root * right * scaled, axis=1) - 0.5 * logarithm
-    return Says(inverse, (size - inverse) / root[:, :, None] / root[:, None, :], scaled / root, constant)
 
 
 def _rare(variances: np.ndarray, freedom: np.ndarray | float = 1.0) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 from ..diagnosis.words.naming import joined, joint_words, lower, named
 from ..text_table import NORMAL_95, digits
 from .compared import Difference
-from .drift import CREEP, ArmDrift, Found, at_first, drift, scatter_among
+from .drift import ArmDrift, Found, at_first, drift, scatter_among
+from .evidence import CREEP
 from .history import State
 from .kind import Cause
 from .learned import Learned

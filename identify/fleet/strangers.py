@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from .history import Change, Evidence, History, State
+from .evidence import Evidence
+from .history import Change, History, State
 from .learned import Learned
 from .runs import ArmRuns
 from .scatter import ODD, RARE
@@ -56,7 +57,7 @@ def odd_runs(
     found = []
     for run in np.flatnonzero(np.minimum(many, unknowns * np.min(chances, axis=1)) < 1.0 / runs_allowed):
         evidence = history.asked_of(state, int(run))
-        suspect = history.suspects[int(np.argmax(evidence.gains(history.suspects)))]
+        suspect = history.suspects[int(np.argmax(evidence.gains(history.questions)))]
         like = like_arm(history, int(run), levels) if suspect.name == EXCHANGE else ""
         amounts, stds = _amounts(evidence, suspect)
         day = float(history.runs.days[run])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.fleet.compared import compared
-from exidyn.identify.fleet.drift import CREEP, STEP
+from exidyn.identify.fleet.evidence import CREEP, STEP
 from exidyn.identify.fleet.learned import SECONDS_A_YEAR, Expected, learned, scattered
 from exidyn.identify.fleet.report import KindReport, amount_words, change_words
 from exidyn.identify.fleet.runs import Frame
