@@ -103,7 +103,7 @@ def _files_text(unusable: Sequence[tuple[str, str]], marked: Sequence[tuple[str,
     """Files that are of no use, and those that are not whole."""
     lines = []
     for words, files in (("cannot be used", unusable), ("not whole, used as far as it goes", marked)):
-        lines += [f"{words}: {path}: {why}" for path, why in files]
+        lines += [f"{words}: {why if path in why else f'{path}: {why}'}" for path, why in files]
     return lines
 
 
@@ -120,7 +120,7 @@ def _text(found: Sequence[KindReport], new: int, rate: float) -> list[str]:
         lines += [f"  {arm}: {odd_words(report.learned, one)}" for arm, one in odd]
         few = sum(len(own.runs) < LEAST for own in report.learned.arms.values())
         same = len(arms) - len(changed) - few
-        if same or not few:
+        if same or not (few or changed):
             lines.append(f"  nothing changed on {counted(same, 'other arm' if changed else 'arm')}")
         if few:
             lines.append(f"  too few runs for a change on {counted(few, 'arm')}: {LEAST} at least")

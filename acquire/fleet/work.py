@@ -168,9 +168,9 @@ def identify_one(source: Source, store: Store, one: Found, begun: str) -> str:
             if kind not in store.kinds():
                 return kind
             summary = summarised(recording, known_kind(store, kind))
-            row = Row(key, one, date, kind, note=" ".join(recording.warnings), summary=summary)
+            row = Row(key, one, date, kind, note="; ".join(recording.warnings), summary=summary)
         except ExidynError as error:
-            row = Row(key, one, date, kind, error=str(error))
+            row = Row(key, one, date, kind, error=str(error).replace(str(path), one.path))
         store.write_run(row)
     return ""
 

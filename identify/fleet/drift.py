@@ -35,6 +35,8 @@ OPEN = 3.0
 """Difference of log-likelihoods up to which another answer is not excluded: odds of 20."""
 WORTH = 3.0
 """The same from which a suspect is asked with variances of its own, which takes longer."""
+STRIDE = 1.25
+"""Runs from a date that is asked for back to the one before, of those since then."""
 DATES = 3.0
 """What dates and shapes nearly as good add to the logarithm of odds, at most: twenty of them."""
 FEW = 4
@@ -90,12 +92,15 @@ class ArmDrift:
         alarms: Days on which one was raised.
         odd: Runs out of line, which are no change.
         price: Logarithm of the odds from which a change is believed.
+        level: The arm's unknowns before any change, temperature's included, shape (d,): a change is not taken
+            for what temperature does.
     """
 
     found: tuple[Found, ...]
     alarms: tuple[float, ...]
     odd: tuple[Odd, ...]
     price: float
+    level: np.ndarray
 
 
 def drift(
@@ -117,7 +122,7 @@ def drift(
     history, whole = History(learned, runs, scatter), len(runs.runs)
     search = Search(history, price_of(history, alarms_per_year))
     if whole < LEAST:
-        return ArmDrift((), (), (), search.price)
+        return ArmDrift((), (), (), search.price, history.level)
     state: State | None = None
     alarms = list[tuple[float, Change]]()
     noise = history.quiet(LEAST)
@@ -134,7 +139,8 @@ def drift(
     found = [_found(search, state, place, days, others) for place in range(len(state.changes))]
     found.sort(key=lambda one: one.day)
     odd = odd_runs(history, state, runs_allowed(history, alarms_per_year), others)
-    return ArmDrift(tuple(found), tuple(days), tuple(odd), search.price)
+    level = history.level + state.mean[: len(history.level)]
+    return ArmDrift(tuple(found), tuple(days), tuple(odd), search.price, level)
 
 
 def at_first(learned: Learned, runs: ArmRuns, alarms_per_year: float) -> State | None:
@@ -177,11 +183,15 @@ def runs_allowed(history: History, alarms_per_year: float) -> float:
 
 
 def windows(stop: int) -> list[int]:
-    """First runs after a change that are asked for after run `stop`: two runs back, and ever farther."""
-    back, found = float(FEWEST), list[int]()
-    while stop - round(back) >= FEWEST:
-        found.append(stop - round(back))
-        back *= 1.5
+    """First runs after a change that are asked for after run `stop`: two runs back, and ever farther.
+
+    A step is within a quarter of the runs since the change: of creep so far off a tenth of the sum of squares
+    stays unexplained at most.
+    """
+    back, found = FEWEST, list[int]()
+    while stop - back >= FEWEST:
+        found.append(stop - back)
+        back = max(back + 1, round(STRIDE * back))
     return sorted({*found, *([FEWEST] if stop >= LEAST else [])})
 
 
@@ -358,7 +368,7 @@ def _first_seen(search: Search, state: State, place: int, alarms: Sequence[float
 
 
 def _amounts(history: History, state: State, place: int) -> tuple[np.ndarray, np.ndarray]:
-    sizes = [len(history.std(one)) for one in state.changes]
+    sizes = [len(history.std(one, state.stop)) for one in state.changes]
     first = len(history.level) + sum(sizes[:place])
     rows = slice(first, first + sizes[place])
     inverse = np.linalg.inv(state.lower)[:, rows]

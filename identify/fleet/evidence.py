@@ -21,14 +21,14 @@ class Questions(NamedTuple):
         columns: change of the unknowns for a usual amount of each, shape (s, m).
         several: Places of the others, each with the columns of its usual amounts, (k, m).
         steps_only: Places of those that do not creep.
-        count: Of all.
+        number: Of all.
     """
 
     single: np.ndarray
     columns: np.ndarray
     several: tuple[tuple[int, np.ndarray], ...]
     steps_only: frozenset[int]
-    count: int
+    number: int
 
     @classmethod
     def of(cls, suspects: Sequence[Suspect]) -> "Questions":
@@ -55,7 +55,7 @@ class Evidence:
 
         One a suspect; minus infinity where it does not creep and this is a creep.
         """
-        found, columns = np.full(asked.count, -np.inf), asked.columns
+        found, columns = np.full(asked.number, -np.inf), asked.columns
         own = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
         found[asked.single] = 0.5 * ((columns @ self.right) ** 2 / own - np.log(own))
         for k, several in asked.several:

@@ -64,7 +64,7 @@ class KindReport:
         are the prior, so that a run of 20 s is enough. Shapes (r, s).
         """
         runs, frame = self.learned.arms[arm], self.learned.frame
-        level, _ = self.learned.level(runs)
+        level = self.drifts[arm].level
         amounts, covariance = self.learned.deviations(runs, level)
         wearing = [k for k, place in enumerate(self.learned.scattering) if frame.causes[place].wears]
         places = np.array([one.place for one in self.scattering])

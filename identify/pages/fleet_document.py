@@ -34,7 +34,7 @@ from ..fleet.report import (
 )
 from ..fleet.suspects import EXCHANGE, TOOL
 from ..notebook import counted
-from ..text_table import NORMAL_95, digits
+from ..text_table import NORMAL_95
 from .svg import Panel, Span, picture
 
 WIDTH, HEIGHT, WARMTH = 560.0, 190.0, 60.0
@@ -151,9 +151,7 @@ def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
     withdrawn = len(own.alarms) - len(own.found)
     enough = len(runs.runs) >= LEAST
     note = f"{counted(len(runs.runs), 'run')}, {date_words(runs.days[0])} to {date_words(runs.days[-1])}"
-    note += (
-        f"; a change is believed from odds of {digits(np.exp(own.price), 2)} over none. " if enough else "."
-    )
+    note += f"; a change is believed from odds of {_odds_words(own.price)} over none. " if enough else "."
     if withdrawn > 0:
         note += f"Alarms that later runs did not confirm: {withdrawn}. "
     none = "Nothing changed." if enough else f"Too few runs for a change: {LEAST} at least."
@@ -161,6 +159,11 @@ def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
     if links:
         blocks.append(Links([Link(words, address) for words, address in links.items()]))
     return Section(anchor_of(arm), arm, [*blocks, _trends(report, arm)])
+
+
+def _odds_words(logarithm: float) -> str:
+    """Odds in round numbers: 40,000 to 1."""
+    return f"{float(f'{np.exp(logarithm):.1g}'):,.0f} to 1"
 
 
 def _trends(report: KindReport, arm: str) -> Grid:
