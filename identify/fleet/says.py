@@ -32,7 +32,7 @@ def says(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Says:
 
 
 def _inverse(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses of matrices (r, m, m) with no eigenvalue below one, and the logarithms of determinants (r,)."""
+    """Inverses of matrices (r, m, m) without eigenvalues below one, and logarithms of determinants (r,)."""
     work, logarithms = matrices.copy(), np.empty(len(matrices))
     for k, one in enumerate(work):  # LAPACK works in place: its lower triangle is the upper one of rows
         dpotrf(one.T, lower=1, clean=0, overwrite_a=1)

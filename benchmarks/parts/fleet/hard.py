@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from exidyn.identify.fleet.drift import ArmDrift
 from exidyn.identify.fleet.learned import learned
@@ -64,9 +65,10 @@ class Fleet:
     bounded: bool
 
 
-def asked(kind: str, seed: int, arms: int, weeks: int, begin: int) -> Fleet:
-    """A fleet of arms whose seeds begin with one; the first ten have a cause each."""
-    events = {n: Event(what, begin + n % 3) for n, what in enumerate(EVENTS[kind][:arms])}
+def asked(kind: str, seed: int, arms: int, weeks: int, begin: int | None) -> Fleet:
+    """A fleet of arms whose seeds begin with one; the first ten have a cause each, unless none begins."""
+    put_in = EVENTS[kind][:arms] if begin is not None else ()
+    events = {n: Event(what, (begin or 0) + n % 3) for n, what in enumerate(put_in)}
     runs = {
         f"{kind}-{n + 1:02}": season(
             kind, f"{kind}-{n + 1:02}", seed + n, weeks, events.get(n), seed + (n + 7) % arms
@@ -117,21 +119,31 @@ def _right(report: KindReport, own: ArmDrift, event: Event) -> bool:
     return not best.suspect.name and cause is not None and (cause.effect, cause.joint + 1) == event.what[:2]
 
 
+def alarm_figures(fleets: Sequence[Fleet]) -> dict[str, Any]:
+    """False alarms of all arms together, and the rate above which as few would be seen with 5 %."""
+    every = [(one.false, fleet.weeks) for fleet in fleets for one in fleet.said]
+    decades, false = sum(weeks for _, weeks in every) / DECADE, sum(one for one, _ in every)
+    return {
+        "arms": len(every),
+        "arm_decades": decades,
+        "false_alarms": false,
+        "false_alarms_per_arm_decade": false / decades,
+        "false_alarms_per_arm_decade_at_most_95": float(stats.chi2.isf(0.05, 2 * (false + 1)))
+        / 2.0
+        / decades,
+    }
+
+
 def hard_figures(fleets: Sequence[Fleet], begin: int) -> dict[str, Any]:
     """Of all of them together; a creep that was not found counts as the weeks that there were."""
     every = [(one, fleet.weeks) for fleet in fleets for one in fleet.said]
-    decades = sum(weeks for _, weeks in every) / DECADE
     caused = [one for one, _ in every if one.cause]
     creeps = [
         one.weeks if one.weeks is not None else float(weeks - begin) for one, weeks in every if one.creeps
     ]
     told = [one.statements for one in caused if one.statements]
     runs = sum(weeks for _, weeks in every)
-    return {
-        "arms": len(every),
-        "arm_decades": decades,
-        "false_alarms": sum(one.false for one, _ in every),
-        "false_alarms_per_arm_decade": sum(one.false for one, _ in every) / decades,
+    return alarm_figures(fleets) | {
         "fleets_of_which_a_bound_was_printed": sum(one.bounded for one in fleets) / len(fleets),
         "causes": len(caused),
         "causes_said": len(told),
