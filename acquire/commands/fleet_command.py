@@ -103,7 +103,7 @@ def _files_text(unusable: Sequence[tuple[str, str]], marked: Sequence[tuple[str,
     """Files that are of no use, and those that are not whole."""
     lines = []
     for words, files in (("cannot be used", unusable), ("not whole, used as far as it goes", marked)):
-        lines += [f"{words}: {why if path in why else f'{path}: {why}'}" for path, why in files]
+        lines += [f"{words}: {path}: {why.removeprefix(path).lstrip(': ')}" for path, why in files]
     return lines
 
 
