@@ -35,8 +35,6 @@ OPEN = 3.0
 """Difference of log-likelihoods up to which another answer is not excluded: odds of 20."""
 WORTH = 3.0
 """The same from which a suspect is asked with variances of its own, which takes longer."""
-STRIDE = 1.25
-"""Runs from a date that is asked for back to the one before, of those since then."""
 DATES = 3.0
 """What dates and shapes nearly as good add to the logarithm of odds, at most: twenty of them."""
 FEW = 4
@@ -183,15 +181,11 @@ def runs_allowed(history: History, alarms_per_year: float) -> float:
 
 
 def windows(stop: int) -> list[int]:
-    """First runs after a change that are asked for after run `stop`: two runs back, and ever farther.
-
-    A step is within a quarter of the runs since the change: of creep so far off a tenth of the sum of squares
-    stays unexplained at most.
-    """
-    back, found = FEWEST, list[int]()
-    while stop - back >= FEWEST:
-        found.append(stop - back)
-        back = max(back + 1, round(STRIDE * back))
+    """First runs after a change that are asked for after run `stop`: two runs back, and ever farther."""
+    back, found = float(FEWEST), list[int]()
+    while stop - round(back) >= FEWEST:
+        found.append(stop - round(back))
+        back *= 1.5
     return sorted({*found, *([FEWEST] if stop >= LEAST else [])})
 
 
