@@ -362,7 +362,7 @@ def _first_seen(search: Search, state: State, place: int, alarms: Sequence[float
 
 
 def _amounts(history: History, state: State, place: int) -> tuple[np.ndarray, np.ndarray]:
-    sizes = [len(history.std(one, state.stop)) for one in state.changes]
+    sizes = [len(history.std(one)) for one in state.changes]
     first = len(history.level) + sum(sizes[:place])
     rows = slice(first, first + sizes[place])
     inverse = np.linalg.inv(state.lower)[:, rows]

@@ -28,9 +28,6 @@ PLAUSIBLE = (0.2, 5.0)
 """Friction at a temperature over that at the reference, at least and at most [-]."""
 ROUNDS = 12
 """Of variances and unknowns, each from the other; what is left changes no score by one."""
-CREEPS = YEAR / 4.0
-"""Time in which wear that creeps usually becomes as large as what comes at once [d]: arms are looked after
-every few months, and what grows faster is seen as a step soon."""
 KNOWN = 8
 """Runs from which on what is open of an arm's level is little beside a run's own scatter."""
 
@@ -154,18 +151,10 @@ class History:
             return series[:, None, None] * self.runs.design[:stop]
         return (series[:, None] * self.factor[:stop])[:, :, None] * suspect.columns.T
 
-    def std(self, change: Change, stop: int) -> np.ndarray:
-        """Usual size of its amounts by run `stop`, shape (k,)."""
+    def std(self, change: Change) -> np.ndarray:
+        """Usual size of its amounts, shape (k,)."""
         suspect = self.suspects[change.suspect]
-        whole = np.sqrt(2.0 * self.learned.units.variance) if suspect.name == EXCHANGE else suspect.std
-        return whole * self.reached(change, stop)
-
-    def reached(self, change: Change, stop: int) -> float:
-        """Share of its usual size that a change has reached: a creep is slow, and so is small at first."""
-        if change.shape == STEP:
-            return 1.0
-        days = self.runs.days
-        return float(np.clip((days[stop - 1] - days[change.start - 1]) / CREEPS, 1e-3, 1.0))
+        return np.sqrt(2.0 * self.learned.units.variance) if suspect.name == EXCHANGE else suspect.std
 
     def quiet(self, stop: int) -> Noise:
         """Variances before anything is known."""
@@ -240,10 +229,10 @@ class History:
             [self.runs.design[:stop], *(self.columns(one, stop) for one in changes)], axis=2
         )
 
-    def _before(self, changes: Sequence[Change], stop: int) -> tuple[np.ndarray, np.ndarray]:
+    def _before(self, changes: Sequence[Change]) -> tuple[np.ndarray, np.ndarray]:
         """Mean and precision of unknowns and amounts before the runs, each (d + c,)."""
         units = self.learned.units
-        stds = [self.std(one, stop) ** -2.0 for one in changes]
+        stds = [self.std(one) ** -2.0 for one in changes]
         amounts = np.zeros(sum(len(one) for one in stds))
         return (
             np.concatenate([units.mean - self.level, amounts]),
@@ -254,7 +243,7 @@ class History:
         self, changes: Sequence[Change], said: Says, columns: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float]:
         """Mean and root of the precision; and the logarithm of the probability, all but constants."""
-        before, weight = self._before(changes, len(said.right))
+        before, weight = self._before(changes)
         weighted = said.normal @ columns
         flat = columns.reshape(-1, columns.shape[2])
         precision = flat.T @ weighted.reshape(flat.shape) + np.diag(weight)
@@ -276,19 +265,15 @@ class History:
             noises: Variances of the runs from the change on, in turn; None for those of the state, by which a
                 change counts for little, since runs after it explain themselves as being out of line.
         """
-        own, before = self._sums(state, state.noise), self._before(state.changes, state.stop)
+        own, before = self._sums(state, state.noise), self._before(state.changes)
         found = []
         for noise in noises:
             after, each = own if noise is None else self._sums(state, noise), list[Evidence]()
             for start in starts:
-                each += evidence_from(start, self._usual_series(start, state.stop), own, after, *before)
+                series = {one: self.series(Change(0, start, one), state.stop) for one in SHAPES}
+                each += evidence_from(start, series, own, after, *before)
             found.append(each)
         return found
-
-    def _usual_series(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """How much of its usual size a change from one run on has in each, by shape."""
-        changes = [Change(0, start, shape) for shape in SHAPES]
-        return {one.shape: self.reached(one, stop) * self.series(one, stop) for one in changes}
 
     def _sums(self, state: State, noise: Noise) -> Sums:
         said = says(*self._until(state.stop, None), self.usual * noise.unit * noise.run)
@@ -298,7 +283,7 @@ class History:
         """What a change in one run only would explain, that run being usual otherwise."""
         usual = state.noise.run.copy()
         usual[run] = 1.0
-        before, weight = self._before(state.changes, state.stop)
+        before, weight = self._before(state.changes)
         own = self._sums(state, Noise(state.noise.unit, usual))
         lower = linalg.cholesky(own.normal.sum(axis=0) + np.diag(weight), lower=True, check_finite=False)
         half = linalg.solve_triangular(lower, own.right.sum(axis=0) + weight * before, lower=True)
