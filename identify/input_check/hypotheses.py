@@ -151,8 +151,9 @@ def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
     """Log odds of each: as it is at place -1, and mistakes.
 
     Where, under any of them, one set of bodies explains all joints, that is what tells: it is far stricter.
-    Else joint by joint the less of what is fitted and predicted: a joint that hardly moves predicts better
-    and explains less.
+    But gains a little off mislead it: what speaks against a mistake joint by joint, where each gain is
+    free, counts as well. Else joint by joint the less of what is fitted and predicted: a joint that hardly moves
+    predicts better and explains less.
     """
     as_is, prior = explained[-1], float(np.log(MISTAKE / (len(explained) + 1)))
     odds = {-1: float(np.log(1 - MISTAKE))}
@@ -162,7 +163,7 @@ def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
             continue
         gain = min(one.fitted - as_is.fitted, one.predicted - as_is.predicted)
         if credible and one.coupled is not None and as_is.coupled is not None:
-            gain = one.coupled - as_is.coupled
+            gain = one.coupled - as_is.coupled + min(0.0, gain)
         odds[place] = prior + gain
     return odds
 

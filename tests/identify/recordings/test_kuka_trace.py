@@ -130,7 +130,7 @@ def test_kuka_traces_that_are_not_whole_are_reported(tmp_path):
     with pytest.raises(RecordingError, match="axis 2, but small has 1"):
         import_source(tmp_path, model(joints=1))
     with pytest.raises(
-        RecordingError, match="current of axis3 is not finite|position of axis3 is not finite"
+        RecordingError, match="current of axis3 is (not finite|empty)|position of axis3 is (not finite|empty)"
     ):
         import_source(tmp_path, model(joints=3))
     with pytest.raises(NotAFile, match="no trace other. Traces here: Lauf 7"):
