@@ -151,9 +151,9 @@ def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
     """Log odds of each: as it is at place -1, and mistakes.
 
     Where, under any of them, one set of bodies explains all joints, that is what tells: it is far stricter.
-    But gains a little off mislead it: what speaks against a mistake joint by joint, where each gain is
-    free, counts as well. Else joint by joint the less of what is fitted and predicted: a joint that hardly moves
-    predicts better and explains less.
+    Gains a little off mislead it: what speaks against a mistake joint by joint, with each gain free, counts
+    as well. Else joint by joint the less of what is fitted and predicted: a joint that hardly moves predicts
+    better and explains less.
     """
     as_is, prior = explained[-1], float(np.log(MISTAKE / (len(explained) + 1)))
     odds = {-1: float(np.log(1 - MISTAKE))}
