@@ -10,7 +10,6 @@ farther off than by the file as it was; `refused` logs that the check of units a
 """
 
 import os
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +19,12 @@ import mujoco
 import numpy as np
 from common import parser, save, show
 from parts.simulator.arms import cases
-from parts.simulator.concealed import Case, record
+from parts.simulator.concealed import Case, read_hinges, record
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.errors import RobotWarning, WrongInput
+from exidyn.identify.errors import WrongInput
 from exidyn.identify.in_mujoco.gap import Gap, Source, gap
-from exidyn.identify.robot_files.description import movable_joints
-from exidyn.identify.robot_files.robot_file import read_model
 
 SAMPLES = 200
 SECONDS = 20.0
@@ -36,12 +33,8 @@ SECONDS = 20.0
 
 def round_trip(path: Path, samples: int) -> float:
     """Largest difference of torque over the largest one [-]; joints that slide are held, as fingers are."""
-    compiled = mujoco.MjModel.from_xml_path(str(path))
-    free, _ = movable_joints(path)
-    joints = [name for name in free if compiled.joint(name).type[0] == mujoco.mjtJoint.mjJNT_HINGE]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RobotWarning)  # of gravcomp
-        model = read_model(path, joints)
+    compiled, model = read_hinges(path)
+    joints = model.robot.joints
     draw = np.random.default_rng(0).uniform(-2.0, 2.0, (3, samples, len(joints)))
     values = model.nominal_values
     values[[name.startswith("Fc") for name in model.names]] = 0.0

@@ -55,15 +55,20 @@ class Case(NamedTuple):
     concealed: tuple[tuple[str, int], ...]
 
 
-def described(path: Path) -> Model:
-    """What a file describes of its hinges, within limits that a motion can have."""
+def read_hinges(path: Path) -> tuple[mujoco.MjModel, Model]:
+    """A file as MuJoCo compiles it, and its hinges as described; joints that slide, as fingers, are held."""
     compiled = mujoco.MjModel.from_xml_path(str(path))
     free, _ = movable_joints(path)
     joints = [name for name in free if compiled.joint(name).type[0] == mujoco.mjtJoint.mjJNT_HINGE]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RobotWarning)  # of gravcomp
-        model = read_model(path, joints)
-    limits, n = model.robot.limits, len(joints)
+        return compiled, read_model(path, joints)
+
+
+def described(path: Path) -> Model:
+    """What a file describes of its hinges, within limits that a motion can have."""
+    _, model = read_hinges(path)
+    limits, n = model.robot.limits, model.robot.dof
     lower = np.maximum(limits.position_lower, -2.0 * REACH)
     upper = np.minimum(limits.position_upper, 2.0 * REACH)
     middle, half = 0.5 * (lower + upper), np.minimum(0.45 * (upper - lower), REACH)
