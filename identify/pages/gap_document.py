@@ -28,7 +28,7 @@ from .svg import Panel, Span, legend, picture
 
 AS_IT_WAS = "the file as it was"
 LONGEST = 20.0
-"""Seconds of a whole run in which its motion can be read by eye."""
+"""Seconds of a whole run that are drawn, so that they can be read by eye."""
 MILLI = {"rad": "mrad", "m": "mm"}
 
 
@@ -120,9 +120,12 @@ def _joints(gap: Gap, units: Sequence[str]) -> Table:
 
 
 def _plots(gap: Gap, robot: Robot) -> list[Figure]:
-    names, units = gap.diagnosis.joints, robot.units("rad")
-    last, after = f"after {gap.horizons[-1]:g} s", gap.after.joints[-1]
-    picture_ = bars(gap.before.joints[-1], after, names, f"missed {last}", units)
+    names, units = gap.diagnosis.joints, [MILLI[one] for one in robot.units("rad")]
+    last, (before, after) = (
+        f"after {gap.horizons[-1]:g} s",
+        (one.joints[-1] for one in (gap.before, gap.after)),
+    )
+    picture_ = bars(1e3 * before, 1e3 * after, names, f"missed {last}", units)
     found = [Figure(f"Missed {last}", "root mean square over all starts", picture_)]
     return found + [
         Figure(name, gap.runs[0].name, _trace_plot(gap, joint, units[joint]))
@@ -131,23 +134,21 @@ def _plots(gap: Gap, robot: Robot) -> list[Figure]:
 
 
 def _trace_plot(gap: Gap, joint: int, unit: str) -> str:
-    """One joint of the first run held out: recorded, and simulated before and after."""
+    """One joint of the first run held out: simulated less recorded, before and after."""
     run = gap.runs[0]
     shown = slice(0, int(np.searchsorted(run.time, run.time[0] + LONGEST)))
     time, real = run.time[shown], run.position[shown, joint]
-    reach = 2.0 * float(np.ptp(real)) or 1.0  # what diverges leaves the picture
-    middle = float(np.mean(real))
+    reach = 1e3 * float(np.ptp(real)) or 1e3  # what diverges leaves the picture
     lines = [
-        np.clip(found.traces[0][shown, joint], middle - reach, middle + reach)
+        np.clip(1e3 * (found.traces[0][shown, joint] - real), -reach, reach)
         for found in (gap.before, gap.after)
     ]
-    panel = Panel(Span.around(time, margin=0.0), Span.around(real, *lines), 64, 24, 400, 190)
-    keys = [("measured", "recorded"), ("before", "before"), ("after", "after")]
-    content = legend(64, 14, keys) + panel.axes("time [s]", f"position [{unit}]")
-    content += panel.line(time, real, "measured")
+    panel = Panel(Span.around(time, margin=0.0), Span.around(*lines), 64, 24, 400, 190)
+    content = legend(64, 14, [(style, style) for style in ("before", "after")])
+    content += panel.axes("time [s]", f"simulated less recorded [{unit}]")
     for line, style in zip(lines, ("before thin", "after thin"), strict=True):
         content += panel.line(time, line, style)
-    return picture(472, 246, f"{run.name}, {gap.diagnosis.joints[joint]}: recorded and simulated", content)
+    return picture(472, 246, f"{run.name}, {gap.diagnosis.joints[joint]}: simulated less recorded", content)
 
 
 def _beside(gap: Gap) -> list[str]:
