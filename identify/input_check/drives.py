@@ -71,8 +71,7 @@ def drive_odds(
     """
     ratio = np.log(np.array([abs(gain.value) for gain in found]) / np.abs(stated))
     width = np.array([gain.relative for gain in found])
-    agree = np.array([gain.positive for gain in found])
-    agree = np.clip(np.where(stated > 0, agree, 1.0 - agree), 1e-12, 1 - 1e-12)
+    agree = _agreeing(found, stated)
     known = np.exp(ratio[np.isfinite(ratio)])
     off = f" (by masses and friction {', '.join(digits(one, 2) for one in known)} times the torque stated)"
     odds: dict[tuple[str, str], float] = {}
@@ -85,6 +84,21 @@ def drive_odds(
             cure = "; ".join(filter(None, [scale.cure, TURN if words else ""]))
             odds[what, cure] = size + sign + coupled.odds(np.where(turned, -factor, factor))
     return odds
+
+
+def as_stated(stated: np.ndarray, found: Sequence[Gain], coupled: Coupled) -> float:
+    """Log-likelihood of signs as stated, whatever the sizes, to compare descriptions of an arm by.
+
+    Sizes are left out: under a description of which a log tells fewer gains, fewer of them could be off.
+    """
+    turned = np.zeros(len(stated), bool)
+    return _sign_odds(_agreeing(found, stated), turned, False) + coupled.odds(np.ones(len(stated)))
+
+
+def _agreeing(found: Sequence[Gain], stated: np.ndarray) -> np.ndarray:
+    """Probability, before, that each effort counts as stated, shape (n,)."""
+    agree = np.array([gain.positive for gain in found])
+    return np.clip(np.where(stated > 0, agree, 1.0 - agree), 1e-12, 1 - 1e-12)
 
 
 def _scales(robot: Robot, ratio: np.ndarray) -> Iterator[Scale]:

@@ -12,11 +12,11 @@ from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
 from ..errors import WrongInput
 from ..proposal.agreement import Sampled, posterior, sampled
-from ..proposal.drives import gains
+from ..proposal.drives import Gain, gains
 from ..proposal.mounting import OTHERWISE
 from ..recordings.recording import EFFORT, Recording
 from .coupled import Coupled
-from .drives import NOTHING, drive_odds
+from .drives import NOTHING, as_stated, drive_odds
 from .hypotheses import joined, log_odds, thinned, upside_down
 from .suspicion import Suspicion
 
@@ -56,11 +56,14 @@ def suspect(runs: Sequence[Recording], robot: Robot) -> Suspicion | None:
     odds, every = log_odds(robot, few, None if unknown else stated)
     weighed = {(one.what, one.cure): odds[place] for place, one in enumerate(every)} | {NOTHING: odds[-1]}
     if not unknown:
-        drives = _drives(robot, log, few, stated)
+        found, coupled = _by_bodies(robot, log, few, stated)
+        drives = drive_odds(robot, found, stated, coupled)
         weighed |= {one: odds[-1] + value - drives[NOTHING] for one, value in drives.items()}
         turned = upside_down(robot, few)
         if turned is not None and turned.robot is not None:
-            opposite = _drives(turned.robot, log, few, stated)[NOTHING] - drives[NOTHING]
+            opposite = as_stated(stated, *_by_bodies(turned.robot, log, few, stated)) - as_stated(
+                stated, found, coupled
+            )
             weighed[turned.what, turned.cure] = odds[-1] + np.log(OTHERWISE) + opposite
             every.append(turned)
     (what, cure), probability = next(iter(posterior(weighed).items()))
@@ -68,11 +71,10 @@ def suspect(runs: Sequence[Recording], robot: Robot) -> Suspicion | None:
     return Suspicion(what, cure, probability, physical) if what else None
 
 
-def _drives(robot: Robot, log: Sampled, few: Sampled, stated: np.ndarray) -> dict[tuple[str, str], float]:
-    """Odds of signs and units under a description, by all samples and by few of them."""
+def _by_bodies(robot: Robot, log: Sampled, few: Sampled, stated: np.ndarray) -> tuple[list[Gain], Coupled]:
+    """What described bodies tell of each drive, by all samples, and bodies of any mass of all, by few."""
     rigid = rigid_regressor(robot.kinematics, few.motion)
-    coupled = Coupled.of(rigid, few._replace(effort=few.effort * stated))
-    return drive_odds(robot, gains(robot, log), stated, coupled)
+    return gains(robot, log), Coupled.of(rigid, few._replace(effort=few.effort * stated))
 
 
 def _sampled(run: Recording) -> Sampled | None:

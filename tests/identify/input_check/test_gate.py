@@ -11,8 +11,10 @@ from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.input_check.coupled import Coupled
+from exidyn.identify.input_check.drives import as_stated
 from exidyn.identify.input_check.gate import _sampled, require_plausible, suspect
 from exidyn.identify.input_check.suspicion import Suspicion
+from exidyn.identify.proposal.drives import Gain
 from exidyn.identify.proposal.mounting import under
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
@@ -117,3 +119,13 @@ def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
     efforts = log._replace(effort=log.effort * ARM.drive_gain)
     left = Coupled.of(rigid_regressor(ARM.kinematics, log.motion), efforts).left(np.ones(ARM.dof))
     assert np.all(left[1:3] < 2 * 0.02**2)
+
+
+def test_a_description_that_tells_fewer_gains_is_not_the_likelier_for_it():
+    """Upside down, bodies told nothing of a KR270's gains, and so no gain was off: 99 % for a false direction."""
+    log = _sampled(recording())
+    efforts = log._replace(effort=log.effort * ARM.drive_gain)
+    coupled = Coupled.of(rigid_regressor(ARM.kinematics, log.motion), efforts)
+    sure = [Gain(20.0 * gain, 0.1, float(gain > 0)) for gain in ARM.drive_gain]
+    none = [Gain(positive=float(gain > 0)) for gain in ARM.drive_gain]
+    assert as_stated(ARM.drive_gain, sure, coupled) == as_stated(ARM.drive_gain, none, coupled)
