@@ -122,7 +122,7 @@ def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
 
 
 def test_a_description_that_tells_fewer_gains_is_not_the_likelier_for_it():
-    """Upside down, bodies told nothing of a KR270's gains, and so no gain was off: 99 % for a false direction."""
+    """Upside down, a KR270 told nothing of its gains, so none was off: 99 % for a false direction."""
     log = _sampled(recording())
     efforts = log._replace(effort=log.effort * ARM.drive_gain)
     coupled = Coupled.of(rigid_regressor(ARM.kinematics, log.motion), efforts)
