@@ -129,11 +129,11 @@ def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str
     """For which arms there is room below the torque limits."""
     if goal.spread is None:
         return {}
-    known = "the fit leaves" if wishes.fit is not None else "priors leave"
+    known = "the fit" if wishes.fit is not None else "the priors"
     beyond = 100 * arms_beyond(goal, run, limits.torque)
     return {
-        "torque": f"room for {100 * wishes.sure:g} % of arms within what {known} open; of "
-        f"{DRAWS} drawn {beyond:.2g} % pass a limit"
+        "torque": f"within limits for {100 * wishes.sure:g} % of the arms that {known} allow"
+        f"{'s' if wishes.fit is not None else ''}; {beyond:.2g} % of {DRAWS} drawn arms pass a limit"
     }
 
 

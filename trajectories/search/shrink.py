@@ -97,7 +97,9 @@ def _sentence(
         unsure = ""
         if violations[0].what == "torque" and goal.spread is not None:
             share = 100 * goal.spread.share
-            unsure = f" (room for {share:g} % of arms within what is known, of which a fit needs less)"
+            unsure = (
+                f" (with margin for {share:g} % of the arms that are possible; with --from fit.json less)"
+            )
         return (
             f"{what}{unsure}, and so it is for ever smaller motions about the same centre. "
             "Try a start pose or position limits that avoid it"

@@ -51,7 +51,7 @@ def test_drawn_arms_stay_inside_the_torque_limits():
     model = weak()
     safe, nominal = planned(model), planned(model, sure=0.0)
     assert share_beyond(model, safe) <= 0.05 < share_beyond(model, nominal)
-    assert safe.details["torque"].startswith("room for 95 % of arms within what priors leave open; of 1000")
+    assert safe.details["torque"].startswith("within limits for 95 % of the arms that the priors allow; ")
     assert "torque" not in nominal.details
 
 
@@ -76,7 +76,7 @@ def test_no_room_is_made_where_none_is_wished_or_needed():
 
 
 def test_an_arm_too_little_known_to_be_held_is_refused():
-    with pytest.raises(Infeasible, match="room for 95 % of arms within what is known"):
+    with pytest.raises(Infeasible, match="margin for 95 % of the arms that are possible"):
         planned(weak(torque=(20.0, 20.0), tolerance=1.0))
 
 
