@@ -102,7 +102,7 @@ LIMITS = (
     Option("--margin SHARE", "share kept off velocity … torque", any_number, 0.05),
     Option(
         "--sure SHARE",
-        "share of possible arms, by priors or the fit, that must keep to the torque limits; 0: the nominal arm",
+        "share of possible arms (priors, fit) that must keep to the torque limits; 0: the nominal arm",
         any_number,
         0.95,
     ),

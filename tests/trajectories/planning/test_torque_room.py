@@ -59,7 +59,7 @@ def test_a_fit_gives_freedom():
     model, fit = weak(), plain_fit()
     first, later = planned(model), planned(model, fit=fit)
     assert used(model, first) < 0.7 < used(learned(fit), later) <= 0.95
-    assert "what the fit leaves open" in later.details["torque"]
+    assert "the arms that the fit allows" in later.details["torque"]
 
 
 def test_a_fit_leaves_less_open_than_the_priors():
