@@ -12,13 +12,8 @@ from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.fit_warnings import WORST
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
 from exidyn.identify.text_table import paragraph
-from exidyn.trajectories.clearances.clearance import Clearance
-from exidyn.trajectories.clearances.region import read_regions
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits
@@ -35,6 +30,7 @@ from exidyn.trajectories.search.criteria import CRITERIA
 
 from ..arguments.command import Command, Group, Option, WrongUse, any_number, integer, positive
 from ..arguments.options import (
+    CELL,
     JSON,
     NO_COLLISION,
     PACKAGES,
@@ -43,6 +39,7 @@ from ..arguments.options import (
     require_file,
     require_json,
 )
+from ..files.clearances import read_clearances
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
@@ -106,7 +103,7 @@ LIMITS = (
         any_number,
         0.95,
     ),
-    Option("--region FILE", "TOML with [[region]] rows, see docs", Path),
+    CELL,
     Option("--collision-distance M", "between bodies", positive, 0.02),
     NO_COLLISION,
     PACKAGES,
@@ -265,7 +262,15 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
         window=None if window is None else turn * window,
         start=None if start is None else turn * start,
         tick=given.tick,
-        clearances=_clearances(given, model, progress),
+        clearances=read_clearances(
+            given.robot,
+            model.robot,
+            cell=given.region,
+            collision=not given.no_collision,
+            distance=given.collision_distance,
+            packages=given.packages,
+            say=progress,
+        ),
         shapes=given.shapes,
         focus=given.focus,
         sure=given.sure,
@@ -281,25 +286,6 @@ def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> 
     if len(values) not in (1, model.robot.dof):
         raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one a joint")
     return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
-
-
-def _clearances(given: Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
-    """Self-collision where the robot's URDF has geometry, and the regions of the command line."""
-    found: list[Clearance] = []
-    geometry = None if given.no_collision else read_geometry(given.robot, given.packages)
-    if geometry is not None:
-        collision = SelfCollision.of(model.robot, geometry, given.collision_distance)
-        progress(f"{len(collision.names)} pairs of bodies are kept {given.collision_distance:g} m apart")
-        found.append(collision)
-    elif not given.no_collision:
-        progress("no collision geometry in the robot: self-collision is not looked at")
-    if given.region:
-        table = parse_toml(read_text(given.region), str(given.region))
-        check_keys(table, ("region",), str(given.region))
-        if "region" not in table:
-            raise RobotError(f"{given.region}: no [[region]] row in it")
-        found += read_regions(table["region"], model.robot)
-    return tuple(found)
 
 
 def _paths(output: Path, count: int) -> list[Path]:

@@ -100,7 +100,7 @@ def _shape(
     path = _find_mesh(element.get("filename", ""), urdf, package_dirs, where)
     key = (path, tuple(scale))
     if key not in meshes:
-        meshes[key] = _read_hull(path, scale, where)
+        meshes[key] = read_hull(path, scale, where)
     return meshes[key]
 
 
@@ -133,7 +133,12 @@ def _numbers(element: Element, key: str, count: int, where: str, default: str = 
     return found
 
 
-def _read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
+def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
+    """Convex hull of a mesh file, its points scaled along x, y and z.
+
+    Raises:
+        RobotError: There is no such mesh, or it cannot be read; the message begins with `where`.
+    """
     try:
         mesh = coal.MeshLoader().load(str(path), scale)
         return hull(np.array(mesh.vertices(), float).reshape(-1, 3))

@@ -9,7 +9,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
 
-from ..clearances.clearance import Clearance
+from ..clearances.clearance import Clearance, nearest_words
 from ..errors import Infeasible, in_words_of
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence as Run
@@ -112,6 +112,7 @@ def _plan(
         criterion=_criterion(goal, wishes),
         reached=goal.reached(found.value),
         details={
+            **_nearest(run, wishes),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(found.value),
@@ -123,6 +124,12 @@ def _plan(
         payload_pair=wishes.payload is not None,
         assumed=assumed,
     )
+
+
+def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:
+    """What the run comes nearest to."""
+    words = nearest_words([clearance.worst(run) for clearance in wishes.clearances])
+    return {"nearest": words} if words else {}
 
 
 def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str]:
