@@ -10,8 +10,8 @@ from exidyn.identify.robot_files.robot_file import AROUND
 from exidyn.identify.robot_files.surroundings import Obstacle, read_surroundings, with_obstacles
 from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
 from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.collision import REQUIRED, Collision
 from exidyn.trajectories.clearances.region import read_regions
-from exidyn.trajectories.clearances.self_collision import REQUIRED, SelfCollision
 
 
 def read_clearances(
@@ -47,7 +47,7 @@ def read_clearances(
         _refuse(source, around.obstacles)
         say("no collision geometry in the robot: self-collision is not looked at")
         return tuple(regions)
-    bodies = SelfCollision.of(robot, with_obstacles(geometry, around.obstacles), distance)
+    bodies = Collision.of(robot, with_obstacles(geometry, around.obstacles), distance)
     say(f"{len(bodies.names)} pairs of bodies are kept {distance:g} m apart")
     for sentence in _not_watched(bodies, around.obstacles):
         say(sentence)
@@ -78,7 +78,7 @@ def _refuse(source: str | Path, obstacles: tuple[Obstacle, ...]) -> None:
         )
 
 
-def _not_watched(bodies: SelfCollision, obstacles: tuple[Obstacle, ...]) -> list[str]:
+def _not_watched(bodies: Collision, obstacles: tuple[Obstacle, ...]) -> list[str]:
     """What of the obstacles is left out, and why."""
     names = {obstacle.name for obstacle in obstacles}
     return [

@@ -91,7 +91,8 @@ def space_figures(space: Space) -> list[Figure]:
 def _view(space: Space, name: str, across: int, up: int) -> Markup:
     axes = [across, up]
     seen = np.concatenate([space.way, np.zeros((1, 3)), *(points for _, points in space.solids)])[:, axes]
-    panel = Panel(*_square(Span.around(seen[:, 0]), Span.around(seen[:, 1])), LEFT, TOP, WIDTH, WIDTH)
+    x, y = _square(Span.around(seen[:, 0]), Span.around(seen[:, 1]))
+    panel = Panel(x, y, LEFT, TOP, WIDTH, WIDTH)
     keys = [("moved", "path of the flange"), ("limit", "obstacles, walls")]
     parts = [legend(LEFT, 14, keys if space.solids or space.walls else keys[:1])]
     parts.append(panel.axes(f"{AXES[across]} [m]", f"{AXES[up]} [m]"))
@@ -102,10 +103,10 @@ def _view(space: Space, name: str, across: int, up: int) -> Markup:
     return picture(LEFT + WIDTH + RIGHT, TOP + panel.height + BOTTOM, f"path {name}", "".join(parts))
 
 
-def _square(x: Span, y: Span) -> list[Span]:
+def _square(*spans: Span) -> list[Span]:
     """Both as long as the longer, so that a metre is as long across as upwards."""
-    half = 0.5 * max(x.size, y.size)
-    return [Span(0.5 * (each.low + each.high) - half, 0.5 * (each.low + each.high) + half) for each in (x, y)]
+    half = 0.5 * max(each.size for each in spans)
+    return [Span(0.5 * (each.low + each.high) - half, 0.5 * (each.low + each.high) + half) for each in spans]
 
 
 def _solid(panel: Panel, name: str, points: np.ndarray) -> str:

@@ -147,7 +147,7 @@ TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class SelfCollision(Clearance):
+class Collision(Clearance):
     """Distances between bodies of one arm, less the distance they must keep.
 
     Meshes count as their convex hulls, so bodies are never nearer than computed.
@@ -171,7 +171,7 @@ class SelfCollision(Clearance):
         geometry: pin.GeometryModel,
         required: float = REQUIRED,
         ignored: Collection[tuple[str, str]] = (),
-    ) -> "SelfCollision":
+    ) -> "Collision":
         """All pairs that can collide, but for neighbours.
 
         Args:
