@@ -19,7 +19,7 @@ from exidyn.trajectories.discrimination.distinction import distinguish, sentence
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning.goals import two_models
+from exidyn.trajectories.planning.goals import two_models, with_bodies
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
@@ -65,9 +65,14 @@ GOAL = (
         [],
     ),
     Option(
-        "--mass --payload KG", "plan a pair, unloaded and with this mass, for the drive gains", any_number
+        "--mass --payload KG...",
+        "plan a run unloaded and one with each mass, all of one motion, for the drive gains",
+        any_number,
+        [],
     ),
-    Option("--com X Y Z", "its centre from the flange [m]", any_number),
+    Option(
+        "--com X Y Z", "its centre from the flange [m]; once for each mass", any_number, [], repeated=True
+    ),
     Option(
         "--focus --for NAME...",
         "what alone matters: gain Kr, or in words 'K_r, friction of joint 2'",
@@ -145,7 +150,8 @@ def excite_command(given: Namespace) -> None:
     searched = given.kind == OPTIMISED
     with Stopwatch({} if searched else STAGES, given.search if searched else 0.0) as progress:
         plans, distinguished = _planned(given, model, progress)
-        checked = [_checked(one, model, progress) for one in plans]
+        loaded, _ = with_bodies(model, _bodies(given))
+        checked = [_checked(one, loaded, progress) for one in plans]
     pages, tables = [], []
     for one, (uses, beyond), path in zip(plans, checked, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
@@ -243,9 +249,6 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")
-    if given.mass is None and given.com is not None:
-        raise RobotError("--com is the centre of a payload's mass; give the mass with --mass too")
-    payload = None if given.mass is None else known_parameters(given.mass, given.com)
     return Wishes(
         criterion=given.criterion,
         harmonics=given.harmonics,
@@ -274,9 +277,20 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
         shapes=given.shapes,
         focus=given.focus,
         sure=given.sure,
-        payload=payload,
+        bodies=_bodies(given),
         fit=None if given.after is None else read_fit(given.after),
     )
+
+
+def _bodies(given: Namespace) -> list[tuple[tuple[str, float], ...]]:
+    """What is known of each body."""
+    centres = given.com or [None] * len(given.mass)
+    if len(centres) != len(given.mass):
+        raise RobotError(
+            f"{len(given.mass)} masses and {len(centres)} centres: --com is the centre of a payload's mass, "
+            "given with --mass; give one for each mass, or none"
+        )
+    return [known_parameters(mass, centre) for mass, centre in zip(given.mass, centres, strict=True)]
 
 
 def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> np.ndarray | None:

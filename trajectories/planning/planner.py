@@ -112,6 +112,7 @@ def _plan(
         criterion=_criterion(goal, wishes),
         reached=goal.reached(found.value),
         details={
+            **_bodies(wishes),
             **_nearest(run, wishes),
             "period": series.period,
             "harmonics": series.harmonics,
@@ -121,9 +122,15 @@ def _plan(
         },
         seed=seed,
         tick=wishes.tick,
-        payload_pair=wishes.payload is not None,
+        payload_pair=bool(wishes.bodies),
         assumed=assumed,
     )
+
+
+def _bodies(wishes: Wishes) -> dict[str, str]:
+    """The bodies with which it is run, where there are several."""
+    masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
+    return {"bodies": ", ".join(masses)} if len(masses) > 1 else {}
 
 
 def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:

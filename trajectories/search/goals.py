@@ -158,6 +158,6 @@ def parameter_sizes(experiment: Experiment) -> np.ndarray:
     deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
     size = np.hypot(base.regrouping @ model.nominal_values, deviation)
     motion = rich_motion(model, payload=experiment.payloads[-1])
-    columns = experiment.columns(motion)[-1]
-    noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
+    squares = [np.mean(np.sum(run**2, axis=1), axis=0) for run in experiment.columns(motion)]
+    noise = 1.0 / np.sqrt(np.max(squares, axis=0))
     return np.where(np.isfinite(size) & (size > 0), size, noise)
