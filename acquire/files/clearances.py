@@ -73,8 +73,8 @@ def _refuse(source: str | Path, obstacles: tuple[Obstacle, ...]) -> None:
     if obstacles:
         raise RobotError(
             f"obstacle '{obstacles[0].name}': {source} has no collision geometry that could be kept clear of "
-            "it. Use a URDF with <collision> elements, or a [[region]] for the flange; --no-collision plans "
-            "without obstacles"
+            "it. Use a URDF with <collision>, an MJCF, or a [[region]] for the flange; --no-collision "
+            "plans without obstacles"
         )
 
 

@@ -7,7 +7,8 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.errors import BrokenTree, RobotError
-from exidyn.identify.robot_files.geometry import hull, read_geometry
+from exidyn.identify.robot_files.geometry import read_geometry
+from exidyn.identify.robot_files.hulls import hull
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
 from exidyn.trajectories.clearances.collision import Collision
