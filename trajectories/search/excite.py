@@ -1,8 +1,10 @@
 """Excite: the Fourier series that serves a goal best within the limits."""
 
+import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from .start import Found, Setting, one_start
 
 PAUSE = 5.0
 """Between two sentences about a search that runs [s]."""
+SETTLES = 5.0
+"""What one start needs on a core to come within some per cent of where it ends [s]: with less time for each
+there are fewer of them, but one a core."""
 
 
 def excite(
@@ -30,7 +35,8 @@ def excite(
     Args:
         goal: What the trajectory is for.
         setting: Limits, harmonics, period.
-        starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
+        starts: Random starts at most, with seeds `seed`, `seed` + 1 and so on; they take the periods in
+            turn, from the longest.
         seed: Seed of the first start.
         seconds: Length of the search [s], not counting the start of its processes.
         executor: Where starts run; a pool of processes unless given.
@@ -44,7 +50,8 @@ def excite(
         raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
     if seed < 0:
         raise BadLimits(f"seed: {seed}; it must be 0 or more")
-    tasks = [(goal, setting, seed + k) for k in range(starts)]
+    starts = min(starts, _worth_while(seconds))
+    tasks = [(goal, _of_one_period(setting, k), seed + k) for k in range(starts)]
     found: list[Found] = []
     misses: list[str] = []
 
@@ -65,6 +72,17 @@ def excite(
             misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
         )
     return min(found, key=lambda one: one.value)
+
+
+def _worth_while(seconds: float) -> int:
+    """Starts that a search of this length can bring near to where they end."""
+    cores = os.cpu_count() or 1
+    return max(cores, int(seconds * cores / SETTLES))
+
+
+def _of_one_period(setting: Setting, place: int) -> Setting:
+    """The setting with the period of the start at this place among all."""
+    return replace(setting, periods=(setting.periods[place % len(setting.periods)],))
 
 
 def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:

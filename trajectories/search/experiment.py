@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters, rich_motion
 from exidyn.identify.model import Model
 
 from ..errors import NothingToIdentify
@@ -56,6 +57,22 @@ class Experiment:
         count = len(base.kept)
         noise = np.ones(model.robot.dof) if noise is None else np.asarray(noise, float)
         return cls(model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known)
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """What counts as one of each base parameter, shape (b,).
+
+        It is the root sum square of nominal value and deviation; without a prior, what makes as
+        much torque as the noise in a rich motion.
+        """
+        model, base = self.model, self.base
+        tolerance = np.array([prior.std for prior in model.priors])
+        entering = base.regrouping != 0
+        deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
+        size = np.hypot(base.regrouping @ model.nominal_values, deviation)
+        columns = self.columns(rich_motion(model, payload=self.payloads[-1]))[-1]
+        noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
+        return np.where(np.isfinite(size) & (size > 0), size, noise)
 
     def columns(self, motion: Motion) -> list[np.ndarray]:
         """Base regressor of each run in units of its noise, each (t, n, b)."""
