@@ -46,15 +46,21 @@ def with_own_factor(goal: Goal, states: States, limit: np.ndarray) -> Goal:
     Where it passes them with the present factor, it counts as one that is just inside.
     """
     spread = goal.spread
-    if spread is None or spread.factor == 0.0:
+    if spread is None or spread.widest == 0.0:
         return goal
     drawn, reach = peaks(goal, states), _reach(goal, spread, states)
     slack = np.maximum(limit / reach(spread.factor), 1.0)
+
+    def enough(factor: float) -> bool:
+        beyond = replace(spread, factor=factor).share_beyond(drawn, slack * reach(factor))
+        return beyond <= AIM * (1.0 - spread.share)
+
     low, high = 0.0, spread.widest
+    if enough(low):  # a motion far from torque limits: then the band costs a search nothing
+        return goal.with_spread(replace(spread, factor=low))
     for _ in range(STEPS):
-        middle = replace(spread, factor=0.5 * (low + high))
-        beyond = middle.share_beyond(drawn, slack * reach(middle.factor))
-        low, high = (low, middle.factor) if beyond <= AIM * (1.0 - spread.share) else (middle.factor, high)
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if enough(middle) else (middle, high)
     return goal.with_spread(replace(spread, factor=high))
 
 

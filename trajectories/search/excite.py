@@ -36,7 +36,7 @@ def excite(
         goal: What the trajectory is for.
         setting: Limits, harmonics, period.
         starts: Random starts at most, with seeds `seed`, `seed` + 1 and so on; they take the periods in
-            turn, from the longest.
+            turn, the first of them twice.
         seed: Seed of the first start.
         seconds: Length of the search [s], not counting the start of its processes.
         executor: Where starts run; a pool of processes unless given.
@@ -50,8 +50,8 @@ def excite(
         raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
     if seed < 0:
         raise BadLimits(f"seed: {seed}; it must be 0 or more")
-    starts = min(starts, _worth_while(seconds))
-    tasks = [(goal, _of_one_period(setting, k), seed + k) for k in range(starts)]
+    tasks = [(goal, *one) for one in starts_of(setting, starts, seed, seconds)]
+    starts = len(tasks)
     found: list[Found] = []
     misses: list[str] = []
 
@@ -74,15 +74,16 @@ def excite(
     return min(found, key=lambda one: one.value)
 
 
-def _worth_while(seconds: float) -> int:
-    """Starts that a search of this length can bring near to where they end."""
+def starts_of(setting: Setting, starts: int, seed: int, seconds: float) -> list[tuple[Setting, int]]:
+    """Setting and seed of each start: as many as the time brings near to where they end, and one a core.
+
+    The first two have the first of the periods, then come the others in turn. It is the longest, and nearly
+    always the best.
+    """
     cores = os.cpu_count() or 1
-    return max(cores, int(seconds * cores / SETTLES))
-
-
-def _of_one_period(setting: Setting, place: int) -> Setting:
-    """The setting with the period of the start at this place among all."""
-    return replace(setting, periods=(setting.periods[place % len(setting.periods)],))
+    count, periods = min(starts, max(cores, int(seconds * cores / SETTLES))), setting.periods
+    places = [max(place - 1, 0) % len(periods) for place in range(count)]
+    return [(replace(setting, periods=(periods[k],)), seed + n) for n, k in enumerate(places)]
 
 
 def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:

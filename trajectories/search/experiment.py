@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -70,15 +71,28 @@ class Experiment:
         entering = base.regrouping != 0
         deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
         size = np.hypot(base.regrouping @ model.nominal_values, deviation)
-        columns = self.columns(rich_motion(model, payload=self.payloads[-1]))[-1]
+        columns = self._columns(rich_motion(model, payload=self.payloads[-1]))[-1]
         noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
         return np.where(np.isfinite(size) & (size > 0), size, noise)
 
     def columns(self, motion: Motion) -> list[np.ndarray]:
-        """Base regressor of each run in units of its noise, each (t, n, b)."""
+        """Base regressor of each run in units of its noise, each (t, n, b).
+
+        Of the last motion they are remembered: criteria of one experiment ask in turn.
+        """
+        if self._last.get("motion") is not motion:
+            self._last.update(motion=motion, columns=self._columns(motion))
+        found: list[np.ndarray] = self._last["columns"]
+        return found
+
+    def _columns(self, motion: Motion) -> list[np.ndarray]:
         rows = whitening(self.model, self.noise)
         runs = loaded_runs(self.model, motion, self.payloads)
         return [rows @ self.model.regressor(run)[:, :, self.base.kept] for run in runs]
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        return {}
 
     def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
         """Information after runs with these columns, shape (b, b), each sample counted `share` times."""

@@ -37,16 +37,18 @@ SETTLED = 2
 """Searches within limits tightened by what a series passed between samples: one leaves a tenth of it."""
 FIRST = 0.6
 """Share of the time after which the first of these begins, whatever the search has come to."""
-TRIES = 4
+TRIES = 3
 """Random coefficients that a start tries: where two of them end differs by a fifth."""
 TRY_STEPS = 15
-"""Steps of a try, by the smoothest objective: after them it is clear which of two ends better, nearly always."""
+"""Steps of a try, by the smoothest objective: after them it shows which of two ends a tenth better."""
 APART = 1_000_000
 """Between the seeds of two tries: more than there are starts."""
 TRYING = 0.25
 """Share of the time after which no other is tried."""
 WIDER = 1.15
 """Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
+NARROWEST = 0.25
+"""Share of the widest band that the first such step comes to at least: a band may have been nothing."""
 ASIDE = 0.1
 """Share of the time of a search that goes into what would be delivered if it ended now."""
 OFFER = 0.3
@@ -219,7 +221,8 @@ class Delivery:
                 for one in kept
             ):
                 return kept, spread
-            goal = goal.with_spread(replace(spread, factor=min(WIDER * spread.factor, spread.widest)))
+            wider = max(WIDER * spread.factor, NARROWEST * spread.widest)
+            goal = goal.with_spread(replace(spread, factor=min(wider, spread.widest)))
 
     def narrowed(self) -> tuple[Goal, bool]:
         """The goal with a band as the best motion needs it, from now on; and whether it is narrower."""

@@ -51,7 +51,7 @@ class TorqueBound(Bound):
 
     def band(self, states: States, payload: str) -> np.ndarray:
         """Half the width of the band about the nominal torque, shape (t, n) [N m]."""
-        if self.spread is None:
+        if self.spread is None or self.spread.factor == 0.0:
             return np.zeros_like(states.position)
         motion, spread = states.motion(payload), self.spread
         starts = range(0, len(motion), CHUNK)
@@ -135,7 +135,7 @@ class TorqueBound(Bound):
         """
         rows, places = np.nonzero(margin < NEAR)
         found = np.zeros((3, *margin.shape, self.model.robot.dof))
-        if self.spread is not None and len(rows):
+        if self.spread is not None and self.spread.factor > 0.0 and len(rows):
             motion = _taken(self.model.loaded(states.motion(payload)), rows)
             columns, joints = self.model.regressor(motion), limited[places]
             weights = self.spread.weights(columns, joints) / self.limit[joints][:, None, None]
