@@ -56,6 +56,10 @@ def save(path: Path | None, figures: dict[str, Any]) -> None:
         print(f"\nfigures in {path}")
 
 
+WIDTH = 120
+"""Of what is printed of a result that is kept: the file has the whole."""
+
+
 class Kept:
     """Results by their name, each a line of a file as soon as it is there; a benchmark goes on from them.
 
@@ -63,8 +67,10 @@ class Kept:
     """
 
     def __init__(self, path: Path | None) -> None:
-        lines = path.read_text().splitlines() if path is not None and path.exists() else []
+        lines = path.read_text().splitlines(True) if path is not None and path.exists() else []
         self.path, self.lock = path, threading.Lock()
+        if path is not None and lines and not lines[-1].endswith("\n"):  # it was killed as it wrote
+            path.write_text("".join(lines := lines[:-1]))
         self.found: dict[str, Any] = dict(json.loads(line) for line in lines)
 
     def of(self, name: str, make: Callable[[], Any]) -> Any:
@@ -80,7 +86,7 @@ class Kept:
             if self.path is not None:
                 with self.path.open("a") as file:
                     file.write(json.dumps([name, self.found[name]]) + "\n")
-        print(f"{name}: {self.found[name]}", flush=True)
+        print(f"{name}: {str(self.found[name])[:WIDTH]}", flush=True)
 
 
 def imports_as_here() -> dict[str, str]:

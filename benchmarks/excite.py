@@ -10,8 +10,8 @@
 6. Probability of choosing the right one of two models, before and after a run that is made for it.
 
 With `--json FILE` each case is kept in FILE.cases as soon as it is done, a run that was stopped goes on from
-there, and FILE has the figures at the end; delete FILE.cases to measure anew. It needs FIGAROH, its solver and
-the package of the arms: pip install 'exidyn[bench]'.
+there, and FILE has the figures at the end; delete FILE.cases to measure anew. It needs FIGAROH, its solver
+and the package of the arms: pip install 'exidyn[bench]'.
 """
 
 import os
@@ -57,13 +57,11 @@ def against_peers(
         for name, own in (("FIGAROH", False), ("FIGAROH, this criterion", True)):
             settings = figaroh_excitation.FigarohSettings(collisions=collisions, unit_columns=own)
             tools[name] = partial(_figaroh, arm, budget, settings)
-    condition = "with self-collision" if collisions else "without self-collision"
-    found = {
-        name: [_kept(kept, arm, name, condition, tool, s) for s in seeds] for name, tool in tools.items()
-    }
+    how = "with self-collision" if collisions else "without self-collision"
+    found = {name: [_kept(kept, arm, name, how, tool, s) for s in seeds] for name, tool in tools.items()}
     show(
-        f"{arm.name}, condition number of {len(arm.base.kept)} base columns scaled to one; {budget:g} CPU s a "
-        f"tool and seed, {condition}",
+        f"{arm.name}, condition number of {len(arm.base.kept)} base columns scaled to one; {budget:g} CPU s a"
+        f" tool and seed, {how}",
         ["tool", "best", "worst seed", "failed seeds", "first at CPU s", "note of the best"],
         [_row(name, results) for name, results in found.items()],
     )
@@ -77,9 +75,9 @@ def against_peers(
 
 
 def _kept(
-    kept: Kept, arm: Arm, name: str, condition: str, tool: Callable[[int], PeerResult], seed: int
+    kept: Kept, arm: Arm, name: str, how: str, tool: Callable[[int], PeerResult], seed: int
 ) -> PeerResult:
-    found = kept.of(f"{arm.name}, {name}, {condition}, seed {seed}", lambda: asdict(tool(seed)))
+    found = kept.of(f"{arm.name}, {name}, {how}, seed {seed}", lambda: asdict(tool(seed)))
     return PeerResult(**found)
 
 
@@ -123,7 +121,8 @@ def _when(history: Sequence[tuple[float, float]], level: float) -> float:
 def peers(quick: bool, kept: Kept) -> dict[str, Any]:
     """Every tool in the same time on both arms, without self-collision, and on the first with it too."""
     budget, seeds = (QUICK_BUDGET, [0]) if quick else (BUDGET, [0, 1])
-    found = {name: against_peers(arm_of(name), budget, seeds, False, kept) for name in ARMS}
+    names = list(ARMS)[: 1 if quick else None]
+    found = {name: against_peers(arm_of(name), budget, seeds, False, kept) for name in names}
     figures = {
         f"{key}": worst(one[key] for one in found.values())
         for key, worst in (("condition_over_best_peer", max), ("speedup_to_figaroh", min))

@@ -1,8 +1,8 @@
 """The arms that every excitation tool is given, and the judge of what they hand back.
 
 UR10 (36 base columns) and xArm 7 (43) of the package example-robot-data with their collision meshes, rigid
-bodies only. Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end, which is
-what FIGAROH's UR10 example keeps clear of.
+bodies only. Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end,
+which is what FIGAROH's UR10 example keeps clear of.
 """
 
 import importlib.metadata
