@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from common import Kept, options, save, show
 from parts.excite import discriminate, first_motion, kr270, limits
-from parts.excite.arm import ARMS, Arm, arm_of, why_no_arm
+from parts.excite.arm import Arm, arm_of, why_no_arm
 from parts.excite.ours import every_seed, gradient, ours
 from parts.excite.peers import PeerResult, random_search, slsqp
 from parts.excite.quick_start import short_and_long, sweep_check
@@ -37,6 +37,8 @@ from parts.figaroh import excitation as figaroh_excitation
 
 BUDGET, QUICK_BUDGET = 40.0, 2.0
 """CPU seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
+SEEDS, QUICK_SEEDS = {"UR10": [0, 1], "xArm 7": [0]}, {"UR10": [0]}
+"""Seeds by arm."""
 CPU = time.process_time
 """Clock of all tools."""
 
@@ -120,9 +122,8 @@ def _when(history: Sequence[tuple[float, float]], level: float) -> float:
 
 def peers(quick: bool, kept: Kept) -> dict[str, Any]:
     """Every tool in the same time on both arms, without self-collision, and on the first with it too."""
-    budget, seeds = (QUICK_BUDGET, [0]) if quick else (BUDGET, [0, 1])
-    names = list(ARMS)[: 1 if quick else None]
-    found = {name: against_peers(arm_of(name), budget, seeds, False, kept) for name in names}
+    budget, seeds = (QUICK_BUDGET, QUICK_SEEDS) if quick else (BUDGET, SEEDS)
+    found = {name: against_peers(arm_of(name), budget, some, False, kept) for name, some in seeds.items()}
     figures = {
         f"{key}": worst(one[key] for one in found.values())
         for key, worst in (("condition_over_best_peer", max), ("speedup_to_figaroh", min))

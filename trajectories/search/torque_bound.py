@@ -70,27 +70,22 @@ class TorqueBound(Bound):
 
     def margins(self, states: States) -> Margins:
         limited = np.flatnonzero(np.isfinite(self.limit))
-        rows = []
-        for payload in self.payloads:
-            nominal, band = self.torque(states, payload), self.band(states, payload)
-            rows += [1.0 + (sign * nominal - band)[:, limited] / self.limit[limited] for sign in (-1.0, 1.0)]
+        torques = [self.torque(states, payload)[:, limited] for payload in self.payloads]
+        bands = [self.band(states, payload)[:, limited] for payload in self.payloads]
+        rows = [
+            1.0 - (np.abs(torque) + band) / self.limit[limited]
+            for torque, band in zip(torques, bands, strict=True)
+        ]
 
         def slopes() -> Slopes:
-            runs = [self._slopes(states, payload, limited) for payload in self.payloads]
-            bands = [
-                self._band_slopes(states, payload, limited, np.minimum(*rows[2 * k : 2 * k + 2]))
-                for k, payload in enumerate(self.payloads)
-            ]
+            found = []
+            for payload, torque, row in zip(self.payloads, torques, rows, strict=True):
+                sign = np.where(torque > 0.0, 1.0, -1.0)[:, :, None]
+                nominal = self._slopes(states, payload, limited)
+                band = self._band_slopes(states, payload, limited, row)
+                found.append([-sign * one - other for one, other in zip(nominal, band, strict=True)])
             position, velocity, acceleration = (
-                np.concatenate(
-                    [
-                        sign * nominal[k] - band[k]
-                        for nominal, band in zip(runs, bands, strict=True)
-                        for sign in (-1.0, 1.0)
-                    ],
-                    axis=1,
-                )
-                for k in range(3)
+                np.concatenate(parts, axis=1) for parts in zip(*found, strict=True)
             )
             return position, velocity, acceleration, None
 
