@@ -1,10 +1,11 @@
-"""What every benchmark shares: its options, its tables, its JSON file, what its processes import from."""
+"""What every benchmark shares: options, tables, JSON file, results kept, what its processes import from."""
 
 import argparse
 import json
 import os
 import sys
-from collections.abc import Collection, Sequence
+import threading
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +56,43 @@ def save(path: Path | None, figures: dict[str, Any]) -> None:
         print(f"\nfigures in {path}")
 
 
+WIDTH = 120
+"""Of what is printed of a result that is kept: the file has the whole."""
+
+
+class Kept:
+    """Results by their name, each a line of a file as soon as it is there; a benchmark goes on from them.
+
+    Without a file they last as long as the process.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        lines = path.read_text().splitlines(True) if path is not None and path.exists() else []
+        self.path, self.lock = path, threading.Lock()
+        if path is not None and lines and not lines[-1].endswith("\n"):  # it was killed as it wrote
+            path.write_text("".join(lines := lines[:-1]))
+        self.found: dict[str, Any] = dict(json.loads(line) for line in lines)
+
+    def of(self, name: str, make: Callable[[], Any]) -> Any:
+        """The result of that name."""
+        if name not in self.found:
+            self.put(name, make())
+        return self.found[name]
+
+    def put(self, name: str, result: Any) -> None:
+        """Write it down."""
+        with self.lock:
+            self.found[name] = json.loads(json.dumps(result, default=_plain))
+            if self.path is not None:
+                with self.path.open("a") as file:
+                    file.write(json.dumps([name, self.found[name]]) + "\n")
+        print(f"{name}: {str(self.found[name])[:WIDTH]}", flush=True)
+
+
 def imports_as_here() -> dict[str, str]:
     """Environment of a Python process that imports from where this one does."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 def _plain(value: Any) -> Any:
-    return np.asarray(value).tolist()
+    return sorted(value) if isinstance(value, set | frozenset) else np.asarray(value).tolist()

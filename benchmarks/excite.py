@@ -1,12 +1,17 @@
 """Exciting trajectories beside other tools and random motion, inside their limits, distinguishing models.
 
-1. The UR10 of the package example-robot-data, 36 base columns, one 12 s period: condition number that
-   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and time; what a
-   short search of exidyn reaches beside a long one.
-2. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
-3. Limits over random problems, checked by other means than the planner's.
-4. Torque limits on arms drawn within the priors, and what a fit gains.
-5. Probability of choosing the right one of two models, before and after a run that is made for it.
+1. Two arms of the package example-robot-data, one 12 s period, rigid base columns: condition number that
+   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and the same CPU time
+   of one core.
+2. What a short search delivers beside a long one, on five arms; the check of sweeps.
+3. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
+4. Limits over random problems, checked by other means than the planner's.
+5. Torque limits on arms drawn within the priors, and what a fit gains.
+6. Probability of choosing the right one of two models, before and after a run that is made for it.
+
+With `--json FILE` each case is kept in FILE.cases as soon as it is done, a run that was stopped goes on from
+there, and FILE has the figures at the end; delete FILE.cases to measure anew. It needs FIGAROH, its solver
+and the package of the arms: pip install 'exidyn[bench]'.
 """
 
 import os
@@ -14,29 +19,38 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread for every tool
 
 import time
+from argparse import Namespace
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import options, save, show
+from common import Kept, options, save, show
 from parts.excite import discriminate, first_motion, kr270, limits
-from parts.excite.arm import Arm, ur10, why_no_arm
-from parts.excite.ours import early, every_seed, gradient, ours
+from parts.excite.arm import Arm, arm_of, why_no_arm
+from parts.excite.ours import every_seed, gradient, ours
 from parts.excite.peers import PeerResult, random_search, slsqp
 from parts.excite.quick_start import short_and_long, sweep_check
 from parts.figaroh import excitation as figaroh_excitation
 
 BUDGET, QUICK_BUDGET = 40.0, 2.0
-"""Seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
+"""CPU seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
+SEEDS, QUICK_SEEDS = {"UR10": [0, 1], "xArm 7": [0]}, {"UR10": [0]}
+"""Seeds by arm."""
+CPU = time.process_time
+"""Clock of all tools."""
 
 
-def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: bool) -> dict[str, Any]:
+def against_peers(
+    arm: Arm, budget: float, seeds: Sequence[int], collisions: bool, kept: Kept
+) -> dict[str, Any]:
     """Condition number of every tool within the same time, and how long it took to reach it."""
     tools: dict[str, Callable[[int], PeerResult]] = {
-        "exidyn": lambda seed: ours(arm, budget, seed, collisions=collisions),
-        "random search": lambda seed: random_search(arm, budget, seed, collisions=collisions),
-        "SLSQP, differences": lambda seed: slsqp(arm, budget, seed, collisions=collisions),
+        "exidyn": lambda seed: ours(arm, budget, seed, collisions=collisions, clock=CPU),
+        "random search": lambda seed: random_search(arm, budget, seed, collisions=collisions, clock=CPU),
+        "SLSQP, differences": lambda seed: slsqp(arm, budget, seed, collisions=collisions, clock=CPU),
     }
     absent = figaroh_excitation.why_absent()
     if absent:
@@ -45,29 +59,32 @@ def against_peers(arm: Arm, budget: float, seeds: Sequence[int], collisions: boo
         for name, own in (("FIGAROH", False), ("FIGAROH, this criterion", True)):
             settings = figaroh_excitation.FigarohSettings(collisions=collisions, unit_columns=own)
             tools[name] = partial(_figaroh, arm, budget, settings)
-    found = {name: [tool(seed) for seed in seeds] for name, tool in tools.items()}
-    rows = [_row(name, results) for name, results in found.items()]
-    condition = "with self-collision" if collisions else "without self-collision"
+    how = "with self-collision" if collisions else "without self-collision"
+    found = {name: [_kept(kept, arm, name, how, tool, s) for s in seeds] for name, tool in tools.items()}
     show(
-        f"UR10, condition number of 36 base columns scaled to one; {budget:g} s a tool and seed, {condition}",
-        ["tool", "best", "worst seed", "failed seeds", "first at s", "note of the best"],
-        rows,
+        f"{arm.name}, condition number of {len(arm.base.kept)} base columns scaled to one; {budget:g} CPU s a"
+        f" tool and seed, {how}",
+        ["tool", "best", "worst seed", "failed seeds", "first at CPU s", "note of the best"],
+        [_row(name, results) for name, results in found.items()],
     )
     mine = found.pop("exidyn")
-    suffix = "_with_collisions" if collisions else ""
-    figures = {f"condition{suffix}": {row[0]: row[1] for row in rows}}
-    for kind, peers in (("peer", found), ("tool", {n: r for n, r in found.items() if "FIGAROH" in n})):
+    figures = {"condition": {name: min(one.condition for one in each) for name, each in found.items()}}
+    for kind, peers in (("peer", found), ("figaroh", {n: r for n, r in found.items() if "FIGAROH" in n})):
         if peers:
             ratio, speedup = _compare(kind, mine, peers)
-            figures |= {
-                f"condition_over_best_{kind}{suffix}": ratio,
-                f"speedup_over_best_{kind}{suffix}": speedup,
-            }
+            figures |= {f"condition_over_best_{kind}": ratio, f"speedup_to_{kind}": speedup}
     return figures
 
 
+def _kept(
+    kept: Kept, arm: Arm, name: str, how: str, tool: Callable[[int], PeerResult], seed: int
+) -> PeerResult:
+    found = kept.of(f"{arm.name}, {name}, {how}, seed {seed}", lambda: asdict(tool(seed)))
+    return PeerResult(**found)
+
+
 def _figaroh(arm: Arm, budget: float, settings: Any, seed: int) -> PeerResult:
-    return figaroh_excitation.figaroh(arm, budget, seed, settings=settings)
+    return figaroh_excitation.figaroh(arm, budget, seed, settings=settings, clock=CPU)
 
 
 def _compare(
@@ -85,8 +102,8 @@ def _compare(
     reached = float(np.median([_when(one.history, peer.condition) for one in mine]))
     ratio = min(one.condition for one in mine) / peer.condition
     print(
-        f"  best {kind}: {name}, {peer.condition:.3g} after {took:.3g} s; exidyn is there after "
-        f"{reached:.3g} s, {took / reached:.3g} times sooner, and ends at {ratio:.2g} of it"
+        f"  best {kind}: {name}, {peer.condition:.3g} after {took:.3g} CPU s; exidyn is there after "
+        f"{reached:.3g} CPU s, {took / reached:.3g} times sooner, and ends at {ratio:.2g} of it"
     )
     return ratio, took / reached
 
@@ -103,58 +120,64 @@ def _when(history: Sequence[tuple[float, float]], level: float) -> float:
     return next((seconds for seconds, reached in history if reached <= level * (1 + 1e-9)), np.inf)
 
 
-def gradients(quick: bool, arm: Arm) -> dict[str, Any]:
-    """Time of the exact gradient."""
-    return gradient(arm)
+def peers(quick: bool, kept: Kept) -> dict[str, Any]:
+    """Every tool in the same time on both arms, without self-collision, and on the first with it too."""
+    budget, seeds = (QUICK_BUDGET, QUICK_SEEDS) if quick else (BUDGET, SEEDS)
+    found = {name: against_peers(arm_of(name), budget, some, False, kept) for name, some in seeds.items()}
+    figures = {
+        f"{key}": worst(one[key] for one in found.values())
+        for key, worst in (("condition_over_best_peer", max), ("speedup_to_figaroh", min))
+        if all(key in one for one in found.values())
+    }
+    if not quick:
+        found["UR10, clear of itself"] = against_peers(arm_of("UR10"), budget, [0], True, kept)
+    return figures | {"tools": found}
 
 
-def peers(quick: bool, arm: Arm) -> dict[str, Any]:
-    """Every tool in the same time, without self-collision and with it."""
-    if quick:
-        return against_peers(arm, QUICK_BUDGET, [0], collisions=False)
-    found = against_peers(arm, BUDGET, [0, 1], collisions=False)
-    return found | against_peers(arm, BUDGET, [0], collisions=True)
-
-
-def times(quick: bool, arm: Arm) -> dict[str, Any]:
-    """A short search beside a long one."""
-    return early(arm, *(([0], (0.5, 2.0)) if quick else ([0, 10, 20], (5.0, BUDGET))))
-
-
-def quick_start(quick: bool, arm: Arm) -> dict[str, Any]:
+def quick_start(quick: bool, kept: Kept) -> dict[str, Any]:
     """What a short search delivers, and the check of sweeps."""
-    found = short_and_long(arm, (1.0, 2.0), count=1) if quick else short_and_long(arm, (5.0, BUDGET))
-    return found | sweep_check()
+    seconds, names = ((1.0, 2.0), ("UR10",)) if quick else ((5.0, BUDGET), ())
+    return short_and_long(seconds, kept, names) | kept.of("sweep check", sweep_check)
 
 
-def seeds(quick: bool, arm: Arm) -> dict[str, Any]:
-    """One start each."""
-    return every_seed(arm, *((2, 1.0) if quick else (20, 8.0)))
+def whole(name: str, work: Callable[[bool], dict[str, Any]]) -> Callable[[bool, Kept], dict[str, Any]]:
+    """A part that is one case."""
+    return lambda quick, kept: kept.of(name, lambda: work(quick))
 
 
-ON_UR10 = {"gradient": gradients, "peers": peers, "early": times, "quick start": quick_start, "seeds": seeds}
-OTHERS: dict[str, Callable[[bool], dict[str, Any]]] = {
-    "kr270": kr270.run,
-    "limits": lambda quick: limits.run(range(2 if quick else 200)),
-    "first motion": first_motion.run,
-    "discriminate": discriminate.run,
+PARTS: dict[str, Callable[[bool, Kept], dict[str, Any]]] = {
+    "gradient": whole("gradient", lambda quick: gradient(arm_of("UR10"))),
+    "peers": peers,
+    "quick start": quick_start,
+    "seeds": whole("seeds", lambda quick: every_seed(arm_of("UR10"), *((2, 1.0) if quick else (20, 8.0)))),
+    "kr270": whole("kr270", kr270.run),
+    "limits": lambda quick, kept: limits.run(range(2 if quick else 200), kept),
+    "first motion": whole("first motion", first_motion.run),
+    "discriminate": whole("discriminate", discriminate.run),
 }
+OF_PACKAGE = ("gradient", "peers", "quick start", "seeds")
+"""Parts that need the arms of the package."""
 
 
 def main() -> None:
-    chosen = options(__doc__.splitlines()[0], [*ON_UR10, *OTHERS])
-    begun, figures = time.perf_counter(), dict[str, Any]()
+    chosen = options(__doc__.splitlines()[0], list(PARTS))
+    begun, figures, kept = time.perf_counter(), dict[str, Any](), Kept(_cases(chosen))
     absent = why_no_arm()
-    arm = None if absent else ur10()
-    for name in chosen.only or [*ON_UR10, *OTHERS]:
-        if name in OTHERS:
-            figures |= OTHERS[name](chosen.quick)
-        elif arm is not None:
-            figures |= ON_UR10[name](chosen.quick, arm)
-        else:
+    for name in chosen.only or PARTS:
+        if absent and name in OF_PACKAGE:
             print(f"{name}: {absent}")
-    print(f"\n{time.perf_counter() - begun:.0f} s in all")
+            continue
+        figures |= PARTS[name](chosen.quick, kept)
+    print(f"\n{time.perf_counter() - begun:.0f} s in all, at a load of {os.getloadavg()[0]:.1f}")
     save(chosen.json, figures)
+
+
+def _cases(chosen: Namespace) -> Path | None:
+    """Where the cases of a run are kept; those of a quick one apart."""
+    if chosen.json is None:
+        return None
+    file: Path = chosen.json
+    return file.with_name(f"{file.name}.{'quick.' if chosen.quick else ''}cases")
 
 
 if __name__ == "__main__":

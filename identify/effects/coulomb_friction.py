@@ -29,6 +29,7 @@ class CoulombFriction(JointEffect):
     guessed: ClassVar[bool] = True
     dry: ClassVar[bool] = True
     greased: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fg" if self.gradual else "Fc", "N m", 0.0))

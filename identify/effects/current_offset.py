@@ -18,6 +18,7 @@ class CurrentOffset(JointEffect):
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
     guessed: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ()
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Off", "N m"))

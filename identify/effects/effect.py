@@ -22,6 +22,8 @@ from .simulator_terms import JointTerms, Spring
 STEP = 1e-6
 """Of a central difference by position [rad] or velocity [rad/s]; its error is 1e-9 of what friction that
 reverses over 3 mrad/s gains, and rounding adds as much."""
+MOVED_BY = ("position", "velocity", "acceleration")
+"""What of a motion columns may depend on, beside the load."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,22 +206,22 @@ def differences(
     weights: np.ndarray,
     load: bool,
     groups: Sequence[Sequence[int]] | None = None,
+    names: Sequence[str] = MOVED_BY,
 ) -> MotionGradient:
     """Derivatives of sum(weights * columns) by central differences.
 
     Columns (t, n, p) are of a robot and a motion, each sample from that sample alone, and depend on
     `Motion.load` if `load`. Weights are (t, n, p). Joints of a group are moved at once, since each joint's
     rows depend on it alone; without groups each is moved on its own, and its gain is that of all rows.
+    Of position, velocity and acceleration, columns depend on `names` alone.
     """
     found = MotionGradient.none(motion.position.shape)
-    for f in fields(found):
-        if f.name == "load" and not load:
-            continue
-        out, base = getattr(found, f.name), getattr(motion, f.name)
+    for name in (*names, "load") if load else names:
+        out, base = getattr(found, name), getattr(motion, name)
         for group in groups or [[joint] for joint in range(robot.dof)]:
             shift = np.zeros(robot.dof)
-            shift[list(group)] = STEP * (1.0 if f.name in ("position", "velocity") else 1e3)
-            sides = [columns(robot, replace(motion, **{f.name: base + s * shift})) for s in (1, -1)]
+            shift[list(group)] = STEP * (1.0 if name in ("position", "velocity") else 1e3)
+            sides = [columns(robot, replace(motion, **{name: base + s * shift})) for s in (1, -1)]
             gain = np.einsum("tnp,tnp->tn", weights, sides[0] - sides[1]) / (2 * shift.max())
             out[:, list(group)] = gain[:, list(group)] if len(group) > 1 else gain.sum(1, keepdims=True)
     return found
@@ -232,12 +234,14 @@ class JointEffect(Effect):
     Attributes:
         joints: Names of the joints it acts on; None for all.
         dry: Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
+        moved_by: Of position, velocity and acceleration, those on which its columns depend.
     """
 
     joints: tuple[str, ...] | None = None
 
     massless: ClassVar[bool] = True
     dry: ClassVar[bool] = False
+    moved_by: ClassVar[tuple[str, ...]] = MOVED_BY
 
     def columns(self, robot: Robot) -> list[int]:
         """Indices of the joints it acts on; raises `UnknownJoint` for a name that the robot does not have."""
@@ -256,7 +260,9 @@ class JointEffect(Effect):
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        return differences(self.regressor, robot, motion, weights, self.needs_load, [self.columns(robot)])
+        return differences(
+            self.regressor, robot, motion, weights, self.needs_load, [self.columns(robot)], self.moved_by
+        )
 
     def parameter_joints(self, robot: Robot) -> list[int | None]:
         columns = self.columns(robot)

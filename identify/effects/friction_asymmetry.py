@@ -29,6 +29,7 @@ class FrictionAsymmetry(JointEffect):
 
     guessed: ClassVar[bool] = True
     greased: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, *[("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous])

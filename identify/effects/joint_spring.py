@@ -27,6 +27,7 @@ class JointSpring(JointEffect):
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("position",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         if not self.stiffening:

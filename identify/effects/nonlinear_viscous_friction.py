@@ -27,6 +27,7 @@ class NonlinearViscousFriction(JointEffect):
     exponent: float = shape(2.0, "1", 0.3, 3.0)
 
     greased: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fn", "N m", 0.0))

@@ -19,6 +19,7 @@ class RotorInertia(JointEffect):
     linear: ClassVar[bool] = True
     massless: ClassVar[bool] = False
     inertial: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Ia", "kg m^2", 0.0))

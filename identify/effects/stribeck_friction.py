@@ -24,6 +24,7 @@ class StribeckFriction(JointEffect):
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     greased: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fs", "N m", 0.0))

@@ -19,6 +19,7 @@ class ViscousFriction(JointEffect):
     linear: ClassVar[bool] = True
     guessed: ClassVar[bool] = True
     greased: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fv", "N m s/rad", 0.0))

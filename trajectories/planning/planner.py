@@ -59,6 +59,20 @@ def plan(
         NothingToIdentify: The model has no parameter that motion could show.
         UnknownChoice: A criterion that there is not.
     """
+    goal, setting, assumed = goal_and_setting(model, wishes, goal)
+    limits = setting.limits
+    with in_words_of(model.robot):
+        found = excite(
+            goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
+        )
+        goal = goal.with_spread(found.spread)
+        return [_plan(model, wishes, goal, found, seed, series, limits, assumed) for series in found.series]
+
+
+def goal_and_setting(
+    model: Model, wishes: Wishes, goal: Goal | None = None
+) -> tuple[Goal, Setting, tuple[str, ...]]:
+    """What to search for and within what, and sentences about what is assumed; errors as of `plan`."""
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
@@ -66,12 +80,7 @@ def plan(
     goal = with_own_factor(goal.with_spread(spread), typical_states(limits), limits.torque)
     periods = periods_of(wishes, limits)
     setting = Setting(limits, wishes.harmonics, periods, wishes.clearances, wishes.series, wishes.tick)
-    with in_words_of(model.robot):
-        found = excite(
-            goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
-        )
-        goal = goal.with_spread(found.spread)
-        return [_plan(model, wishes, goal, found, seed, series, limits, assumed) for series in found.series]
+    return goal, setting, assumed
 
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ some joints at some times only. So a motion has a factor of its own, by which ar
 as near to with its band as it does to the limits there are.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -45,20 +46,28 @@ def with_own_factor(goal: Goal, states: States, limit: np.ndarray) -> Goal:
     Where it passes them with the present factor, it counts as one that is just inside.
     """
     spread = goal.spread
-    if spread is None or spread.factor == 0.0:
+    if spread is None or spread.widest == 0.0:
         return goal
-    drawn = peaks(goal, states)
-    slack = np.maximum(limit / _reach(goal, spread, states), 1.0)
+    drawn, reach = peaks(goal, states), _reach(goal, spread, states)
+    slack = np.maximum(limit / reach(spread.factor), 1.0)
+
+    def enough(factor: float) -> bool:
+        beyond = replace(spread, factor=factor).share_beyond(drawn, slack * reach(factor))
+        return beyond <= AIM * (1.0 - spread.share)
+
     low, high = 0.0, spread.widest
+    if enough(low):  # a motion far from torque limits: then the band costs a search nothing
+        return goal.with_spread(replace(spread, factor=low))
     for _ in range(STEPS):
-        middle = replace(spread, factor=0.5 * (low + high))
-        beyond = middle.share_beyond(drawn, slack * _reach(goal, middle, states))
-        low, high = (low, middle.factor) if beyond <= AIM * (1.0 - spread.share) else (middle.factor, high)
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if enough(middle) else (middle, high)
     return goal.with_spread(replace(spread, factor=high))
 
 
-def _reach(goal: Goal, spread: TorqueSpread, states: States) -> np.ndarray:
-    """Farthest end of the band of each joint in all runs, shape (n,) [N m]."""
-    bound = TorqueBound(goal.model, np.full(goal.model.robot.dof, np.inf), goal.payloads, spread)
-    every = [np.max(np.abs(bound.of(payload)(states)), axis=0) for payload in goal.payloads]
-    return np.asarray(np.max(every, axis=0))
+def _reach(goal: Goal, spread: TorqueSpread, states: States) -> Callable[[float], np.ndarray]:
+    """Farthest end of the band of each joint in all runs, shape (n,) [N m], as a function of its factor."""
+    one = replace(spread, factor=1.0)
+    bound = TorqueBound(goal.model, np.full(goal.model.robot.dof, np.inf), goal.payloads, one)
+    torque = np.abs(np.concatenate([bound.torque(states, payload) for payload in goal.payloads]))
+    deviation = np.concatenate([bound.band(states, payload) for payload in goal.payloads])
+    return lambda factor: np.max(torque + factor * deviation, axis=0)

@@ -1,8 +1,10 @@
 """Excite: the Fourier series that serves a goal best within the limits."""
 
+import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from .start import Found, Setting, one_start
 
 PAUSE = 5.0
 """Between two sentences about a search that runs [s]."""
+SETTLES = 5.0
+"""What one start needs on a core to come within some per cent of where it ends [s]: with less time for each
+there are fewer of them, but one a core."""
 
 
 def excite(
@@ -30,7 +35,8 @@ def excite(
     Args:
         goal: What the trajectory is for.
         setting: Limits, harmonics, period.
-        starts: Random starts, with seeds `seed`, `seed` + 1 and so on.
+        starts: Random starts at most, with seeds `seed`, `seed` + 1 and so on; they take the periods in
+            turn, the first of them twice.
         seed: Seed of the first start.
         seconds: Length of the search [s], not counting the start of its processes.
         executor: Where starts run; a pool of processes unless given.
@@ -44,7 +50,8 @@ def excite(
         raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
     if seed < 0:
         raise BadLimits(f"seed: {seed}; it must be 0 or more")
-    tasks = [(goal, setting, seed + k) for k in range(starts)]
+    tasks = [(goal, *one) for one in starts_of(setting, starts, seed, seconds)]
+    starts = len(tasks)
     found: list[Found] = []
     misses: list[str] = []
 
@@ -65,6 +72,18 @@ def excite(
             misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
         )
     return min(found, key=lambda one: one.value)
+
+
+def starts_of(setting: Setting, starts: int, seed: int, seconds: float) -> list[tuple[Setting, int]]:
+    """Setting and seed of each start: as many as the time brings near to where they end, and one a core.
+
+    The first two have the first of the periods, then come the others in turn. It is the longest, and nearly
+    always the best.
+    """
+    cores = os.cpu_count() or 1
+    count, periods = min(starts, max(cores, int(seconds * cores / SETTLES))), setting.periods
+    places = [max(place - 1, 0) % len(periods) for place in range(count)]
+    return [(replace(setting, periods=(periods[k],)), seed + n) for n, k in enumerate(places)]
 
 
 def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
+from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters, rich_motion
 from exidyn.identify.model import Model
 
 from ..errors import NothingToIdentify
@@ -57,11 +59,40 @@ class Experiment:
         noise = np.ones(model.robot.dof) if noise is None else np.asarray(noise, float)
         return cls(model, base, tuple(payloads), noise, np.zeros((count, count)) if known is None else known)
 
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """What counts as one of each base parameter, shape (b,).
+
+        It is the root sum square of nominal value and deviation; without a prior, what makes as
+        much torque as the noise in a rich motion.
+        """
+        model, base = self.model, self.base
+        tolerance = np.array([prior.std for prior in model.priors])
+        entering = base.regrouping != 0
+        deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
+        size = np.hypot(base.regrouping @ model.nominal_values, deviation)
+        runs = self._columns(rich_motion(model, payload=self.payloads[-1]))
+        noise = 1.0 / np.sqrt(np.max([np.mean(np.sum(run**2, axis=1), axis=0) for run in runs], axis=0))
+        return np.where(np.isfinite(size) & (size > 0), size, noise)
+
     def columns(self, motion: Motion) -> list[np.ndarray]:
-        """Base regressor of each run in units of its noise, each (t, n, b)."""
+        """Base regressor of each run in units of its noise, each (t, n, b).
+
+        Of the last motion they are remembered: criteria of one experiment ask in turn.
+        """
+        if self._last.get("motion") is not motion:
+            self._last.update(motion=motion, columns=self._columns(motion))
+        found: list[np.ndarray] = self._last["columns"]
+        return found
+
+    def _columns(self, motion: Motion) -> list[np.ndarray]:
         rows = whitening(self.model, self.noise)
         runs = loaded_runs(self.model, motion, self.payloads)
         return [rows @ self.model.regressor(run)[:, :, self.base.kept] for run in runs]
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        return {}
 
     def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
         """Information after runs with these columns, shape (b, b), each sample counted `share` times."""

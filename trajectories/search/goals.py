@@ -10,7 +10,6 @@ import numpy as np
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import MotionGradient
-from exidyn.identify.fit.base_parameters import rich_motion
 from exidyn.identify.model import Model
 
 from .criteria import Criterion, condition, name_of, volume
@@ -124,7 +123,7 @@ class Identify:
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
-        size = parameter_sizes(self.experiment)
+        size = self.experiment.sizes
         before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
         ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
@@ -144,20 +143,3 @@ MEANING = {
     "focus": "mean relative deviation of what is in focus",
 }
 """Name of a criterion -> what the exponential of its value is."""
-
-
-def parameter_sizes(experiment: Experiment) -> np.ndarray:
-    """What counts as one of each base parameter, shape (b,).
-
-    It is the root sum square of nominal value and deviation; without a prior, what makes as
-    much torque as the noise in a rich motion.
-    """
-    model, base = experiment.model, experiment.base
-    tolerance = np.array([prior.std for prior in model.priors])
-    entering = base.regrouping != 0
-    deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
-    size = np.hypot(base.regrouping @ model.nominal_values, deviation)
-    motion = rich_motion(model, payload=experiment.payloads[-1])
-    squares = [np.mean(np.sum(run**2, axis=1), axis=0) for run in experiment.columns(motion)]
-    noise = 1.0 / np.sqrt(np.max(squares, axis=0))
-    return np.where(np.isfinite(size) & (size > 0), size, noise)

@@ -7,6 +7,7 @@ Coefficients are the rows centre, sines, cosines of every series, shape (k, n) w
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -111,8 +112,21 @@ class Problem:
 
     def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
         """Objective, and what computes its gradient by the unknowns, shape (k n,)."""
-        value, gradient = objective(self.basis.motion(self.coefficients(unknowns)))
+        value, gradient = objective(self._motion(unknowns))
         return value, lambda: (self.basis.pull(gradient()) * self.scale).ravel()
+
+    def _motion(self, unknowns: np.ndarray) -> Motion:
+        """The motion itself, the same object where several objectives look at one place in turn."""
+        known = self._last.get("unknowns")
+        if known is None or not np.array_equal(known, unknowns):
+            motion = self.basis.motion(self.coefficients(unknowns))
+            self._last.update(unknowns=unknowns.copy(), motion=motion)
+        found: Motion = self._last["motion"]
+        return found
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        return {}
 
     def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
         """Margins of all bounds, (r,), and what computes their derivatives by the unknowns, (r, k n)."""

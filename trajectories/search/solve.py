@@ -53,6 +53,7 @@ def solve(
     seconds: float = np.inf,
     stop: Callable[[], bool] = lambda: False,
     report: Callable[[Search], None] = lambda _: None,
+    most: int = LAST_STEPS,
 ) -> Search:
     """Minimise a problem's objectives one after the other from a start, shape (k n,).
 
@@ -62,6 +63,7 @@ def solve(
         seconds: Time after which it ends with what there is [s].
         stop: Asked at every step whether to end.
         report: Called whenever something better is found.
+        most: Steps of the last objective at most.
     """
     search, begun = Search(), time.monotonic()
     margins, unknowns = _Remembered(problem.margins), np.array(start)
@@ -81,7 +83,7 @@ def solve(
     try:
         note(unknowns)
         for objective in values:
-            steps = LAST_STEPS if objective is values[-1] else STEPS
+            steps = most if objective is values[-1] else STEPS
             unknowns = _minimise(objective, margins, unknowns, note, search, steps)
     except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
         pass

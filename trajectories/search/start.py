@@ -37,10 +37,22 @@ SETTLED = 2
 """Searches within limits tightened by what a series passed between samples: one leaves a tenth of it."""
 FIRST = 0.6
 """Share of the time after which the first of these begins, whatever the search has come to."""
+TRIES = 3
+"""Random coefficients that a start tries: where two of them end differs by a fifth."""
+TRY_STEPS = 15
+"""Steps of a try, by the smoothest objective: after them it shows which of two ends a tenth better."""
+APART = 1_000_000
+"""Between the seeds of two tries: more than there are starts."""
+TRYING = 0.25
+"""Share of the time after which no other is tried."""
 WIDER = 1.15
 """Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
+NARROWEST = 0.25
+"""Share of the widest band that the first such step comes to at least: a band may have been nothing."""
 ASIDE = 0.1
 """Share of the time of a search that goes into what would be delivered if it ended now."""
+OFFER = 0.3
+"""What it takes to bring a series inside all limits, until the first has shown it [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +110,8 @@ def one_start(
     problem = problem_of(goal, setting, setting.periods[seed % len(setting.periods)])
     delivery = Delivery(goal, setting, problem.basis, report)
     try:
-        start = random_start(goal, setting, problem.basis, seed)
-        coarse = FIRST * seconds
+        start = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
+        coarse = FIRST * seconds - delivery.seconds
         search = solve(problem, problem.unknowns(start), coarse, stop, delivery.now_and_then(problem))
         best = start if search.unknowns is None else problem.coefficients(search.unknowns)
         delivery.offer(best)
@@ -107,7 +119,7 @@ def one_start(
         if search.unknowns is not None:
             goal, narrower = delivery.narrowed()
         for again in range(SETTLED if search.unknowns is not None else 0):
-            left = seconds - delivery.seconds
+            left = seconds - delivery.seconds - delivery.takes
             beyond = _violations(problem.basis.fourier(best), goal, setting)
             if left <= 0.0 or stop() or not (beyond or (narrower and again == 0)):
                 break
@@ -123,6 +135,24 @@ def one_start(
         return str(reason)
 
 
+def best_of_tries(
+    goal: Goal, setting: Setting, problem: Problem, seed: int, seconds: float, stop: Callable[[], bool]
+) -> np.ndarray:
+    """Where the most promising of `TRIES` random starts has come to in a few steps, shape (k, n)."""
+    smooth, begun = replace(problem, objectives=problem.objectives[:1]), time.monotonic()
+    first = best = random_start(goal, setting, problem.basis, seed)
+    least = np.inf
+    for number in range(TRIES):
+        left = seconds - (time.monotonic() - begun)
+        if left <= 0.0 or stop():
+            break
+        start = random_start(goal, setting, problem.basis, seed + APART * number) if number else first
+        found = solve(smooth, smooth.unknowns(start), left, stop, most=TRY_STEPS)
+        if found.unknowns is not None and found.value < least:
+            best, least = problem.coefficients(found.unknowns), found.value
+    return best
+
+
 class Delivery:
     """The best of the series that a search came by, each brought inside all limits.
 
@@ -131,11 +161,15 @@ class Delivery:
         setting: Within what.
         basis: What coefficients mean.
         report: Called with each value that is better than all before.
+
+    Attributes:
+        takes: Time of the last `offer` [s].
     """
 
     def __init__(self, goal: Goal, setting: Setting, basis: Basis, report: Callable[[float], None]) -> None:
         self._goal, self._setting, self._basis, self._report = goal, setting, basis, report
         self._begun, self._aside = time.monotonic(), 0.0
+        self.takes = OFFER
         self._best: Found | None = None
         self._history: list[tuple[float, float]] = []
         self._objective = goal.objectives(setting.limits, FINE)[-1]
@@ -159,7 +193,8 @@ class Delivery:
                 raise
             return
         finally:
-            self._aside += self.seconds - begun
+            self.takes = self.seconds - begun
+            self._aside += self.takes
         value = self._objective.value(_joined(kept))
         if self._best is None or value < self._best.value:
             self._best = Found(kept, value, 0, spread=spread)
@@ -186,7 +221,8 @@ class Delivery:
                 for one in kept
             ):
                 return kept, spread
-            goal = goal.with_spread(replace(spread, factor=min(WIDER * spread.factor, spread.widest)))
+            wider = max(WIDER * spread.factor, NARROWEST * spread.widest)
+            goal = goal.with_spread(replace(spread, factor=min(wider, spread.widest)))
 
     def narrowed(self) -> tuple[Goal, bool]:
         """The goal with a band as the best motion needs it, from now on; and whether it is narrower."""
@@ -202,7 +238,7 @@ class Delivery:
         """What a search calls whenever it is better; most of its time must remain its own."""
 
         def receive(search: Search) -> None:
-            if search.unknowns is not None and self._aside <= ASIDE * self.seconds:
+            if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.seconds:
                 try:
                     self.offer(problem.coefficients(search.unknowns))
                 except Infeasible:  # as yet

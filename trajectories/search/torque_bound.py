@@ -51,7 +51,7 @@ class TorqueBound(Bound):
 
     def band(self, states: States, payload: str) -> np.ndarray:
         """Half the width of the band about the nominal torque, shape (t, n) [N m]."""
-        if self.spread is None:
+        if self.spread is None or self.spread.factor == 0.0:
             return np.zeros_like(states.position)
         motion, spread = states.motion(payload), self.spread
         starts = range(0, len(motion), CHUNK)
@@ -70,27 +70,22 @@ class TorqueBound(Bound):
 
     def margins(self, states: States) -> Margins:
         limited = np.flatnonzero(np.isfinite(self.limit))
-        rows = []
-        for payload in self.payloads:
-            nominal, band = self.torque(states, payload), self.band(states, payload)
-            rows += [1.0 + (sign * nominal - band)[:, limited] / self.limit[limited] for sign in (-1.0, 1.0)]
+        torques = [self.torque(states, payload)[:, limited] for payload in self.payloads]
+        bands = [self.band(states, payload)[:, limited] for payload in self.payloads]
+        rows = [
+            1.0 - (np.abs(torque) + band) / self.limit[limited]
+            for torque, band in zip(torques, bands, strict=True)
+        ]
 
         def slopes() -> Slopes:
-            runs = [self._slopes(states, payload, limited) for payload in self.payloads]
-            bands = [
-                self._band_slopes(states, payload, limited, np.minimum(*rows[2 * k : 2 * k + 2]))
-                for k, payload in enumerate(self.payloads)
-            ]
+            found = []
+            for payload, torque, row in zip(self.payloads, torques, rows, strict=True):
+                sign = np.where(torque > 0.0, 1.0, -1.0)[:, :, None]
+                nominal = self._slopes(states, payload, limited)
+                band = self._band_slopes(states, payload, limited, row)
+                found.append([-sign * one - other for one, other in zip(nominal, band, strict=True)])
             position, velocity, acceleration = (
-                np.concatenate(
-                    [
-                        sign * nominal[k] - band[k]
-                        for nominal, band in zip(runs, bands, strict=True)
-                        for sign in (-1.0, 1.0)
-                    ],
-                    axis=1,
-                )
-                for k in range(3)
+                np.concatenate(parts, axis=1) for parts in zip(*found, strict=True)
             )
             return position, velocity, acceleration, None
 
@@ -135,7 +130,7 @@ class TorqueBound(Bound):
         """
         rows, places = np.nonzero(margin < NEAR)
         found = np.zeros((3, *margin.shape, self.model.robot.dof))
-        if self.spread is not None and len(rows):
+        if self.spread is not None and self.spread.factor > 0.0 and len(rows):
             motion = _taken(self.model.loaded(states.motion(payload)), rows)
             columns, joints = self.model.regressor(motion), limited[places]
             weights = self.spread.weights(columns, joints) / self.limit[joints][:, None, None]

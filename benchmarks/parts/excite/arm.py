@@ -1,8 +1,8 @@
-"""The arm that every excitation tool is given, and the judge of what they hand back.
+"""The arms that every excitation tool is given, and the judge of what they hand back.
 
-UR10 of the package example-robot-data with its collision meshes, rigid bodies only: 36 base columns.
-Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end, which is
-what FIGAROH's UR10 example keeps clear of.
+UR10 (36 base columns) and xArm 7 (43) of the package example-robot-data with their collision meshes, rigid
+bodies only. Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end,
+which is what FIGAROH's UR10 example keeps clear of.
 """
 
 import importlib.metadata
@@ -76,6 +76,7 @@ class Arm:
     """One arm for all tools.
 
     Attributes:
+        name: What to call it.
         model: Robot and rigid bodies.
         urdf: File of the robot.
         packages: Folder in which the mesh files named in it are found.
@@ -84,6 +85,7 @@ class Arm:
         base: Which columns remain.
     """
 
+    name: str
     model: Model
     urdf: Path
     packages: Path
@@ -196,7 +198,7 @@ def unit_condition(columns: np.ndarray) -> float:
 
 
 def why_no_arm() -> str:
-    """Sentence with the reason why there is no UR10; empty where there is."""
+    """Sentence with the reason why there are no arms; empty where they are."""
     try:
         importlib.metadata.distribution(PACKAGE)
     except importlib.metadata.PackageNotFoundError as missing:
@@ -204,20 +206,33 @@ def why_no_arm() -> str:
     return ""
 
 
-def ur10(margin: float = MARGIN) -> Arm:
-    """The UR10 of example-robot-data.
+def robots() -> Path:
+    """Folder of the package's robots."""
+    return packages() / PACKAGE / "robots"
 
-    Args:
-        margin: Share of each limit's range to keep clear at either end.
-    """
+
+def packages() -> Path:
+    """Folder in which the mesh files named in them are found."""
     if absent := why_no_arm():
         raise ImportError(absent)
-    here = importlib.metadata.distribution(PACKAGE).locate_file("cmeel.prefix/share")
-    packages = Path(str(here))
-    urdf = packages / PACKAGE / "robots" / "ur_description" / "urdf" / "ur10_robot.urdf"
+    return Path(str(importlib.metadata.distribution(PACKAGE).locate_file("cmeel.prefix/share")))
+
+
+ARMS = {"UR10": "ur_description/urdf/ur10_robot.urdf", "xArm 7": "xarm_description/urdf/xarm7.urdf"}
+"""Arms for all tools."""
+
+
+def arm_of(name: str, margin: float = MARGIN) -> Arm:
+    """An arm of `ARMS`.
+
+    Args:
+        name: Its name there.
+        margin: Share of each limit's range to keep clear at either end.
+    """
+    urdf = robots() / ARMS[name]
     model = replace(read_model(urdf), effects=(RigidBody(),))
     limits = _within(model.robot.limits, margin)
-    return Arm(model, urdf, packages, margin, limits, base_parameters(model))
+    return Arm(name, model, urdf, packages(), margin, limits, base_parameters(model))
 
 
 def _within(limits: Limits, margin: float) -> Limits:

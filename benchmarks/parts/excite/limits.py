@@ -15,7 +15,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pinocchio as pin
-from common import show
+from common import Kept, show
 
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import RigidBody
@@ -158,10 +158,12 @@ def one_problem(seed: int) -> tuple[int, str, dict[str, float], float, float]:
     return seed, "", excess(model, wishes, one), time.process_time() - begun, one.trajectory.duration
 
 
-def run(problems: Sequence[int]) -> dict[str, object]:
+def run(problems: Sequence[int], kept: Kept) -> dict[str, object]:
     """Plan and check all problems; figures for the benchmark."""
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(one_problem, problems))
+        names = {seed: f"limits, problem {seed}" for seed in problems}
+        new = {s: pool.submit(one_problem, s) for s, name in names.items() if name not in kept.found}
+        found = [kept.of(names[seed], lambda seed=seed: new[seed].result()) for seed in problems]
     done = [one for one in found if not one[1]]
     kinds = sorted({kind for one in done for kind in one[2]})
     rows = []

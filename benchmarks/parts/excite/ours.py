@@ -1,9 +1,8 @@
 """Our own search on the arm, basis, limits and clock that every other tool is given."""
 
 import contextlib
-import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from common import show
@@ -13,7 +12,6 @@ from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.excite import excite
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.shrink import shrink_inside
@@ -82,25 +80,12 @@ def sampled(series: Fourier) -> States:
 
 def every_seed(arm: Arm, seeds: int, seconds: float) -> dict[str, float]:
     """How the condition number of one start, cut short, varies with its seed, and how often none is found."""
-    reached = [ours(arm, seconds, 100 + seed).condition for seed in range(seeds)]
+    reached = [ours(arm, seconds, 100 + seed, clock=time.process_time).condition for seed in range(seeds)]
     kept = np.array([condition for condition in reached if np.isfinite(condition)])
     row = [seeds, seeds - len(kept), kept.min(), np.median(kept), kept.max()]
     header = ["seeds", "failed", "best", "median", "worst"]
     show(f"Condition number by seed, {seconds:g} s each", header, [row])
     return {"seeds": seeds, "seeds_failed": seeds - len(kept), "condition_worst_seed": float(kept.max())}
-
-
-def early(arm: Arm, seeds: Sequence[int], seconds: tuple[float, float]) -> dict[str, float]:
-    """Condition number after a short search on all cores, over that after a long one; worst and mean."""
-    goal, setting = setting_of(arm, collisions=False)
-    reached = [
-        [goal.reached(excite(goal, setting, seed=seed, seconds=t).value) for t in seconds] for seed in seeds
-    ]
-    rows = [[seed, *both, both[0] / both[1]] for seed, both in zip(seeds, reached, strict=True)]
-    header = ["seed", *(f"after {t:g} s" for t in seconds), "ratio"]
-    show(f"Condition number by time of search, {os.cpu_count()} cores", header, rows)
-    ratios = [row[-1] for row in rows]
-    return {"early_over_late_worst": max(ratios), "early_over_late": float(np.mean(ratios))}
 
 
 def gradient(arm: Arm, repeats: int = 5) -> dict[str, float]:

@@ -42,8 +42,6 @@ class PeerResult:
         seconds: Time it took, by the clock it was given [s].
         history: When it first held a feasible trajectory so good: seconds, condition number.
         note: What it did and what its best trajectory violates.
-        states: Best trajectory at `RATE`, or none.
-        verdict: The judge's verdict.
     """
 
     name: str
@@ -51,8 +49,6 @@ class PeerResult:
     seconds: float
     history: list[tuple[float, float]]
     note: str
-    states: States | None = None
-    verdict: Verdict | None = None
 
 
 @dataclass
@@ -62,7 +58,6 @@ class Best:
     arm: Arm
     collisions: bool
     history: list[tuple[float, float]] = field(default_factory=list)
-    states: States | None = None
     verdict: Verdict | None = None
     infeasible: int = 0
 
@@ -72,7 +67,7 @@ class Best:
         if not verdict.feasible(self.collisions):
             self.infeasible += 1
         elif self.verdict is None or verdict.condition < self.verdict.condition:
-            self.states, self.verdict = states, verdict
+            self.verdict = verdict
             self.history.append((seconds, verdict.condition))
 
     def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
@@ -85,7 +80,7 @@ class Best:
         if not self.verdict:
             parts.append("nothing feasible found")
         condition = self.verdict.condition if self.verdict else np.inf
-        return PeerResult(name, condition, seconds, self.history, "; ".join(parts), self.states, self.verdict)
+        return PeerResult(name, condition, seconds, self.history, "; ".join(parts))
 
 
 class Series:

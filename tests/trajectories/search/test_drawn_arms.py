@@ -48,6 +48,15 @@ def test_far_from_the_limits_a_band_may_be_narrower_still():
     assert far.spread.factor <= near.spread.factor
 
 
+def test_a_motion_that_no_limit_stops_needs_no_band():
+    of = with_own_factor(unsure(), states(), 10.0 * edge(unsure()))
+    assert of.spread.factor == 0.0
+    bound = TorqueBound(of.model, np.full(2, 100.0), of.payloads, of.spread)
+    assert not np.any(bound.band(states(), ""))
+    near = with_own_factor(of, states(), 0.9 * edge(unsure()))  # the same goal beside limits that do
+    assert near.spread.factor > 0.0
+
+
 def test_what_no_parameter_explains_counts_for_every_arm():
     with_noise, without = unsure(2.0), unsure()
     limit = 0.9 * edge(without)

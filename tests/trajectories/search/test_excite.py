@@ -13,12 +13,13 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search.criteria import volume
-from exidyn.trajectories.search.excite import excite
+from exidyn.trajectories.search.excite import excite, starts_of
 from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.shrink import tightened, violations_of
 from exidyn.trajectories.search.start import (
     FINE,
     Delivery,
+    best_of_tries,
     largest_coefficients,
     one_start,
     problem_of,
@@ -237,6 +238,39 @@ def test_arms_of_one_joint_and_of_slides(joints):
     nothing_violated(one, of, kept)
 
 
+@pytest.mark.parametrize(
+    ("seconds", "cores", "count"),
+    [(1.0, 2, 2), (5.0, 2, 2), (8.0, 2, 3), (40.0, 2, 4), (5.0, 8, 4), (5.0, 1, 1), (20.0, 1, 4)],
+)
+def test_there_are_as_many_starts_as_the_time_is_worth(seconds, cores, count, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    within = setting(periods=(8.0, 6.0, 4.0))
+    found = starts_of(within, 4, 7, seconds)
+    assert [one.periods for one, _ in found] == [(8.0,), (8.0,), (6.0,), (4.0,)][:count]
+    assert [seed for _, seed in found] == [7, 8, 9, 10][:count]
+
+
+def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
+    problem = problem_of(goal(), setting(), 4.0)
+
+    def reached(tries):
+        monkeypatch.setattr("exidyn.trajectories.search.start.TRIES", tries)
+        best = best_of_tries(goal(), setting(), problem, 5, NEVER, never)
+        return problem.value(problem.unknowns(best), problem.objectives[0])[0]
+
+    alone = random_start(goal(), setting(), problem.basis, 5)
+    values = [reached(tries) for tries in (1, 2, 6)]
+    assert values[0] < problem.value(problem.unknowns(alone), problem.objectives[0])[0]
+    assert values[2] < values[0]
+    assert values == sorted(values, reverse=True)
+
+
+def test_without_time_for_a_try_a_start_is_as_drawn():
+    problem = problem_of(goal(), setting(), 4.0)
+    found = best_of_tries(goal(), setting(), problem, 5, 0.0, never)
+    np.testing.assert_array_equal(found, random_start(goal(), setting(), problem.basis, 5))
+
+
 def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
     """What a graphical program does: searches in a thread, and asks it to end."""
     monkeypatch.setattr("exidyn.trajectories.search.solve.STEPS", 10**6)
@@ -249,5 +283,5 @@ def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
         return asked.is_set()
 
     one = one_start(goal(), setting(), 0, NEVER, stop)
-    assert len(begun) <= 8  # asked once more between the parts of a search
+    assert len(begun) <= 10  # asked once more between the parts of a search
     nothing_violated(one, goal(), limits())

@@ -18,7 +18,7 @@ from exidyn.identify.model import Model
 from exidyn.trajectories.errors import UnknownChoice
 from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, worst
 from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.goals import Identify, parameter_sizes
+from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.unknowns import (
     WIDEST,
     DriveGains,
@@ -159,7 +159,7 @@ def test_objectives_see_gradual_friction_and_the_torque_limit_the_nominal_one():
 def test_sizes_are_of_nominal_values():
     """Regrouped ones with all that is regrouped into them: elbow's mass at 0.4 m."""
     experiment = Experiment.of(nominal())
-    size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
+    size = dict(zip(experiment.base.names, experiment.sizes, strict=True))
     prior = dict(zip(experiment.model.names, experiment.model.priors, strict=True))
     assert size["Fc1"] == pytest.approx(np.hypot(4.0, 1.0))
     assert size["MX2"] == pytest.approx(np.hypot(*prior["MX2"]))
@@ -171,7 +171,7 @@ def test_what_has_no_prior_has_the_size_of_the_noise():
     """A deviation of one is then one noise of torque."""
     noise = np.array([0.3, 0.7])
     experiment = Experiment.of(smooth_model(), noise=noise)
-    size = dict(zip(experiment.base.names, parameter_sizes(experiment), strict=True))
+    size = dict(zip(experiment.base.names, experiment.sizes, strict=True))
     assert size["Off2"] == pytest.approx(0.7)
     assert size["Fc1"] == pytest.approx(0.3, rel=0.05)
     assert np.all(np.isfinite(list(size.values())))

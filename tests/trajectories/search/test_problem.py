@@ -21,7 +21,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.bounds import ClearanceBound, kinematic_bounds
 from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
 from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.goals import Informative, parameter_sizes
+from exidyn.trajectories.search.goals import Informative
 from exidyn.trajectories.search.problem import Basis, Problem
 from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.search.unknowns import design_model, with_drive_gains, with_shapes
@@ -125,7 +125,7 @@ def problem_of(name, criterion, series=1):
     n = model.robot.dof
     count = len(Experiment.of(model, payloads).base.kept)
     experiment = Experiment.of(model, payloads, 1.0 + np.arange(n), 1e-3 * np.eye(count))
-    objective = Informative(experiment, criterion, parameter_sizes(experiment), rows=50.0)
+    objective = Informative(experiment, criterion, experiment.sizes, rows=50.0)
     return Problem(small_basis(series), [objective], [], 2, np.linspace(0.5, 1.5, n))
 
 
