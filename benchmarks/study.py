@@ -1,10 +1,8 @@
 """Study: arms with something concealed, named in less motion than by the best fixed programme?"""
 
-import json
 import os
 import tempfile
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -14,7 +12,7 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
 import numpy as np
-from common import parser, save, show
+from common import Kept, parser, save, show
 from parts.study.answer import Answer
 from parts.study.best import best_programme
 from parts.study.case import Case, others, scored
@@ -26,28 +24,6 @@ from parts.study.studies import MINUTES, QUICK, studied
 
 HANDS = 60.0
 """For a body to be hung on or taken off [s]."""
-
-
-class Kept:
-    """Results by their name, each a line of a file as soon as it is there; a benchmark goes on from them."""
-
-    def __init__(self, path: Path) -> None:
-        lines = path.read_text().splitlines() if path.exists() else []
-        self.path, self.lock = path, threading.Lock()
-        self.found: dict[str, Any] = dict(json.loads(line) for line in lines)
-
-    def of(self, name: str, make: Callable[[], Any]) -> Any:
-        """The result of that name."""
-        if name not in self.found:
-            self.put(name, make())
-        return self.found[name]
-
-    def put(self, name: str, result: Any) -> None:
-        """Write it down."""
-        with self.lock, self.path.open("a") as file:
-            self.found[name] = json.loads(json.dumps(result, default=sorted))
-            file.write(json.dumps([name, self.found[name]]) + "\n")
-        print(f"{name}: {self.found[name]}", flush=True)
 
 
 def by_programme(case: Case, programme: Programme, folder: Path) -> dict[str, Any]:
