@@ -8,6 +8,11 @@ not have; logs hold torque, or commands and positions alone. `named` is the shar
 found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after 2 s of
 commands, after over before; `worse` counts joints that are farther off than by the file as it was; `refused`
 logs that the check of units and signs holds for wrong.
+
+sysid: numbers of a file that are others in the real arm, by exidyn's fit, which is told nothing, and by
+mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu_over_sysid` are the largest of all
+arms. recorded: real recordings with Menagerie's models; `recorded_worse` of `recorded_joints` are farther off after
+than before on runs held out, `recorded_error_left` is the median of what is left of a joint's error.
 """
 
 import os
@@ -18,9 +23,10 @@ from typing import Any
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: matrices are small
 
 from common import Kept, parser, save
-from parts.simulator import closed, round_trip
+from parts.simulator import closed, recorded, round_trip, sysid
 
-PARTS = {"round_trip": round_trip.figures, "concealed": closed.figures}
+PARTS = {"round_trip": round_trip.figures, "concealed": closed.figures, "sysid": sysid.figures,
+         "recorded": recorded.figures}
 
 
 def main() -> None:

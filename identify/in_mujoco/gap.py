@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.diagnose import diagnosed
@@ -139,7 +140,8 @@ def gap(
     progress("simulate the file as it is")
     before = _distances(source, source.text, model, runs, commands, attach=False)
     ladder = _Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
-    ladder.climb(held, progress)
+    with threadpool_limits(limits=1):  # steps of one arm are small: threads would wait for one another
+        ladder.climb(held, progress)
     joints = diagnosis.joints
     return Gap(
         diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,

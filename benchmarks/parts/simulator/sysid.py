@@ -23,9 +23,11 @@ from exidyn.identify.fit.identification import identify
 from exidyn.identify.fit.identified import identified, standard_parameters
 from exidyn.identify.in_mujoco.distances import Distances, distances
 from exidyn.identify.in_mujoco.replay import POSITION, Run, Simulator, servos
+from exidyn.identify.model import Model
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.recording import Recording
 
+from .arms import COULOMB, usual_torque
 from .concealed import Case, described, record
 
 MODELS = ("ur10e", "panda_nohand", "iiwa14")
@@ -33,8 +35,8 @@ MODELS = ("ur10e", "panda_nohand", "iiwa14")
 QUICK = ("iiwa14",)
 SECONDS, QUICK_SECONDS = 20.0, 6.0
 """Of each run: one is fitted, another one judges."""
-SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": (0.01, 0.05)}
-"""Of each joint: of the file's number, or of this one where the file has none; dry friction of the torque."""
+SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
+"""Of each joint: of the file's number, or of this one where the file has none; dry friction of the rms torque."""
 NONE = {"armature": 0.1, "damping": 1.0}
 WIDEST = 10.0
 """Bounds of the search, over the largest number drawn."""
@@ -72,39 +74,42 @@ def compared(path: Path, seconds: float) -> dict[str, Any]:
     nominal = described(path)
     with tempfile.TemporaryDirectory() as scratch:
         real = Path(scratch) / path.name
-        real.write_text(real_arm(path, nominal.robot.joints))
+        real.write_text(real_arm(path, nominal))
         case = Case(path.stem, real, nominal, None, ())
         logs = [record(case, seconds, seed, name) for seed, name in enumerate(("identify", "other"))]
+        true = real.read_text()
     judge = [Run.of(logs[1], Filtering())]
     found: dict[str, Any] = {"before_mm": _tool(path.read_text(), path, nominal, judge)}
     (text, arm), found["cpu"] = timed(lambda: by_fit(path, nominal, logs[0]))
-    found["mm"] = _tool(text.decode(), path, arm, judge, attach=True)
-    found["file_alone_mm"] = _tool(text.decode(), path, arm, judge)
+    found["mm"] = _tool(text.decode(), path, nominal, judge)
+    found["attached_mm"] = _tool(text.decode(), path, arm, judge, attach=True)
+    found["true_mm"] = _tool(true, path, nominal, judge)
     told = {}
     for names in (("position",), ("position", "torque")):
-        text, cpu = timed(partial(by_sysid, path, nominal.robot.joints, logs[0], names))
+        text, cpu = timed(partial(by_sysid, path, nominal, logs[0], names))
         told[" and ".join(names)] = {"mm": _tool(text, path, nominal, judge), "cpu": cpu}
     best = min(told.values(), key=lambda one: float(one["mm"]))
     return found | {"sysid_mm": best["mm"], "sysid_cpu": best["cpu"], "sysid_by": told}
 
 
-def real_arm(path: Path, joints: Sequence[str]) -> str:
+def real_arm(path: Path, nominal: Model) -> str:
     """The file with other numbers in every joint, the same ones each time."""
     spec, draw = mujoco.MjSpec.from_file(str(path)), np.random.default_rng(crc32(path.stem.encode()))
-    for name in joints:
-        for key, start in starts(path, name).items():
+    for name, numbers in starts(path, nominal).items():
+        for key, start in numbers.items():
             _set(spec.joint(name), key, draw.uniform(*SHARES[key]) * start)
     spec.compile()
-    return spec.to_xml()
+    return str(spec.to_xml())
 
 
-def starts(path: Path, joint: str) -> dict[str, float]:
-    """Numbers of which those of the real arm are shares: the file's, and the most torque of the joint."""
-    model = mujoco.MjModel.from_xml_path(str(path))
-    dof, actuator = int(model.joint(joint).dofadr[0]), servos(model, [joint])[0]
-    most = model.actuator_forcerange[actuator][1] if model.actuator_forcelimited[actuator] else 100.0
-    found = {key: float(getattr(model, f"dof_{key}")[dof]) or NONE[key] for key in NONE}
-    return found | {"frictionloss": float(most)}
+def starts(path: Path, nominal: Model) -> dict[str, dict[str, float]]:
+    """By joint, numbers of which those of the real arm are shares."""
+    model, found = mujoco.MjModel.from_xml_path(str(path)), {}
+    for name, torque in zip(nominal.robot.joints, usual_torque(nominal), strict=True):
+        dof = int(model.joint(name).dofadr[0])
+        own = {key: float(getattr(model, f"dof_{key}")[dof]) or NONE[key] for key in NONE}
+        found[name] = own | {"frictionloss": float(torque)}
+    return found
 
 
 def _set(joint: Any, key: str, value: float) -> None:
@@ -115,7 +120,7 @@ def _set(joint: Any, key: str, value: float) -> None:
         setattr(joint, key, value)
 
 
-def by_fit(path: Path, nominal: Any, log: Recording) -> tuple[bytes, Any]:
+def by_fit(path: Path, nominal: Model, log: Recording) -> tuple[bytes, Model]:
     """The file and the arm by exidyn's fit."""
     fit = identify([log], [], model=nominal)
     arm, text = identified(fit), path.read_bytes()
@@ -123,10 +128,11 @@ def by_fit(path: Path, nominal: Any, log: Recording) -> tuple[bytes, Any]:
     return made.text, arm
 
 
-def by_sysid(path: Path, joints: Sequence[str], log: Recording, names: Sequence[str]) -> str:
+def by_sysid(path: Path, nominal: Model, log: Recording, names: Sequence[str]) -> str:
     """The file by mujoco.sysid, from the file's numbers."""
     from mujoco import sysid
 
+    joints = nominal.robot.joints
     spec = mujoco.MjSpec.from_file(str(path))
     for kind in names:
         for joint in joints:
@@ -142,7 +148,7 @@ def by_sysid(path: Path, joints: Sequence[str], log: Recording, names: Sequence[
         "arm", spec, "log", initial, sysid.TimeSeries.from_control_names(position.time, control, model),
         sysid.TimeSeries.from_names(position.time, seen, model),
     )  # fmt: skip
-    told = _parameters(sysid, path, joints)
+    told = _parameters(sysid, starts(path, nominal))
     found, _ = sysid.optimize(
         initial_params=told, verbose=False,
         residual_fn=sysid.build_residual_fn(models_sequences=[sequence], n_threads=1),
@@ -155,19 +161,19 @@ def by_sysid(path: Path, joints: Sequence[str], log: Recording, names: Sequence[
     return written.to_xml()
 
 
-def _parameters(sysid: Any, path: Path, joints: Sequence[str]) -> Any:
+def _parameters(sysid: Any, first: dict[str, dict[str, float]]) -> Any:
     """Which numbers differ, from where the file has them, and within which bounds."""
     told = sysid.ParameterDict()
-    for joint in joints:
-        for key, start in starts(path, joint).items():
+    for joint, numbers in first.items():
+        for key, start in numbers.items():
             most = WIDEST * SHARES[key][1] * start
-            first = start if key != "frictionloss" else 1e-3 * most
+            begin = start if key != "frictionloss" else 1e-3 * most  # no file of these has any
 
             def modifier(spec: Any, parameter: Any, joint: str = joint, key: str = key) -> None:
                 _set(spec.joint(joint), key, float(parameter.value[0]))
 
             name = f"{joint} {key}"
-            told.add(sysid.Parameter(name, first, min_value=0.0, max_value=most, modifier=modifier))
+            told.add(sysid.Parameter(name, begin, min_value=0.0, max_value=most, modifier=modifier))
     return told
 
 
@@ -177,7 +183,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     return work(), time.process_time() - began
 
 
-def _tool(text: str, path: Path, arm: Any, runs: Sequence[Run], attach: bool = False) -> float:
+def _tool(text: str, path: Path, arm: Model, runs: Sequence[Run], attach: bool = False) -> float:
     """Error of the tool point after the longest horizon [mm]."""
     with Simulator(text, str(path.parent), arm, POSITION, attach) as simulator:
         found: Distances = distances(simulator, arm.robot, runs)
