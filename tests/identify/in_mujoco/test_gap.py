@@ -14,6 +14,8 @@ from exidyn.identify.in_mujoco.gap import worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import servo_torque
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.servo_error import servo_words, with_servo_error
+from exidyn.mujoco import attach
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -40,7 +42,7 @@ ARM = """<mujoco model="two">
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("commands", ["position", "torque"])
+@pytest.mark.parametrize("commands", ["position", "torque", "alone"])
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys
 ):
@@ -52,20 +54,30 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     stated = dict(real.stated) | {"Fc1": Prior(3.0), "Fc2": Prior(1.0)}
     case = concealed.Case("two", Path("arm.xml"), nominal, concealed.replace(real, stated=stated), ())
     for seed, name in enumerate(("one", "other")):
-        write_recording(concealed.record(case, 16.0, seed, name), f"{name}.mcap")
-    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap", "--commands", commands]
+        log = concealed.record(case, 16.0, seed, name)
+        if commands == "alone":
+            signals = with_servo_error(log.signals, 1.0, np.inf, name)
+            settings = {"effort": servo_words(1.0, np.inf)}
+            log = concealed.replace(log, signals=signals, settings=settings)
+        write_recording(log, f"{name}.mcap")
+    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
+    given += [] if commands == "alone" else ["--commands", commands]
     assert main([*given, "--json", "gap.json"]) == 0
     assert "What each finding gains" in capsys.readouterr().out
     found = json.loads(Path("gap.json").read_text())
     assert [stage["name"].split(" of ")[0] for stage in found["stages"] if stage["written"]][1:] == [
         "Stribeck friction"
     ]
-    assert found["commands"] == commands
+    assert found["commands"] == ("torque" if commands == "torque" else "position")
     assert found["after"]["tool"][1] < 0.3 * found["before"]["tool"][1]
     assert np.all(
         np.array(found["after"]["position"][-1]) <= np.array(found["before"]["position"][-1]) + 1e-4
     )
-    assert mujoco.MjModel.from_xml_path(found["written"]).dof_armature.min() > 0.0
+    written = mujoco.MjModel.from_xml_path(found["written"])
+    assert written.dof_armature.min() > 0.0
+    data = mujoco.MjData(written)
+    with attach(written, data, "exidyn-gap/fit.json") as effects:  # one arm, in the file and beside it
+        assert "stribeck_friction" in effects.effects
     assert "<svg" in Path("exidyn-gap/report.html").read_text()
 
 
