@@ -3,118 +3,47 @@
 `EXIDYN_DATA` names the folder of data, with models in `mjcf`. `round_trip` is the largest difference of a
 joint's torque over the largest torque, in random motion, without dry friction, a constraint in MuJoCo.
 
-Real arms are MuJoCo's own, in which friction and other physics are concealed that the file does not have.
-`named` is the share of concealed effects that are found on their joint, `false` a count of others, `gap_left`
-the median of the tool point's error after 2 s of commands, after over before; `worse` counts joints that are
-farther off than by the file as it was; `refused` logs that the check of units and signs holds for wrong.
+concealed: real arms are MuJoCo's own, in which friction and other physics are concealed that the file does
+not have; logs hold torque, or commands and positions alone. `named` is the share of concealed effects that are
+found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after 2 s of
+commands, after over before; `worse` counts joints that are farther off than by the file as it was; `refused`
+logs that the check of units and signs holds for wrong.
+
+sysid: numbers of a file that are others in the real arm, by exidyn's fit, which is told nothing, and by
+mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu_over_sysid` are the largest of all
+arms. recorded: real recordings with Menagerie's models; `recorded_worse` of `recorded_joints` are farther off after
+than before on runs held out, `recorded_error_left` is the median of what is left of a joint's error.
 """
 
 import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: matrices are small
 
-import mujoco
-import numpy as np
-from common import parser, save, show
-from parts.simulator.arms import cases
-from parts.simulator.concealed import Case, read_hinges, record
+from common import Kept, parser, save
+from parts.simulator import closed, recorded, round_trip, sysid
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.errors import WrongInput
-from exidyn.identify.in_mujoco.gap import Gap, Source, gap
-
-SAMPLES = 200
-SECONDS = 20.0
-"""Of each run."""
-
-
-def round_trip(path: Path, samples: int) -> float:
-    """Largest difference of torque over the largest one [-]; joints that slide are held, as fingers are."""
-    compiled, model = read_hinges(path)
-    joints = model.robot.joints
-    draw = np.random.default_rng(0).uniform(-2.0, 2.0, (3, samples, len(joints)))
-    values = model.nominal_values
-    values[[name.startswith("Fc") for name in model.names]] = 0.0
-    ours = model.torque(Motion.of(np.arange(samples) * 0.01, *draw), values)
-    compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    data, theirs = mujoco.MjData(compiled), np.empty_like(ours)
-    dofs = [int(compiled.joint(name).dofadr[0]) for name in joints]
-    for row, (position, velocity, acceleration) in enumerate(zip(*draw, strict=True)):
-        data.qpos[:] = compiled.qpos0
-        data.qpos[dofs], data.qvel[dofs], data.qacc[dofs] = position, velocity, acceleration
-        mujoco.mj_inverse(compiled, data)
-        theirs[row] = data.qfrc_inverse[dofs]
-    return float(np.abs(ours - theirs).max() / np.abs(theirs).max())
-
-
-def closed(case: Case, seconds: float) -> tuple[Gap, bool]:
-    """The gap of one arm, by position commands; and whether its logs were refused at first."""
-    runs = [
-        (role, record(case, seconds, seed, role)) for seed, role in enumerate(("identify", "slow", HELD_OUT))
-    ]
-    source = Source(case.path.read_bytes(), str(case.path.parent), case.path.name)
-    for refused in (False, True):
-        try:
-            return gap(source, case.nominal, runs, as_recorded=refused), refused
-        except WrongInput as error:
-            print(f"  {case.name}: {error}")
-    raise AssertionError("as recorded, nothing is refused")
-
-
-def concealed(folder: Path, quick: bool) -> dict[str, Any]:
-    """Figures of all arms with concealed physics."""
-    chosen = cases(folder, ("dynamixel_2r",)) if quick else cases(folder)
-    by_arm: dict[str, Any] = {}
-    for case in chosen:
-        found, refused = closed(case, 0.6 * SECONDS if quick else SECONDS)
-        findings = {(one.effect, joint) for one in found.diagnosis.findings for joint in one.joints or (-1,)}
-        before, after = (1e3 * float(one.tool[-1]) for one in (found.before, found.after))
-        by_arm[case.name] = {
-            "concealed": case.concealed,
-            "named": sorted(findings & set(case.concealed)),
-            "false": sorted(findings - set(case.concealed)),
-            "before_mm": before,
-            "after_mm": after,
-            "gap_left": after / before,
-            "worse": int(np.sum(found.after.joints[-1] > found.before.joints[-1] + 1e-4)),
-            "refused": refused,
-        }
-        print(f"  {case.name}: {by_arm[case.name]}", flush=True)
-    rows = [
-        [name, len(one["concealed"]), len(one["named"]), len(one["false"]), one["before_mm"], one["after_mm"]]
-        for name, one in by_arm.items()
-    ]
-    head = ["arm", "concealed", "named", "false", "mm after 2 s", "with what was found"]
-    show("MuJoCo as the real arm", head, rows)
-    every = list(by_arm.values())
-    return {
-        "arms": len(every),
-        "named": sum(len(one["named"]) for one in every)
-        / max(sum(len(one["concealed"]) for one in every), 1),
-        "false": sum(len(one["false"]) for one in every),
-        "gap_left": float(np.median([one["gap_left"] for one in every])),
-        "worse": sum(one["worse"] for one in every),
-        "refused": sum(one["refused"] for one in every),
-        "by_arm": by_arm,
-    }
+PARTS = {"round_trip": round_trip.figures, "concealed": closed.figures, "sysid": sysid.figures,
+         "recorded": recorded.figures}
 
 
 def main() -> None:
-    given = parser(__doc__.splitlines()[0], ("round_trip", "concealed")).parse_args()
-    folder = Path(os.environ.get("EXIDYN_DATA", "")) / "mjcf"
-    files = sorted(folder.glob("*.xml"))
-    if not files:
+    """Every part, printed and saved."""
+    options = parser(__doc__.splitlines()[0], PARTS)
+    options.add_argument("--resume", type=Path, metavar="FOLDER", help="keep results there; go on from them")
+    given = options.parse_args()
+    folder = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[1] / "../shared/data"))
+    if not any(folder.glob("mjcf/*.xml")):
         raise SystemExit("no models: EXIDYN_DATA names no folder with mjcf/*.xml")
     figures: dict[str, Any] = {}
-    if not given.only or "round_trip" in given.only:
-        errors = {path.stem: round_trip(path, SAMPLES // 10 if given.quick else SAMPLES) for path in files}
-        show("Torque beside mj_inverse", ["model", "largest difference"], [*errors.items()])
-        figures |= {"models": len(errors), "round_trip": max(errors.values()), "by_model": errors}
-    if not given.only or "concealed" in given.only:
-        figures |= concealed(folder, given.quick)
+    with tempfile.TemporaryDirectory(prefix="simulator-") as scratch:
+        place = given.resume or Path(scratch)
+        place.mkdir(parents=True, exist_ok=True)
+        kept = Kept(place / "results.jsonl")
+        for name in given.only or PARTS:
+            figures |= PARTS[name](folder, given.quick, kept)
     save(given.json, figures)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ..arm.robot import Robot
 from ..fit.fit import Fit
 from ..fit.identification import identify
 from ..model import Model
@@ -61,11 +62,18 @@ def refit(
 
 
 def model_to_fit(diagnosis: Diagnosis) -> Model:
-    """The nominal model with the effects found, and gains by what was found of them."""
+    """The nominal model with the effects found, and gains by what was found of them.
+
+    A diagnosis lets bodies that nobody vouches for be anything. A fit takes them for likely, as it does
+    without a diagnosis: what torque does not show of them is nominal then, and not whatever a solver ends at.
+    """
     assert diagnosis.evidence is not None
     arm = as_found(diagnosis.evidence, diagnosis.findings)
-    share = arm.gain / diagnosis.evidence.gain_after
-    return replace(arm.model, robot=replace(arm.model.robot, drive_gain=arm.model.robot.drive_gain * share))
+    robot, share = arm.model.robot, arm.gain / diagnosis.evidence.gain_after
+    held = robot.inertial_tolerance if robot.inertias_stated else Robot.inertial_tolerance
+    return replace(
+        arm.model, robot=replace(robot, drive_gain=robot.drive_gain * share, inertial_tolerance=held)
+    )
 
 
 def undone(recording: Recording, findings: Sequence[Finding]) -> Recording:

@@ -30,13 +30,11 @@ class TorqueRipple(JointEffect):
         return self.on_each(robot, *((f"R{wave}{k:g}_", "N m") for k in numbers for wave in ("cos", "sin")))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        own = np.isin(np.arange(robot.dof), self.columns(robot))
-        angle = self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
-        waves = [
-            wave(k * angle, out=np.zeros_like(angle), where=own)
-            for k in range(1, self.count + 1)
-            for wave in (np.cos, np.sin)
-        ]
+        own, angle = self.columns(robot), self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
+        waves = [np.zeros_like(angle) for _ in range(2 * self.count)]
+        for k in range(1, self.count + 1):
+            turned = k * angle[:, own]
+            waves[2 * k - 2][:, own], waves[2 * k - 1][:, own] = np.cos(turned), np.sin(turned)
         on_motors = self.on_joints(robot, *waves)
         if np.array_equal(robot.coupling, np.eye(robot.dof)):
             return on_motors

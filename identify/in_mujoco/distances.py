@@ -25,6 +25,7 @@ class Distances(NamedTuple):
         whole: Root mean square over whole runs, shape (n,) [rad].
         whole_tool: Of the tool points, [m].
         traces: What each whole run did in simulation, (t, n) each [rad].
+        moved: How far the real joints have moved after each horizon, root mean square, shape (h, n) [rad].
     """
 
     ends: np.ndarray
@@ -32,6 +33,17 @@ class Distances(NamedTuple):
     whole: np.ndarray
     whole_tool: float
     traces: tuple[np.ndarray, ...]
+    moved: np.ndarray
+
+    @property
+    def telling(self) -> np.ndarray:
+        """The longest horizon, by place, after which each joint is still told from one at rest, shape (n,).
+
+        Once a simulation is farther off than a joint that had stayed where it was, how far says nothing: so
+        it is with torque as the command, which holds no arm anywhere. The shortest, where none is.
+        """
+        told = self.joints < self.moved
+        return np.where(told, np.arange(len(told))[:, None], 0).max(axis=0)
 
     @property
     def joints(self) -> np.ndarray:
@@ -52,7 +64,7 @@ def horizons_of(runs: Sequence[Run]) -> tuple[float, ...]:
 
 def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distances:
     """Simulate runs from starts evenly in them, and as a whole."""
-    horizons, ends, tools = horizons_of(runs), [], []
+    horizons, ends, tools, moves = horizons_of(runs), [], [], []
     for run, first in _starts(runs, horizons[-1]):
         last = int(np.searchsorted(run.time, run.time[first] + horizons[-1], side="right")) - 1
         seen = simulator.roll(run, first, last)
@@ -61,15 +73,20 @@ def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distan
             for one in horizons
         ]
         places = np.maximum(rows, 1) - 1
-        ends.append(seen[places] - run.position[first + 1 + places])
-        tools.append(_apart(robot, seen[places], run.position[first + 1 + places]))
+        real = run.position[first + 1 + places]
+        ends.append(seen[places] - real)
+        tools.append(_apart(robot, seen[places], real))
+        moves.append(real - run.position[first])
     traces = tuple(np.vstack([run.position[:1], simulator.roll(run, 0, len(run.time) - 1)]) for run in runs)
     missed = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
     far = [
         _apart(robot, trace[::STRIDE], run.position[::STRIDE])
         for trace, run in zip(traces, runs, strict=True)
     ]
-    return Distances(np.array(ends), np.array(tools), _rms(missed), float(_rms(np.concatenate(far))), traces)
+    return Distances(
+        np.array(ends), np.array(tools), _rms(missed), float(_rms(np.concatenate(far))), traces,
+        _rms(np.array(moves)),
+    )  # fmt: skip
 
 
 STRIDE = 10

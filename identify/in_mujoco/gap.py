@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.diagnose import diagnosed
@@ -30,6 +31,7 @@ from ..recordings.recording import Recording
 from ..robot_files.mjcf import compile_mjcf
 from .distances import Distances, distances, horizons_of
 from .replay import Run, Simulator, what_is_commanded
+from .servo_torque import with_servo_torque
 
 NUMBERS = "numbers that MJCF has: masses, inertia, armature, damping, friction"
 SURE = 1.64
@@ -125,16 +127,21 @@ def gap(
     """
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
+    compiled = _compiled(source)
+    recordings = [
+        (role, with_servo_torque(compiled, one, model.robot.joints)) for role, one in recordings
+    ]
     diagnosis = diagnosed(
         model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
     ).diagnosis
     held, faults, beyond = _sorted(diagnosis)
     runs = tuple(Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT)
-    commands = what_is_commanded(_compiled(source), runs, model.robot.joints, commands)
+    commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
     progress("simulate the file as it is")
     before = _distances(source, source.text, model, runs, commands, attach=False)
     ladder = _Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
-    ladder.climb(held, progress)
+    with threadpool_limits(limits=1):  # steps of one arm are small: threads would wait for one another
+        ladder.climb(held, progress)
     joints = diagnosis.joints
     return Gap(
         diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,
@@ -230,17 +237,18 @@ class _Ladder:
 def worse_joints(
     first: Distances, last: Distances, now: Distances, noise: np.ndarray, own: Sequence[int]
 ) -> tuple[int, ...]:
-    """Joints that are farther off after the longest horizon, from 0.
+    """Joints that are farther off, from 0, after the longest horizon that tells anything of them.
 
     Any joint than by the file as it was, by more than the encoder's noise (n,) [rad]. A joint on which the
     finding acts than before it, by more than the starts vary, with 95 %; others move with it, for better or
     worse, as long as findings are missing.
     """
-    squares = [one.ends[:, -1] ** 2 for one in (last, now)]
+    every = np.arange(len(noise))
+    squares = [one.ends[:, last.telling, every] ** 2 for one in (last, now)]
     with np.errstate(invalid="ignore"):
         more = squares[1] - squares[0]
         error = np.std(more, axis=0) / np.sqrt(len(more))
         surely = np.nan_to_num(np.mean(more, axis=0) - SURE * error) > 0.0
-    acting = np.isin(np.arange(len(noise)), own)
-    beyond = ~(now.joints[-1] <= first.joints[-1] + noise)
+    acting = np.isin(every, own)
+    beyond = ~(now.joints[first.telling, every] <= first.joints[first.telling, every] + noise)
     return tuple(int(joint) for joint in np.flatnonzero(acting & surely | beyond))

@@ -13,6 +13,8 @@ from .recording import Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
+WORDS = "servo error"
+"""By which the settings of a recording say that its current is that."""
 
 
 def with_servo_error(
@@ -48,4 +50,9 @@ def with_servo_error(
 def servo_words(gain: float, limit: float) -> str:
     """How it was made, for the settings of a recording."""
     most = f", at most {limit:g}" if np.isfinite(limit) else ""
-    return f"servo error [rad] x {gain:g}{most}"
+    return f"{WORDS} [rad] x {gain:g}{most}"
+
+
+def is_servo_error(settings: Mapping[str, str]) -> bool:
+    """Whether the current of a recording with these settings is the error of servos."""
+    return settings.get("effort", "").startswith(WORDS)

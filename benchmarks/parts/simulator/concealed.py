@@ -5,6 +5,7 @@ sensor with noise.
 """
 
 import warnings
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -44,14 +45,14 @@ class Case(NamedTuple):
         name: Of the case.
         path: Of the file.
         nominal: What the file describes.
-        real: The same with what is concealed.
+        real: The same with what is concealed; None where the file is the real arm, as MuJoCo has it.
         concealed: Names of effects and joints, from 0, that a diagnosis has to name.
     """
 
     name: str
     path: Path
     nominal: Model
-    real: Model
+    real: Model | None
     concealed: tuple[tuple[str, int], ...]
 
 
@@ -101,7 +102,7 @@ def record(case: Case, seconds: float, seed: int, name: str) -> Recording:
     motors = servos(arm, joints)
     motion = random_fourier(case.nominal.robot.limits, seconds, seed=seed).at(np.arange(0.0, seconds, TICK))
     position, effort = np.empty_like(motion.position), np.empty_like(motion.position)
-    with Attached(arm, data, case.real):
+    with Attached(arm, data, case.real) if case.real else nullcontext():
         data.qpos[places] = motion.position[0]
         data.ctrl[motors] = motion.position[0]
         mujoco.mj_step(arm, data, round(1.0 / STEP))

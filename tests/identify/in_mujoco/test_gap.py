@@ -12,7 +12,10 @@ from exidyn.identify.errors import RecordingError, RobotError
 from exidyn.identify.in_mujoco.distances import Distances
 from exidyn.identify.in_mujoco.gap import worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
+from exidyn.identify.in_mujoco.servo_torque import servo_torque
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identify.recordings.servo_error import servo_words, with_servo_error
+from exidyn.mujoco import attach
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -39,7 +42,7 @@ ARM = """<mujoco model="two">
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("commands", ["position", "torque"])
+@pytest.mark.parametrize("commands", ["position", "torque", "alone"])
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys
 ):
@@ -51,27 +54,38 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     stated = dict(real.stated) | {"Fc1": Prior(3.0), "Fc2": Prior(1.0)}
     case = concealed.Case("two", Path("arm.xml"), nominal, concealed.replace(real, stated=stated), ())
     for seed, name in enumerate(("one", "other")):
-        write_recording(concealed.record(case, 16.0, seed, name), f"{name}.mcap")
-    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap", "--commands", commands]
+        log = concealed.record(case, 16.0, seed, name)
+        if commands == "alone":
+            signals = with_servo_error(log.signals, 1.0, np.inf, name)
+            settings = {"effort": servo_words(1.0, np.inf)}
+            log = concealed.replace(log, signals=signals, settings=settings)
+        write_recording(log, f"{name}.mcap")
+    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
+    given += [] if commands == "alone" else ["--commands", commands]
     assert main([*given, "--json", "gap.json"]) == 0
     assert "What each finding gains" in capsys.readouterr().out
     found = json.loads(Path("gap.json").read_text())
     assert [stage["name"].split(" of ")[0] for stage in found["stages"] if stage["written"]][1:] == [
         "Stribeck friction"
     ]
-    assert found["commands"] == commands
+    assert found["commands"] == ("torque" if commands == "torque" else "position")
     assert found["after"]["tool"][1] < 0.3 * found["before"]["tool"][1]
     assert np.all(
         np.array(found["after"]["position"][-1]) <= np.array(found["before"]["position"][-1]) + 1e-4
     )
-    assert mujoco.MjModel.from_xml_path(found["written"]).dof_armature.min() > 0.0
+    written = mujoco.MjModel.from_xml_path(found["written"])
+    assert written.dof_armature.min() > 0.0
+    data = mujoco.MjData(written)
+    with attach(written, data, "exidyn-gap/fit.json") as effects:  # one arm, in the file and beside it
+        assert "stribeck_friction" in effects.effects
     assert "<svg" in Path("exidyn-gap/report.html").read_text()
 
 
-def distances(*ends):
-    """Of two starts, one horizon, and as many joints as there are numbers."""
-    every = np.array([ends, ends], float)[:, None]
-    return Distances(every, np.ones((2, 1)), np.ones(len(ends)), 1.0, ())
+def distances(*ends, moved=10.0):
+    """Of two starts, as many horizons as there are rows, one by default, and as many joints as numbers."""
+    rows = np.atleast_2d(np.array(ends, float))
+    every = np.stack([rows, rows])
+    return Distances(every, np.ones((2, len(rows))), np.ones(rows.shape[1]), 1.0, (), np.full(rows.shape, moved))
 
 
 def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
@@ -81,6 +95,24 @@ def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
     assert worse_joints(first, last, distances(0.4, 1.1), noise, own=(0,)) == (1,)
     assert worse_joints(first, last, distances(0.4, 1.005), noise, own=(0,)) == ()
     assert worse_joints(first, last, distances(np.inf, 0.1), noise, own=()) == (0,)
+
+
+def test_what_is_farther_off_than_an_arm_at_rest_judges_nothing():
+    first = distances([0.5, 2.0], [9.0, 11.0], moved=10.0)
+    assert list(first.telling) == [1, 0]
+    # The second joint is judged by the shortest time, after which it is nearer than before.
+    assert worse_joints(first, first, distances([0.4, 1.0], [8.0, 12.0]), np.zeros(2), own=(0, 1)) == ()
+    assert worse_joints(first, first, distances([0.4, 3.0], [8.0, 10.0]), np.zeros(2), own=()) == (1,)
+
+
+def test_a_log_of_commands_alone_has_the_torque_of_the_files_servos():
+    model = mujoco.MjModel.from_xml_string(ARM.replace('kp="400"', 'kp="400" forcerange="-50 50"'))
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = (0.1, 0.2), (0.3, -0.4), (0.15, 0.4)
+    mujoco.mj_forward(model, data)
+    found = servo_torque(model, [0, 1], data.ctrl[None] - data.qpos, data.qvel[None])
+    np.testing.assert_allclose(found[0], data.qfrc_actuator, rtol=1e-12)
+    assert data.qfrc_actuator[1] == 50.0
 
 
 def test_positions_are_commanded_where_file_and_runs_have_that():
