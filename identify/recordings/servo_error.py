@@ -8,22 +8,36 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
-from .recording import Signal
+from .recording import EFFORT, Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
+LAW = "effort"
+"""Setting of a recording whose current is none; its text is how that was made."""
 
 
-def with_servo_error(
-    signals: Mapping[str, Signal], gain: float, limit: float, where: str
-) -> dict[str, Signal]:
+def servo_of(robot: Robot, gain: float | None, limit: float | None) -> PositionServo:
+    """The law of an arm's servos, with gain and limit of one run where these are given."""
+    stated = robot.servo or PositionServo(np.ones(robot.dof), np.full(robot.dof, np.inf))
+    gains = stated.gain if gain is None else np.full(robot.dof, gain)
+    # The limit is that of the amplified error, and as much whatever amplifies it.
+    return PositionServo(gains, stated.limit if limit is None else np.full(robot.dof, limit))
+
+
+def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
+    """Whether an arm's servos have to tell the effort: none was measured, and commands were recorded."""
+    there = {name for name, signal in signals.items() if np.isfinite(signal.values).any()}
+    return robot.servo is not None and "command" in there and not there.intersection(EFFORT)
+
+
+def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where: str) -> dict[str, Signal]:
     """Signals with the servo error in place of any effort, as if it were a current.
 
     Args:
         signals: With position and command.
-        gain: Of this run, over that of runs it goes together with, such as a register of the servo.
-        limit: At which its torque is at its limit, `gain` included, either way; infinite for none.
+        servo: The law of the drives.
         where: What errors call the log.
 
     Raises:
@@ -35,17 +49,24 @@ def with_servo_error(
             "--columns command=NAME,NAME,..."
         )
     position, command = signals["position"], signals["command"]
+    command = command[np.isfinite(command.values).all(axis=1)]
     asked = np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
-    error = gain * (asked - position.values)
+    error = servo.gain * (asked - position.values)
     if not np.any(np.abs(error) > 0.0):
         raise RecordingError(
             f"{where}: commands are the positions; with no error of the servo it has no effort"
         )
-    kept = {name: signal for name, signal in signals.items() if name not in ("current", "torque")}
-    return kept | {"current": Signal(position.time, np.clip(error, -limit, limit))}
+    kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
+    return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
 
 
-def servo_words(gain: float, limit: float) -> str:
+def servo_words(servo: PositionServo) -> str:
     """How it was made, for the settings of a recording."""
-    most = f", at most {limit:g}" if np.isfinite(limit) else ""
-    return f"servo error [rad] x {gain:g}{most}"
+    limited = np.isfinite(servo.limit).any()
+    return f"servo error [rad] x {_words(servo.gain)}" + f", at most {_words(servo.limit)}" * bool(limited)
+
+
+def _words(values: np.ndarray) -> str:
+    """One number where all joints have the same."""
+    alike = np.all(values == values[0])
+    return f"{values[0]:g}" if alike else ", ".join(f"{value:g}" for value in values)

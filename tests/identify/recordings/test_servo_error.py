@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.robot import PositionServo
 from exidyn.identify.errors import RecordingError, WrongShape
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.importers import import_source
@@ -35,12 +36,13 @@ def test_what_is_left_to_the_command_stands_for_the_current(tmp_path):
 def test_commands_come_at_their_own_times_and_are_needed():
     position = Signal(np.arange(4.0), np.zeros((4, 1)))
     command = Signal(np.array([0.0, 2.0]), np.array([[0.0], [1.0]]))
-    found = with_servo_error({"position": position, "command": command}, 1.0, np.inf, "log")
+    servo = PositionServo(np.ones(1), np.full(1, np.inf))
+    found = with_servo_error({"position": position, "command": command}, servo, "log")
     assert found["current"].values[:, 0].tolist() == [0.0, 0.5, 1.0, 1.0]
     with pytest.raises(RecordingError, match="log has no commanded position, which --effort command needs"):
-        with_servo_error({"position": position}, 1.0, np.inf, "log")
+        with_servo_error({"position": position}, servo, "log")
     with pytest.raises(RecordingError, match="log: commands are the positions"):
-        with_servo_error({"position": position, "command": position}, 1.0, np.inf, "log")
+        with_servo_error({"position": position, "command": position}, servo, "log")
 
 
 @pytest.mark.slow
