@@ -26,7 +26,7 @@ TERMS = {"Ia": 0.028, "Fv": 0.6, "Fc": 0.05}
 """Inertia of rotor and gear [kg m^2], drag [N m s/rad], dry friction [N m] of each, as published of it."""
 BY_LOAD = ("shoulder_lift", "elbow_flex", "wrist_flex"), 0.2
 """Joints whose friction grows with the torque that the gears carry, and the share of it [-]."""
-MASS, CENTRE = 0.25, (0.02, 0.0, 0.0)
+MASS, CENTRE = 0.25, (0.02, 0.06, 0.0)
 """Of the body that the loaded arm holds [kg], [m] from its flange."""
 SHORT = f"""# What is known of the arm before anything is measured: its MJCF, how fast it may move, what its drives are.
 format = 1
@@ -40,8 +40,9 @@ jerk = 200.0                    # rad/s^3
 
 [drive]
 servo_gain = 1                  # position servos: what is left to the command stands for the current
-gain = 50.0                     # then kp [N m/rad]: that of the file
-gain_tolerance = 0.5            # which is a guess
+gain = 17.8                     # then kp [N m/rad]: as published of these servos; the file's 50 is a choice
+gain_tolerance = 0.15           # how far each servo's may be off
+servo_limit = 0.19              # error at which they give all they can: 3.35 N m
 """
 
 
@@ -83,7 +84,7 @@ def _real(nominal: Model) -> Model:
     stated = {name: Prior(value) for name in names for key, value in TERMS.items() if name.startswith(key)}
     stated |= {one.name: Prior(share) for one in more.parameters(nominal.robot)}
     robot = replace(
-        nominal.robot, limits=limits, servo=servo, drive_gain=stiffness, drive_gain_tolerance=np.full(n, 0.05)
+        nominal.robot, limits=limits, servo=servo, drive_gain=stiffness, drive_gain_tolerance=np.full(n, 0.1)
     )
     return as_built(Model(robot, (*nominal.effects, more), stated))
 

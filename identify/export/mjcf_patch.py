@@ -14,6 +14,7 @@ from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
 from .mjcf_same import described, require_same, taken
+from .mjcf_servos import require_servos, servo_changes
 from .portable import Portable, left_out
 from .spread import Spread
 from .xml_text import Edits, read_tags
@@ -54,10 +55,13 @@ def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: 
     spread, edits = Spread(portable.model, found), Edits(text)
     changes = [
         *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
+        *servo_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
     new = edits.text()
-    require_same(wanted, described(compile_mjcf(new.decode(), folder), wanted, where), where)
+    compiled = compile_mjcf(new.decode(), folder)
+    require_same(wanted, described(compiled, wanted, where), where)
+    require_servos(compiled, wanted, where)
     return Patch(new, tuple(changes), (*below, *gravity, *_left(wanted, spread)))
 
 

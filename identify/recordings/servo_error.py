@@ -4,13 +4,14 @@ A position servo makes torque by its gain times what is left to its command, les
 it can. So its error is to its gain what a current is to a drive gain. Its damping looks like friction.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
-from .recording import EFFORT, Signal
+from .recording import EFFORT, Recording, Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
@@ -58,6 +59,21 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
         )
     kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
     return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
+
+
+def delayed_command(recording: Recording, seconds: float, joints: Sequence[int]) -> Recording | None:
+    """A run in which some servos had their commands so much later [s]; None where it has no servo's error.
+
+    Of such a run nothing but commands can come at another time than positions: its effort is made of both.
+    """
+    servo, command = recording.robot.servo, recording.signals.get("command")
+    if servo is None or command is None or recording.settings.get(LAW) != servo_words(servo):
+        return None
+    values = np.array(command.values)
+    for joint in joints:
+        values[:, joint] = np.interp(command.time - seconds, command.time, command.values[:, joint])
+    signals = {**recording.signals, "command": Signal(command.time, values)}
+    return replace(recording, signals=with_servo_error(signals, servo, recording.name))
 
 
 def servo_words(servo: PositionServo) -> str:
