@@ -28,7 +28,7 @@ BY_LOAD = ("shoulder_lift", "elbow_flex", "wrist_flex"), 0.2
 """Joints whose friction grows with the torque that the gears carry, and the share of it [-]."""
 MASS, CENTRE = 0.25, (0.02, 0.06, 0.0)
 """Of the body that the loaded arm holds [kg], [m] from its flange."""
-SHORT = f"""# What is known of the arm before anything is measured: its MJCF, how fast it may move, what its drives are.
+SHORT = f"""# What is known before anything is measured: the MJCF, how fast the arm may move, what drives it.
 format = 1
 name = "servo_arm"
 mjcf = "{ARM}"

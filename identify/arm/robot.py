@@ -73,7 +73,7 @@ class PositionServo:
     """Drives whose torque is the drive gain times what is left to their command, up to a limit.
 
     Attributes:
-        gain: By which that error is multiplied before the drive gain, shape (n,) [-]: a register of the servo.
+        gain: By which that error is multiplied before the drive gain, shape (n,) [-], as a register.
         limit: Error, `gain` included, from which on a servo gives all it can, shape (n,) [rad]; infinite
             where none is stated.
     """

@@ -19,7 +19,7 @@ from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
 from .refusals import no_time, not_found
-from .servos import only_commanded, servo_gains, with_error
+from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, moves, quirks
 
 COMMANDS = {"command": "position", "command_velocity": "velocity"}
@@ -87,9 +87,11 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     clock = _time(names, values)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
     chosen, guesses, left = _signals(found)
+    read = [f for f in found if f.signal != "other"]
     if servo := only_commanded(chosen):
         names, values, chosen = with_error(names, values, chosen)
-    kept = _usable(values, clock, [f for f in found if f.signal != "other"])
+        read.append(chosen["current"])
+    kept = _usable(values, clock, read)
     time = values[kept, clock]
     chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
     guesses += by_motion
@@ -129,6 +131,8 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     notes += restored
+    if servo:
+        notes.append(BY_SERVO)
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
     gravity = () if mounted is robot else tuple(mounted.gravity.tolist())

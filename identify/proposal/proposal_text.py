@@ -89,8 +89,11 @@ def robot_toml(
     if gains and not known:
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")
     drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n" if known else ""
-    servo = servo_of(proposal, model.robot) if proposal.servo and model.robot.servo is None else None
-    if servo is not None:
+    n = model.robot.dof
+    servo = None
+    if proposal.servo and model.robot.servo is None:
+        # No limit: by a gain that may be half as much again, samples below it would be cut off.
+        servo = PositionServo(np.ones(n), np.full(n, np.inf))
         drive = (drive or "[drive]\n") + lines(servo_keys(servo)) + "\n"
     if urdf:
         keys: dict[str, object] = {
@@ -113,13 +116,6 @@ def robot_toml(
     if servo is not None:
         model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
-
-
-def servo_of(proposal: Proposal, robot: Robot) -> PositionServo:
-    """The servos of a log without effort, their error limited where gain and torque limit are known."""
-    known = [abs(gain.value) if gain.known else np.nan for gain in proposal.gains]
-    limit = robot.limits.torque / np.array(known)
-    return PositionServo(np.ones(robot.dof), np.where(np.isfinite(limit), limit, np.inf))
 
 
 def preset_toml(

@@ -12,6 +12,8 @@ from .drives import Gain, gain_guesses, gains
 from .hypotheses import factor_of
 
 ERROR = "what is left to the command"
+BY_SERVO = f"no effort: {ERROR} stands for it, as of position servos, whose kp [N m/rad] is the gain"
+"""What is told of such a log."""
 
 
 def only_commanded(chosen: Mapping[str, Family]) -> bool:
@@ -41,4 +43,3 @@ def servo_gains(
     ]
     there = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
     return there, tuple(found), gain_guesses(robot.joints, found)
-

@@ -46,7 +46,7 @@ KEYS = {
     ("[drive]", "direct_drive"): "joints whose motor has no gear",
     ("[drive]", "passive"): "joints without a motor: their torque is zero",
     ("[drive]", "servo_gain"): (
-        "of position servos, where a log has no current: what their error [rad] times this stands for it, and "
+        "of position servos, where a log has no current: their error [rad] times this stands for it, and "
         "gain is torque per unit of that; 1 where gain is in N m/rad"
     ),
     ("[drive]", "servo_limit"): "the same at which a servo gives all it can [rad]; inf: not known",

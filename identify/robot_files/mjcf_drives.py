@@ -96,9 +96,9 @@ def _along(model: Any, tendon: int) -> dict[int, float]:
 
 def servos(model: Any, joints: Sequence[str]) -> list[int]:
     """The position servo of each joint, by its number; empty where a joint has none."""
-    found = []
+    found, every = [], [joint_name(model, joint) for joint in range(model.njnt)]
     for name in joints:
-        joint = int(model.joint(name).id)
+        joint = every.index(name)
         own = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
         found += own[:1]
     return found if len(found) == len(joints) else []

@@ -81,7 +81,8 @@ def _drive(robot: Robot) -> dict[str, Any]:
 
 def servo_keys(servo: PositionServo) -> dict[str, Any]:
     """Keys of `[drive]` that are the law of position servos."""
-    return {"servo_gain": servo.gain, "servo_limit": servo.limit}
+    limited = bool(np.any(np.isfinite(servo.limit)))
+    return {"servo_gain": servo.gain, **({"servo_limit": servo.limit} if limited else {})}
 
 
 def _placement(placement: pin.SE3) -> dict[str, Any]:

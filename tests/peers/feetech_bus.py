@@ -135,7 +135,7 @@ def main():
     parser.add_argument("--robot", default="cobot")
     parser.add_argument("--payload", default="", help="name of the body of the robot file that it carries")
     parser.add_argument("--cycle", type=float, default=0.002)
-    parser.add_argument("--gear", type=float, default=GEARS["feetech"], help="turns of a servo in a turn of its joint")
+    parser.add_argument("--gear", type=float, default=GEARS["feetech"], help="servo turns in a joint turn")
     parser.add_argument("--baudrate", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
     parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
@@ -148,8 +148,8 @@ def main():
     plant = make_plant(given.robot, payload=given.payload)
     fifo()
     line = Feetechs(
-        plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase, given.return_delay,
-        given.torque, given.limits,
+        plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase,
+        given.return_delay, given.torque, given.limits,
     )  # fmt: skip
     line.arm.pace.lockstep = given.lockstep
     line.run()

@@ -17,7 +17,6 @@ from ...errors import RobotError
 from . import steps
 from .steps import Cascade, Elastic, Forces, Moved, compiled
 
-
 SERVO_LAG = 1e-4
 """Time by which a cascade that stands for a servo without damping brakes [s]: what is left of its velocity
 loop, a tenth of a step."""
