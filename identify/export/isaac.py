@@ -39,7 +39,7 @@ ACTUATORS = {{
         joint_names_expr={joints},
 '''
 BY_SERVO = (
-    "stiffness is that of the servos; what\nthey damp by themselves is part of viscous_friction, damping 0."
+    "stiffness is that of the servos; what they\ndamp themselves is in viscous_friction, and damping is 0."
 )
 BY_EFFORT = (
     "stiffness and damping are 0, for commands of\neffort; put the gains of a position controller there."
