@@ -25,8 +25,12 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # befo
 from common import Kept, parser, save
 from parts.simulator import closed, recorded, round_trip, sysid
 
-PARTS = {"round_trip": round_trip.figures, "concealed": closed.figures, "sysid": sysid.figures,
-         "recorded": recorded.figures}
+PARTS = {
+    "round_trip": round_trip.figures,
+    "concealed": closed.figures,
+    "sysid": sysid.figures,
+    "recorded": recorded.figures,
+}
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from exidyn.identify.errors import ExidynError
 
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
-from ..examples import example_balancer, example_files, example_gains
+from ..examples import example_balancer, example_files, example_gains, example_servos
 from ..examples.example_arm import ExampleArm, Step
 from . import command
 
@@ -71,6 +71,16 @@ NAMED = {
         example_files.steps,
         example_files.outcome,
         example_files.FILES,
+    ),
+    "servos": Example(
+        "arm.xml, an MJCF, and robot.toml of an arm of servos without current; nothing is run",
+        Path("exidyn-example-servos"),
+        20.0,
+        5.0,
+        example_servos.arm,
+        example_servos.steps,
+        example_servos.outcome,
+        example_servos.FILES,
     ),
 }
 """Name -> example; the first is the one by default."""

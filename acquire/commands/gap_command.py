@@ -23,10 +23,12 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
 from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option, require_json
-from ..files.given_runs import ROLE, renamed
+from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 
+DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
+"""What the recordings' robot says of its drives and no MJCF does."""
 STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
 """Stages by how their sentences begin, and their shares of the time."""
 
@@ -36,12 +38,14 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
     "that is, and what each finding gains on a run held out. Writes a better MJCF.",
     (
         "exidyn gap arm.xml run.mcap --validate other.mcap",
+        "exidyn gap arm.xml run.mcap --payload loaded.mcap --mass 0.2 --validate other.mcap",
         "exidyn gap arm.xml one.mcap two.mcap --validate other.mcap --commands torque --json gap.json",
     ),
     (
         Option("arm ARM.xml", "MJCF of the simulation", Path),
         Option("runs RUN...", "runs that are fitted (.mcap, .csv)", Path),
         VALIDATE,
+        *PAYLOADS,
         Option(
             "--commands KIND",
             "position, followed by the file's servos, or torque as it was measured; default: position where "
@@ -88,10 +92,12 @@ def _read(given: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
         (role, path) for role, paths in ((ROLE, given.runs), (HELD_OUT, given.validate)) for path in paths
     ]
     found = [(role, run) for role, path in roles for run in import_source(path, whole)]
-    runs = list(zip((role for role, _ in found), renamed(run for _, run in found), strict=True))
+    found += [(LOADED, carrying(run, one)) for one in given.payload for run in import_source(one.path, whole)]
+    named = distinct_bodies(renamed(run for _, run in found))
+    runs = list(zip((role for role, _ in found), named, strict=True))
     robot = runs[0][1].robot
     model = whole if robot.joints == whole.robot.joints else read_model(given.arm, robot.joints)
-    drives = {name: getattr(robot, name) for name in ("drive_gain", "drive_gain_tolerance", "gear_ratio")}
+    drives = {name: getattr(robot, name) for name in DRIVES}
     return replace(model, robot=replace(model.robot, **drives)), runs
 
 

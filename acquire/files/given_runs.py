@@ -29,6 +29,8 @@ Named = TypeVar("Named", Recording, Trace)
 ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
 ROLE = "identify"
 """Role of a run that does not contain its own."""
+LOADED = "payload"
+"""Role of a run with a body on the flange."""
 COMPARISON_CUTOFF = 25.0
 """Low-pass of the comparison of case folders [Hz], a part of their format: residuals of different programs
 are comparable only behind the same filter."""
@@ -243,7 +245,7 @@ def recorded_case(given: argparse.Namespace) -> Case:
     for role in ("slow", "validate"):
         runs += [(role, one) for path in getattr(given, role) for one in import_source(path, model)]
     for run in given.payload:
-        runs += [("payload", carrying(one, run)) for one in import_source(run.path, model)]
+        runs += [(LOADED, carrying(one, run)) for one in import_source(run.path, model)]
     if not runs:
         raise RecordingError("a robot and no run: give at least one recording behind it")
     named = distinct_bodies([recording for _, recording in runs])

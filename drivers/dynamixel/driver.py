@@ -128,7 +128,7 @@ class Dynamixel(ServoDriver):
     def _warnings(self, bus: ServoBus, found: Sequence[ServoData]) -> list[str]:
         warnings = []
         if not np.all(self._current_unit):
-            warnings.append("some servos measure no current; their joints cannot be identified")
+            warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
         if not self._watchdog:
             warnings.append("without bus watchdog servos go on to their last goal when the computer dies")
         unstopped = [

@@ -112,7 +112,7 @@ class Feetech(ServoDriver):
             "these servos go on to their last goal when the computer dies: no way is known to stop them"
         ]
         if not self._measures.all():
-            warnings.append("some servos measure no current; their joints cannot be identified")
+            warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
         return warnings
 
     def _question(self) -> Reading:

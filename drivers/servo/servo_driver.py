@@ -3,6 +3,7 @@
 In a cycle one packet sets all goals and one asks for all measurements, in a single write.
 """
 
+import time
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import suppress
@@ -31,6 +32,9 @@ from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
 """How long an answer is waited for before the run [s]."""
+
+SETTLING, LOOK = 1.0, 0.05
+"""How long servos may give way after their torque is switched on, and how often that is looked at [s]."""
 
 IN_RUN = 3.0
 """How long one is waited for in the run [cycles]: a late answer is better than none."""
@@ -86,17 +90,32 @@ class ServoDriver(Driver):
         return info
 
     def arm_drives(self) -> None:
-        """Make its goal where each servo stands, then switch its torque on."""
+        """Make its goal where each servo stands, then switch its torque on; one that is on keeps its goal.
+
+        Without an integrator a servo holds by what is left to its goal. Where it stands as the new goal, it
+        would give way by as much.
+        """
         bus, port = self._opened()
         port.be_patient(BEFORE_RUN)
         bus.drain()
-        where = self._where(bus)
-        bus.settle(self.goal, self._to_register(where))
+        holding = np.array(bus.read(self.torque), bool)
+        goals = np.where(holding, self._from_register(np.array(bus.read(self.goal))), self._where(bus))
+        bus.settle(self.goal, self._to_register(goals))
         bus.settle(self.torque, [1] * self.arm.dof)
         self._armed = True
         once = self._guard(bus)
-        self._begin(where)
-        self._once, self._held = once, self._units.position(where)
+        self._begin(self._settled(bus))
+        self._once, self._held = once, self._units.position(goals)
+
+    def _settled(self, bus: ServoBus) -> np.ndarray:
+        """Counts at which the servos stand when their torque has met their load, shape (n,)."""
+        seen = self._where(bus)
+        for _ in range(round(SETTLING / LOOK)):
+            time.sleep(LOOK)
+            before, seen = seen, self._where(bus)
+            if np.all(np.abs(seen - before) <= 1.0):
+                break
+        return seen
 
     def held(self) -> np.ndarray | None:
         return self._held

@@ -69,6 +69,20 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class PositionServo:
+    """Drives whose torque is the drive gain times what is left to their command, up to a limit.
+
+    Attributes:
+        gain: By which that error is multiplied before the drive gain, shape (n,) [-], as a register.
+        limit: Error, `gain` included, from which on a servo gives all it can, shape (n,) [rad]; infinite
+            where none is stated.
+    """
+
+    gain: np.ndarray
+    limit: np.ndarray
+
+
+@dataclass(frozen=True)
 class Robot:
     """One arm with its nominal parameters.
 
@@ -85,6 +99,8 @@ class Robot:
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
         direct_drive: Joints whose motor has no gear that could bend or have play.
         passive: Joints without a motor: their torque is zero, whatever was measured.
+        servo: Law of its drives where these are position servos, by which a log without current is read; None
+            for other drives.
         coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
             unit diagonal, shape (n, n) [-].
         flange: Placement of the flange in the last link's frame; payloads are given in it.
@@ -101,6 +117,7 @@ class Robot:
     gear_ratio: np.ndarray = field(default_factory=_not_given)
     direct_drive: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
+    servo: PositionServo | None = None
     coupling: np.ndarray = field(default_factory=_not_given)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
 

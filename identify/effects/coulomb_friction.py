@@ -1,15 +1,19 @@
 """Dry friction: constant torque against the motion."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 from .simulator_terms import JointTerms
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return (smooth_sign(velocity, constants[0]),)
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,15 @@ class CoulombFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(_profiles, (self.reversal,))
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fg" if self.gradual else "Fc", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal))
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)

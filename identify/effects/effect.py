@@ -227,6 +227,19 @@ def differences(
     return found
 
 
+class Formula(NamedTuple):
+    """Profiles of an effect.
+
+    Attributes:
+        function: Of position, velocity, load, temperature and the constants, a tuple of one profile a
+            parameter of a joint; the same arithmetic for arrays and for single numbers.
+        constants: Numbers beside the motion.
+    """
+
+    function: Callable[[Any, Any, Any, Any, tuple[float, ...]], tuple[Any, ...]]
+    constants: tuple[float, ...] = (0.0,)
+
+
 @dataclass(frozen=True)
 class JointEffect(Effect):
     """An effect that acts on single joints, each with its own parameters.
@@ -242,6 +255,17 @@ class JointEffect(Effect):
     massless: ClassVar[bool] = True
     dry: ClassVar[bool] = False
     moved_by: ClassVar[tuple[str, ...]] = MOVED_BY
+
+    @property
+    def formula(self) -> Formula | None:
+        """Its profiles in arithmetic that can be compiled; None where it has no such form."""
+        return None
+
+    def profiles(self, motion: Motion) -> tuple[np.ndarray, ...]:
+        """What `formula` gives along a motion, one profile (t, n) a parameter of a joint."""
+        assert self.formula is not None
+        function, constants = self.formula
+        return function(motion.position, motion.velocity, motion.load, motion.temperature, constants)
 
     def columns(self, robot: Robot) -> list[int]:
         """Indices of the joints it acts on; raises `UnknownJoint` for a name that the robot does not have."""

@@ -1,14 +1,22 @@
 """Friction that differs between the two directions."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+def _dry(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return (np.abs(smooth_sign(velocity, constants[0])),)
+
+
+def _with_drag(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return np.abs(smooth_sign(velocity, constants[0])), np.abs(velocity)
 
 
 @dataclass(frozen=True)
@@ -31,12 +39,15 @@ class FrictionAsymmetry(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(_with_drag if self.viscous else _dry, (self.reversal,))
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, *[("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous])
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        sign, velocity = smooth_sign(motion.velocity, self.reversal), motion.velocity
-        return self.on_joints(robot, *[np.abs(sign), np.abs(velocity)][: 1 + self.viscous])
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)

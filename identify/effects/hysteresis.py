@@ -10,6 +10,12 @@ from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
 
 
+def slid(state: Any, way: Any, presliding: float) -> Any:
+    """State z behind a way without reversal [rad], from its state before; without a way it stays."""
+    sign = np.sign(way)
+    return sign - (sign - state) * np.exp(-np.abs(way) / presliding)
+
+
 @dataclass(frozen=True)
 class Hysteresis(JointEffect):
     r"""Torque :math:`F_h z`, with :math:`dz = (1 - z\, \mathrm{sgn}\, dq)\, dq / \delta` (Dahl 1968).
@@ -39,9 +45,7 @@ class Hysteresis(JointEffect):
         at, state = (motion.position[0], np.zeros(robot.dof)) if memory is None else memory
         states = np.empty_like(motion.position)
         for row, position in enumerate(motion.position):
-            sign = np.sign(position - at)
-            gone = np.where(sign, np.exp(-np.abs(position - at) / self.presliding), 1.0)
-            at, state = position, np.where(sign, sign - (sign - state) * gone, state)
+            at, state = position, slid(state, position - at, self.presliding)
             states[row] = state
         return self.on_joints(robot, states), (at.copy(), state)
 

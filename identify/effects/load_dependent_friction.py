@@ -1,14 +1,23 @@
 """Dry friction that grows with the torque that the gear transmits."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+def _pressed(load: Any, preload: float) -> Any:
+    """By what the load presses more than the preload does alone [N m]."""
+    return np.hypot(load, preload) - preload
+
+
+def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return (smooth_sign(velocity, constants[0]) * _pressed(load, constants[1]),)
 
 
 @dataclass(frozen=True)
@@ -35,16 +44,22 @@ class LoadDependentFriction(JointEffect):
     """Of a screw that holds itself it is one half, of toothed gears less; on a joint that bears next to none,
     nothing else says so."""
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(
+            _profiles,
+            (
+                self.reversal,
+                self.preload,
+            ),
+        )
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("mu", "1", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._pressed(motion))
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * self._pressed(motion)
+        slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * _pressed(motion.load, self.preload)
         return {"reversal": self.on_joints(robot, slope)}
-
-    def _pressed(self, motion: Motion) -> np.ndarray:
-        """By what the load presses more than the preload does alone, shape (t, n) [N m]."""
-        return np.hypot(motion.load, self.preload) - self.preload

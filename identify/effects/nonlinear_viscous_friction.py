@@ -1,15 +1,19 @@
 """Friction that grows faster or slower than velocity: churning grease, or a shear-thinning one."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 
 TINY = np.finfo(float).tiny  # keeps log and powers finite at standstill, where both products vanish
+
+
+def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return (np.sign(velocity) * np.abs(velocity) ** constants[0],)
 
 
 @dataclass(frozen=True)
@@ -29,16 +33,16 @@ class NonlinearViscousFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(_profiles, (self.exponent,))
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fn", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, self._power(motion.velocity))
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        slope = self._power(motion.velocity) * np.log(np.maximum(np.abs(motion.velocity), TINY))
+        slope = self.profiles(motion)[0] * np.log(np.maximum(np.abs(motion.velocity), TINY))
         return {"exponent": self.on_joints(robot, slope)}
-
-    def _power(self, velocity: np.ndarray) -> np.ndarray:
-        """Power of the velocity that keeps its sign, shape (t, n) [-]."""
-        return np.sign(velocity) * np.abs(velocity) ** self.exponent

@@ -1,14 +1,23 @@
 """Dry friction that fades as a film of grease builds up."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+def _left(velocity: Any, fade: float) -> Any:
+    """Share of it that is left at a velocity [-]."""
+    return np.exp(-((velocity / fade) ** 2))
+
+
+def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    return (smooth_sign(velocity, constants[1]) * _left(velocity, constants[0]),)
 
 
 @dataclass(frozen=True)
@@ -26,18 +35,24 @@ class StribeckFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(
+            _profiles,
+            (
+                self.fade,
+                self.reversal,
+            ),
+        )
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fs", "N m", 0.0))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, smooth_sign(motion.velocity, self.reversal) * self._left(motion))
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         v = motion.velocity
-        fade = smooth_sign(v, self.reversal) * self._left(motion) * 2 * v**2 / self.fade**3
-        reversal = smooth_sign_by_reversal(v, self.reversal) * self._left(motion)
+        fade = smooth_sign(v, self.reversal) * _left(v, self.fade) * 2 * v**2 / self.fade**3
+        reversal = smooth_sign_by_reversal(v, self.reversal) * _left(v, self.fade)
         return {"fade": self.on_joints(robot, fade), "reversal": self.on_joints(robot, reversal)}
-
-    def _left(self, motion: Motion) -> np.ndarray:
-        """Share of it that is left at this velocity, shape (t, n) [-]."""
-        return np.exp(-((motion.velocity / self.fade) ** 2))

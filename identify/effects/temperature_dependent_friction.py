@@ -1,15 +1,20 @@
 """Friction that changes as the grease warms up."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..errors import NotRecorded
-from .effect import JointEffect, Parameter, shape
+from .effect import Formula, JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
+
+
+def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
+    warmth = temperature - constants[0]
+    return velocity * warmth, smooth_sign(velocity, constants[1]) * warmth
 
 
 @dataclass(frozen=True)
@@ -31,21 +36,31 @@ class TemperatureDependentFriction(JointEffect):
     guessed: ClassVar[bool] = True
     needs_temperature: ClassVar[bool] = True
 
+    @property
+    def formula(self) -> Formula:
+        return Formula(
+            _profiles,
+            (
+                self.reference,
+                self.reversal,
+            ),
+        )
+
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fvt", "N m s/rad/K"), ("Fct", "N m/K"))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        warmth = self._warmth(robot, motion)
-        sign = smooth_sign(motion.velocity, self.reversal)
-        return self.on_joints(robot, motion.velocity * warmth, sign * warmth)
+        self._require_temperature(robot, motion)
+        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        warmth = self._warmth(robot, motion)
+        self._require_temperature(robot, motion)
+        warmth = motion.temperature - self.reference
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * warmth
         return {"reversal": self.on_joints(robot, np.zeros_like(slope), slope)}
 
-    def _warmth(self, robot: Robot, motion: Motion) -> np.ndarray:
-        """Temperature above the reference, shape (t, n) [K]; NaN only on joints it does not act on."""
+    def _require_temperature(self, robot: Robot, motion: Motion) -> None:
+        """Raise where the temperature of a joint it acts on is not known."""
         silent = [robot.joints[j] for j in self.columns(robot) if np.isnan(motion.temperature[:, j]).any()]
         if silent:
             raise NotRecorded(
@@ -53,4 +68,3 @@ class TemperatureDependentFriction(JointEffect):
                 f"temperatures were not recorded, or have gaps, on {', '.join(silent)}; record them, or "
                 "name only joints that have them (joints=...)"
             )
-        return motion.temperature - self.reference

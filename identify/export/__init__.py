@@ -3,9 +3,13 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from .isaac import FEATURES as OF_ISAAC
+from .isaac import isaac
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
 from .portable import FEATURES, Portable, left_out
+from .sdf import FEATURES as OF_SDF
+from .sdf import sdf
 from .texts import json, toml, urdf
 
 
@@ -22,8 +26,10 @@ class Format(NamedTuple):
 
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf, ("damping", "dry"), ".urdf"),
+    "urdf": Format(urdf, ("bodies", "damping", "dry"), ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
+    "isaaclab": Format(isaac, OF_ISAAC, "-actuators.py"),
+    "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, tuple(FEATURES), ".toml"),
 }

@@ -23,7 +23,17 @@ from ..positive_definite import inverse
 from ..robot_files.robot_text import words
 from .portable import Portable
 
-FEATURES = ("gravity", "armature", "damping", "dry", "reversal", "stiffness", "constant", "balancers")
+FEATURES = (
+    "bodies",
+    "gravity",
+    "armature",
+    "damping",
+    "dry",
+    "reversal",
+    "stiffness",
+    "constant",
+    "balancers",
+)
 STEP = 1e-3
 """Of the integration that the file asks for [s]."""
 SOFTEST = 0.01

@@ -1,4 +1,4 @@
-"""Where the bodies and joints of a compiled MJCF are in its text."""
+"""Where the bodies, joints and actuators of a compiled MJCF are in its text."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,13 +9,14 @@ from .xml_text import Tag
 
 
 class Elements:
-    """Start tags of bodies and joints, by their numbers in the compiled model."""
+    """Start tags of bodies, joints and actuators, by their numbers in the compiled model."""
 
     def __init__(self, root: Tag, model: Any, where: str) -> None:
         self.root, self._model, self._where = root, model, where
         bodies = [tag for world in root.children if world.name == "worldbody" for tag in _bodies(world)]
         joints = [tag for body in bodies for tag in _joints(body)]
-        self._tags = {"body": bodies, "joint": joints}
+        actuators = [tag for every in root.children if every.name == "actuator" for tag in every.children]
+        self._tags = {"body": bodies, "joint": joints, "actuator": actuators}
 
     def body(self, body: int) -> Tag:
         """The tag of a body, of 1 on."""
@@ -24,6 +25,10 @@ class Elements:
     def joint(self, joint: int) -> Tag:
         """The tag of a joint."""
         return self._tag("joint", joint, joint)
+
+    def actuator(self, actuator: int) -> Tag:
+        """The tag of an actuator."""
+        return self._tag("actuator", actuator, actuator)
 
     def _tag(self, kind: str, index: int, place: int) -> Tag:
         """By its name, or, where the file gives none, by its place among all.
@@ -35,7 +40,8 @@ class Elements:
         for tag in tags:
             if tag.attributes.get("name") == name:
                 return tag
-        whole = len(tags) == (self._model.nbody - 1 if kind == "body" else self._model.njnt)
+        counts = {"body": self._model.nbody - 1, "joint": self._model.njnt, "actuator": self._model.nu}
+        whole = len(tags) == counts[kind]
         if whole and "name" not in tags[place].attributes:
             return tags[place]
         raise RobotError(

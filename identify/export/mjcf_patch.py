@@ -10,15 +10,17 @@ import numpy as np
 from ..errors import RobotError
 from ..fit.identified import Standard
 from ..robot_files.mjcf import body_parts, compile_mjcf
+from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
 from .mjcf_same import described, require_same, taken
+from .mjcf_servos import require_servos, servo_changes
 from .portable import Portable, left_out
 from .spread import Spread
 from .xml_text import Edits, read_tags
 
-FEATURES = ("gravity", "armature", "damping", "dry", "stiffness", "uncertainty")
+FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "uncertainty")
 
 
 @dataclass(frozen=True)
@@ -54,11 +56,15 @@ def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: 
     spread, edits = Spread(portable.model, found), Edits(text)
     changes = [
         *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
+        *servo_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
     new = edits.text()
-    require_same(wanted, described(compile_mjcf(new.decode(), folder), wanted, where), where)
-    return Patch(new, tuple(changes), (*below, *gravity, *_left(wanted, spread)))
+    compiled = compile_mjcf(new.decode(), folder)
+    require_same(wanted, described(compiled, wanted, where), where)
+    require_servos(compiled, wanted, where)
+    left = _left(wanted, spread, bool(servos(compiled, wanted.robot.joints)))
+    return Patch(new, tuple(changes), (*below, *gravity, *left))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
@@ -75,9 +81,10 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     return File(where, elements, compiled, [every.index(joint) for joint in joints], parts, nominal)
 
 
-def _left(portable: Portable, spread: Spread) -> list[str]:
-    """What MJCF cannot hold; of constant torques those that are told apart from none."""
+def _left(portable: Portable, spread: Spread, has_servos: bool) -> list[str]:
+    """What the file cannot hold; of constant torques those that are told apart from none."""
     joints = portable.joints
     halves = np.array([spread.half(place, "constant") for place in range(portable.robot.dof)])
-    alone = np.where((joints.stiffness != 0.0) | (np.abs(joints.constant) <= halves), 0.0, joints.constant)
-    return left_out(replace(portable, joints=replace(joints, constant=alone)), FEATURES)
+    alone = np.where(np.abs(joints.constant) <= halves, 0.0, joints.constant)
+    features = (*FEATURES, "servos") if has_servos else FEATURES
+    return left_out(replace(portable, joints=replace(joints, constant=alone)), features)

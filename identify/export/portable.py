@@ -5,7 +5,7 @@ the centre of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second
 positive definite; that is the triangle inequality of the principal moments of inertia.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -135,7 +135,13 @@ ROUNDING = 1e-12
 
 
 def left_out(portable: Portable, features: Collection[str]) -> list[str]:
-    """A sentence for each thing that a format with these features leaves out."""
+    """A sentence for each thing that a format with these features leaves out.
+
+    A constant torque is where a spring of the joint rests, for formats that have springs.
+    """
+    if "stiffness" in features:
+        alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
+        portable = replace(portable, joints=replace(portable.joints, constant=alone))
     found = (one for name, describe in FEATURES.items() if name not in features for one in describe(portable))
     return [*portable.remarks, *found]
 
@@ -185,8 +191,34 @@ def _others(portable: Portable) -> list[str]:
     for effect, own in portable.left:
         torque = effect.regressor(robot, motion) @ own + effect.known_torque(robot, motion)
         most = np.max(np.abs(torque), axis=0)
-        found.append(f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}")
+        words = f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}"
+        found.append(f"{words} ({', '.join(_numbers(effect, robot, own))})")
     return found
+
+
+def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
+    """Parameters and shapes of an effect, each with its unit."""
+    for one, value in zip(effect.parameters(robot), values, strict=True):
+        yield f"{one.name} {value:.4g} {one.unit}".removesuffix(" 1")
+    for name, shape in effect.shapes().items():
+        yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
+
+
+def _bodies(portable: Portable) -> list[str]:
+    kinematics = portable.robot.kinematics
+    masses = ", ".join(
+        f"{joint} {body.mass:.4g}"
+        for joint, body in zip(portable.robot.joints, list(kinematics.inertias)[1:], strict=True)
+    )
+    return [f"kinematics and bodies; mass behind each joint: {masses} kg"]
+
+
+def _servos(portable: Portable) -> list[str]:
+    robot = portable.robot
+    if robot.servo is None:
+        return []
+    stiffness = np.abs(robot.drive_gain) * robot.servo.gain
+    return [f"position servos, torque over their error: {_amounts(portable, stiffness, 'N m/rad')}"]
 
 
 def _anywhere(portable: Portable) -> Motion:
@@ -208,7 +240,11 @@ def _reversal(portable: Portable) -> list[str]:
 
 def _gains(portable: Portable) -> list[str]:
     gain = portable.robot.drive_gain
-    return [] if np.all(gain == 1.0) else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
+    return (
+        []
+        if np.all(gain == 1.0) or portable.robot.servo
+        else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
+    )
 
 
 def _coupling(portable: Portable) -> list[str]:
@@ -223,6 +259,7 @@ def _uncertainty(portable: Portable) -> list[str]:
 
 
 FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
+    "bodies": _bodies,
     "gravity": _gravity,
     "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
     "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
@@ -233,6 +270,7 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "balancers": _balancers,
     "effects": _others,
     "gains": _gains,
+    "servos": _servos,
     "coupling": _coupling,
     "uncertainty": _uncertainty,
 }

@@ -11,6 +11,7 @@ from ..preparation.prepare import Filtering, prepare
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
 from .attached import Attached
 from .callbacks import PURPOSE, optional
@@ -64,22 +65,6 @@ class Run(NamedTuple):
         if not self.current:
             return self.effort
         return self.effort * arm.robot.drive_gain @ arm.robot.coupling
-
-
-def servos(model: Any, joints: Sequence[str]) -> list[int]:
-    """The position servo of each joint, by its number; empty where a joint has none."""
-    found = []
-    for name in joints:
-        joint = int(model.joint(name).id)
-        own = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
-        found += own[:1]
-    return found if len(found) == len(joints) else []
-
-
-def _is_servo(model: Any, actuator: int, joint: int) -> bool:
-    gain, bias = model.actuator_gainprm[actuator][0], model.actuator_biasprm[actuator][1]
-    of_joint = model.actuator_trntype[actuator] == enum_of("mjtTrn", "mjTRN_JOINT")
-    return of_joint and int(model.actuator_trnid[actuator][0]) == joint and gain > 0.0 and bias == -gain
 
 
 def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], asked: str = "") -> str:

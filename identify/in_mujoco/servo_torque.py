@@ -16,17 +16,19 @@ import numpy as np
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT, Recording, Signal
 from ..recordings.servo_error import is_servo_error
+from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
-from .replay import servos
 
 
 def with_servo_torque(model: Any, recording: Recording, joints: Sequence[str]) -> Recording:
     """A recording with the torque of the file's servos in place of their error; another as it is.
 
+    So is one whose robot states the law of its servos: there their kp is a drive gain, which is fitted.
+
     Raises:
         RecordingError: The file has no position servo for every joint.
     """
-    if not is_servo_error(recording.settings):
+    if recording.robot.servo is not None or not is_servo_error(recording.settings):
         return recording
     actuators = servos(model, joints)
     if not actuators:
@@ -48,7 +50,11 @@ def lead(model: Any) -> float:
     implicit = [enum_of("mjtIntegrator", name) for name in ("mjINT_IMPLICIT", "mjINT_IMPLICITFAST")]
     if model.opt.integrator in implicit:
         return 0.5 * float(model.opt.timestep)
-    return -0.5 * float(model.opt.timestep) if model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER") else 0.0
+    return (
+        -0.5 * float(model.opt.timestep)
+        if model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER")
+        else 0.0
+    )
 
 
 def servo_torque(model: Any, actuators: Sequence[int], error: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
 from .refusals import no_time, not_found
+from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, moves, quirks
 
 COMMANDS = {"command": "position", "command_velocity": "velocity"}
@@ -44,6 +45,7 @@ class Proposal:
         guesses: What was guessed, and how sure that is.
         notes: What else was seen, in sentences.
         gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
+        servo: Whether there are commands and no effort: gains are those of position servos [N m/rad].
     """
 
     columns: Mapping[str, tuple[str, ...]]
@@ -53,6 +55,7 @@ class Proposal:
     guesses: tuple[Guess, ...]
     notes: tuple[str, ...]
     gravity: tuple[float, ...] = ()
+    servo: bool = False
 
     @property
     def open(self) -> list[Guess]:
@@ -84,7 +87,11 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     clock = _time(names, values)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
     chosen, guesses, left = _signals(found)
-    kept = _usable(values, clock, [f for f in found if f.signal != "other"])
+    read = [f for f in found if f.signal != "other"]
+    if servo := only_commanded(chosen):
+        names, values, chosen = with_error(names, values, chosen)
+        read.append(chosen["current"])
+    kept = _usable(values, clock, read)
     time = values[kept, clock]
     chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
     guesses += by_motion
@@ -104,7 +111,10 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     silent = unread(time, position, log.values[effort][:, order])
     mounted, more = mounted_robot(robot, direction, sample)
     guesses += more
-    every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
+    if servo:
+        every, drives, more = servo_gains(chosen, sample, mounted, units.position)
+    else:
+        every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
     if not units.velocity:
         every.pop("velocity", None)
     astray = _astray(every, values[kept])
@@ -121,10 +131,12 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     notes += restored
+    if servo:
+        notes.append(BY_SERVO)
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
     gravity = () if mounted is robot else tuple(mounted.gravity.tolist())
-    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity)
+    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity, servo)
 
 
 def _restored(chosen: Mapping[str, Family], values: np.ndarray) -> tuple[np.ndarray, list[str]]:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.robot import Robot
+from ..arm.robot import PositionServo, Robot
 from ..model import Model
 from ..robot_files.description import XML
-from ..robot_files.robot_text import model_text
+from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
 from .agreement import DECIDED, Guess
@@ -88,7 +88,13 @@ def robot_toml(
     known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
     if gains and not known:
         head.append(f"# Gains of the log [N m per unit]: [{gains}]")
-    drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n"
+    drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n" if known else ""
+    n = model.robot.dof
+    servo = None
+    if proposal.servo and model.robot.servo is None:
+        # No limit: by a gain that may be half as much again, samples below it would be cut off.
+        servo = PositionServo(np.ones(n), np.full(n, np.inf))
+        drive = (drive or "[drive]\n") + lines(servo_keys(servo)) + "\n"
     if urdf:
         keys: dict[str, object] = {
             "format": 1,
@@ -100,13 +106,15 @@ def robot_toml(
             {"gravity": [float(f"{part:.3f}") + 0.0 for part in proposal.gravity]} if proposal.gravity else {}
         )
         body = lines(keys | ({"held": dict(held)} if held else {})) + "\n"
-        return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if known else "")
+        return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if drive else "")
     if proposal.gravity:
         model = replace(model, robot=under(model.robot, unit(proposal.gravity)))
     if known:
         values = np.array([gain.value for gain in proposal.gains])
         robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=np.full(len(values), tolerance))
         model = replace(model, robot=robot)
+    if servo is not None:
+        model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
 
 

@@ -4,28 +4,43 @@ A position servo makes torque by its gain times what is left to its command, les
 it can. So its error is to its gain what a current is to a drive gain. Its damping looks like friction.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
-from .recording import Signal
+from .recording import EFFORT, Recording, Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
 WORDS = "servo error"
 """By which the settings of a recording say that its current is that."""
+LAW = "effort"
+"""Setting of a recording whose current is none; its text is how that was made."""
 
 
-def with_servo_error(
-    signals: Mapping[str, Signal], gain: float, limit: float, where: str
-) -> dict[str, Signal]:
+def servo_of(robot: Robot, gain: float | None, limit: float | None) -> PositionServo:
+    """The law of an arm's servos, with gain and limit of one run where these are given."""
+    stated = robot.servo or PositionServo(np.ones(robot.dof), np.full(robot.dof, np.inf))
+    gains = stated.gain if gain is None else np.full(robot.dof, gain)
+    # The limit is that of the amplified error, and as much whatever amplifies it.
+    return PositionServo(gains, stated.limit if limit is None else np.full(robot.dof, limit))
+
+
+def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
+    """Whether an arm's servos have to tell the effort: none was measured, and commands were recorded."""
+    there = {name for name, signal in signals.items() if np.isfinite(signal.values).any()}
+    return robot.servo is not None and "command" in there and not there.intersection(EFFORT)
+
+
+def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where: str) -> dict[str, Signal]:
     """Signals with the servo error in place of any effort, as if it were a current.
 
     Args:
         signals: With position and command.
-        gain: Of this run, over that of runs it goes together with, such as a register of the servo.
-        limit: At which its torque is at its limit, `gain` included, either way; infinite for none.
+        servo: The law of the drives.
         where: What errors call the log.
 
     Raises:
@@ -37,22 +52,44 @@ def with_servo_error(
             "--columns command=NAME,NAME,..."
         )
     position, command = signals["position"], signals["command"]
+    command = command[np.isfinite(command.values).all(axis=1)]
     asked = np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
-    error = gain * (asked - position.values)
+    error = servo.gain * (asked - position.values)
     if not np.any(np.abs(error) > 0.0):
         raise RecordingError(
             f"{where}: commands are the positions; with no error of the servo it has no effort"
         )
-    kept = {name: signal for name, signal in signals.items() if name not in ("current", "torque")}
-    return kept | {"current": Signal(position.time, np.clip(error, -limit, limit))}
+    kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
+    return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
 
 
-def servo_words(gain: float, limit: float) -> str:
+def delayed_command(recording: Recording, seconds: float, joints: Sequence[int]) -> Recording | None:
+    """A run in which some servos had their commands so much later [s]; None where it has no servo's error.
+
+    Of such a run nothing but commands can come at another time than positions: its effort is made of both.
+    """
+    servo, command = recording.robot.servo, recording.signals.get("command")
+    if servo is None or command is None or recording.settings.get(LAW) != servo_words(servo):
+        return None
+    values = np.array(command.values)
+    for joint in joints:
+        values[:, joint] = np.interp(command.time - seconds, command.time, command.values[:, joint])
+    signals = {**recording.signals, "command": Signal(command.time, values)}
+    return replace(recording, signals=with_servo_error(signals, servo, recording.name))
+
+
+def servo_words(servo: PositionServo) -> str:
     """How it was made, for the settings of a recording."""
-    most = f", at most {limit:g}" if np.isfinite(limit) else ""
-    return f"{WORDS} [rad] x {gain:g}{most}"
+    limited = np.isfinite(servo.limit).any()
+    return f"{WORDS} [rad] x {_words(servo.gain)}" + f", at most {_words(servo.limit)}" * bool(limited)
 
 
 def is_servo_error(settings: Mapping[str, str]) -> bool:
     """Whether the current of a recording with these settings is the error of servos."""
-    return settings.get("effort", "").startswith(WORDS)
+    return settings.get(LAW, "").startswith(WORDS)
+
+
+def _words(values: np.ndarray) -> str:
+    """One number where all joints have the same."""
+    alike = np.all(values == values[0])
+    return f"{values[0]:g}" if alike else ", ".join(f"{value:g}" for value in values)

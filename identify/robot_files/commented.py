@@ -45,6 +45,11 @@ KEYS = {
     ("[drive]", "gear_ratio"): "turns of the motor per turn of the joint [-]",
     ("[drive]", "direct_drive"): "joints whose motor has no gear",
     ("[drive]", "passive"): "joints without a motor: their torque is zero",
+    ("[drive]", "servo_gain"): (
+        "of position servos, where a log has no current: their error [rad] times this stands for it, and "
+        "gain is torque per unit of that; 1 where gain is in N m/rad"
+    ),
+    ("[drive]", "servo_limit"): "the same at which a servo gives all it can [rad]; inf: not known",
     ("[drive]", "coupling"): "motor velocity over gear ratio = coupling x joint velocity; identity: none [-]",
     ("[flange]", "origin"): "its place [m]",
     ("[flange]", "rotation"): "its axes, as a matrix [-]",

@@ -92,3 +92,19 @@ def _along(model: Any, tendon: int) -> dict[int, float]:
         for wrap in wraps
         if model.wrap_type[wrap] == kind and model.wrap_prm[wrap]
     }
+
+
+def servos(model: Any, joints: Sequence[str]) -> list[int]:
+    """The position servo of each joint, by its number; empty where a joint has none."""
+    found, every = [], [joint_name(model, joint) for joint in range(model.njnt)]
+    for name in joints:
+        joint = every.index(name)
+        own = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
+        found += own[:1]
+    return found if len(found) == len(joints) else []
+
+
+def _is_servo(model: Any, actuator: int, joint: int) -> bool:
+    gain, bias = model.actuator_gainprm[actuator][0], model.actuator_biasprm[actuator][1]
+    of_joint = model.actuator_trntype[actuator] == enum_of("mjtTrn", "mjTRN_JOINT")
+    return of_joint and int(model.actuator_trnid[actuator][0]) == joint and gain > 0.0 and bias == -gain

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.newton_euler import joints_of
-from ..arm.robot import Limits, Robot
+from ..arm.robot import Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..model import Model
 from .description import NAMED, is_description, read_kinematics
@@ -58,7 +58,10 @@ KEYS = (
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
-DRIVE_KEYS = ("gain", "gain_tolerance", "gear_ratio", "direct_drive", "passive", "coupling")
+DRIVE_KEYS = (
+    "gain", "gain_tolerance", "gear_ratio", "direct_drive", "passive", "servo_gain", "servo_limit",
+    "coupling",
+)  # fmt: skip
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
 STRONGEST_GRAVITY = 30.0
@@ -197,9 +200,25 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     for key in ("direct_drive", "passive"):
         if key in table:
             known[key] = tuple(strings(table[key], f"[drive] {key}"))
+    if (servo := _servo(table, n)) is not None:
+        known["servo"] = servo
     if "coupling" in table:
         known["coupling"] = matrix(table["coupling"], n, "[drive] coupling")
     return known
+
+
+def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
+    """The law of position servos; None where `[drive]` has no `servo_gain`."""
+    if "servo_gain" not in table:
+        if "servo_limit" in table:
+            raise RobotError("[drive] servo_limit: give servo_gain too; 1 where [drive] gain is in N m/rad")
+        return None
+    gain = numbers(table["servo_gain"], n, "[drive] servo_gain", 0.0)
+    limit = numbers(table.get("servo_limit", np.inf), n, "[drive] servo_limit", 0.0, infinite=True)
+    for key, values in (("servo_gain", gain), ("servo_limit", limit)):
+        if not np.all(values > 0.0):
+            raise RobotError(f"[drive] {key}: {values.tolist()} has a zero; expected numbers above 0")
+    return PositionServo(gain, limit)
 
 
 def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -> Limits:

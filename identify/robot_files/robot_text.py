@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.newton_euler import Joint, LinkFrame, joints_of, link_frames
-from ..arm.robot import Robot
+from ..arm.robot import PositionServo, Robot
 from ..effects import Effect, name_of
 from ..model import Model
 from .effect_rows import key_of
@@ -74,8 +74,15 @@ def _drive(robot: Robot) -> dict[str, Any]:
         "gear_ratio": robot.gear_ratio,
         **({"direct_drive": robot.direct_drive} if robot.direct_drive else {}),
         **({"passive": robot.passive} if robot.passive else {}),
+        **({} if robot.servo is None else servo_keys(robot.servo)),
         "coupling": robot.coupling,
     }
+
+
+def servo_keys(servo: PositionServo) -> dict[str, Any]:
+    """Keys of `[drive]` that are the law of position servos."""
+    limited = bool(np.any(np.isfinite(servo.limit)))
+    return {"servo_gain": servo.gain, **({"servo_limit": servo.limit} if limited else {})}
 
 
 def _placement(placement: pin.SE3) -> dict[str, Any]:

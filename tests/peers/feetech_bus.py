@@ -28,8 +28,8 @@ def with_sign(number):
 class Feetechs(ServoLine):
     """Their registers and instructions."""
 
-    def __init__(self, plant, cycle, baudrate, mirror, mode, phase, return_delay, torque, limits):
-        super().__init__(plant, cycle, GEARS["feetech"], baudrate, mirror)
+    def __init__(self, plant, cycle, gear, baudrate, mirror, mode, phase, return_delay, torque, limits):
+        super().__init__(plant, cycle, gear, baudrate, mirror)
         self.tables = [bytearray(128) for _ in self.ids]
         for servo, table in zip(self.ids, self.tables, strict=True):
             struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, return_delay, 1, *limits)
@@ -133,7 +133,9 @@ class Feetechs(ServoLine):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--robot", default="cobot")
+    parser.add_argument("--payload", default="", help="name of the body of the robot file that it carries")
     parser.add_argument("--cycle", type=float, default=0.002)
+    parser.add_argument("--gear", type=float, default=GEARS["feetech"], help="servo turns in a joint turn")
     parser.add_argument("--baudrate", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
     parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
@@ -143,11 +145,11 @@ def main():
     parser.add_argument("--torque", type=int, default=0)
     parser.add_argument("--limits", type=int, nargs=2, default=(0, 0))
     given = parser.parse_args()
-    plant = make_plant(given.robot)
+    plant = make_plant(given.robot, payload=given.payload)
     fifo()
     line = Feetechs(
-        plant, given.cycle, given.baudrate, given.mirror, given.mode, given.phase, given.return_delay,
-        given.torque, given.limits,
+        plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase,
+        given.return_delay, given.torque, given.limits,
     )  # fmt: skip
     line.arm.pace.lockstep = given.lockstep
     line.run()

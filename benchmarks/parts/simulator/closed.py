@@ -15,7 +15,7 @@ from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.in_mujoco.gap import Gap, Source, gap
 from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.recordings.servo_error import servo_words, with_servo_error
+from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 
 from .arms import MODELS, cases
 from .concealed import Case, record
@@ -85,8 +85,9 @@ def closed(case: Case, log: str, seconds: float) -> tuple[Gap, bool]:
 
 def commands_alone(run: Recording) -> Recording:
     """The log as `exidyn import --effort command` reads one without torque."""
-    signals = with_servo_error(run.signals, 1.0, np.inf, run.name)
-    return replace(run, signals=signals, settings=dict(run.settings) | {"effort": servo_words(1.0, np.inf)})
+    servo = servo_of(run.robot, None, None)
+    signals = with_servo_error(run.signals, servo, run.name)
+    return replace(run, signals=signals, settings=dict(run.settings) | {LAW: servo_words(servo)})
 
 
 def _show(found: dict[str, Any]) -> None:

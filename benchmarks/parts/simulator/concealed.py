@@ -17,10 +17,10 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Effect, Prior
 from exidyn.identify.errors import RobotWarning
 from exidyn.identify.in_mujoco.attached import Attached
-from exidyn.identify.in_mujoco.replay import servos
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.description import movable_joints
+from exidyn.identify.robot_files.mjcf_drives import servos
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.random_motion import random_fourier
 

@@ -96,13 +96,19 @@ ARMS = (
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
     """Errors of every arm before and after; the quick run has one pendulum."""
     chosen = SERVOS[:1] if quick else (*SERVOS, *ARMS)
-    found = {one.name: kept.of(f"recorded, {one.name}", lambda one=one: answered(one, folder)) for one in chosen}
+    found = {
+        one.name: kept.of(f"recorded, {one.name}", lambda one=one: answered(one, folder)) for one in chosen
+    }
     rows = [
         [name, *(1e3 * value for pair in zip(one["tool_before"], one["tool_after"], strict=True) for value in pair),
          f"{one['joints_worse']} of {one['joints']}"]
         for name, one in found.items()
     ]  # fmt: skip
-    head = ["arm", *(f"{when} {what}" for when in ("0.1 s", "0.5 s", "2 s") for what in ("before", "after")), "worse"]
+    head = [
+        "arm",
+        *(f"{when} {what}" for when in ("0.1 s", "0.5 s", "2 s") for what in ("before", "after")),
+        "worse",
+    ]
     show("Real recordings held out: tool point [mm]", head, rows)
     return {
         "recorded_worse": sum(one["joints_worse"] for one in found.values()),

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 from ...effects import Shape
 from ...model import Model
 from ...recordings.recording import EFFORT, Recording, Signal
+from ...recordings.servo_error import delayed_command
 from ..findings.finding import Finding
 from ..findings.kind import Kind, Undo
 from ..questions.candidate import UNNAMED, Candidate
@@ -76,11 +77,18 @@ def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
 
 
 def earlier(recording: Recording, finding: Finding) -> Recording:
-    """The recording with currents, or torques, moved to where they were earlier by the delay."""
+    """The recording with currents, or torques, moved to where they were earlier by the delay.
+
+    Where the error of servos stands for the current, their commands are moved.
+    """
     signals, seconds = dict(recording.signals), finding.parameters["delay"].value
+    joints = finding.joints or range(recording.robot.dof)
+    commanded = delayed_command(recording, -seconds, joints)
+    if commanded is not None:
+        return commanded
     for name in set(EFFORT) & set(signals):
         time, values = signals[name].time, np.array(signals[name].values)
-        for joint in finding.joints or range(recording.robot.dof):
+        for joint in joints:
             values[:, joint] = np.interp(time + seconds, time, signals[name].values[:, joint])
         signals[name] = Signal(time, values)
     return replace(recording, signals=signals)

@@ -18,6 +18,7 @@ from ...model import Model
 from ...robot_files.robot_file import parse_model
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
 from ..recording_checks import check_recorded, without_stale
+from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
 from .mcap_records import Contents, read_contents
 from .mcap_topics import (
@@ -134,13 +135,18 @@ def read_recording(path: Path | str) -> Recording:
     contents = read_contents(Path(path))
     head = _read_head(contents, Path(path))
     signals, host_time = _read_signals(contents, head)
+    lost, settings, robot = _losses(contents, head, signals), head.settings, head.model.robot
+    if lacks_effort(signals, robot):
+        servo = servo_of(robot, None, None)
+        signals = with_servo_error(signals, servo, str(path))
+        settings = {**settings, LAW: servo_words(servo)}
     recording = Recording(
         name=head.name,
         model=head.model,
         signals=signals,
         payload=head.payload,
         trajectory=head.trajectory,
-        settings=head.settings,
+        settings=settings,
         host_time=host_time if head.host_clock else None,
         events=_events(contents, head.epoch),
         timing=_timing(contents, head.epoch),
@@ -148,7 +154,7 @@ def read_recording(path: Path | str) -> Recording:
         outcome=contents.metadata.get("outcome", {}),
         warnings=head.warnings,
     )
-    return check_recorded(without_stale(recording.with_warnings(*_losses(contents, head, signals))))
+    return check_recorded(without_stale(recording.with_warnings(*lost)))
 
 
 def import_recording(source: Path, model: Model | None = None) -> list[Recording]:

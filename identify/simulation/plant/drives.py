@@ -17,6 +17,10 @@ from ...errors import RobotError
 from . import steps
 from .steps import Cascade, Elastic, Forces, Moved, compiled
 
+SERVO_LAG = 1e-4
+"""Time by which a cascade that stands for a servo without damping brakes [s]: what is left of its velocity
+loop, a tenth of a step."""
+
 
 class Cut(NamedTuple):
     """How a tick is cut, and what position and velocity are there out of both ends'.
@@ -103,7 +107,8 @@ class DriveControl:
     Attributes:
         position_gain: Velocity per position error, shape (n,) [1/s].
         velocity_gain: Torque per velocity error, shape (n,) [N m s/rad].
-        integral_gain: Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s].
+        integral_gain: Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s];
+            zero for none.
         feed_forward: Share of the commanded velocity that is added to the position loop's [-].
         current_limit: Largest current, shape (n,) [A].
         saturation: Current at which iron is so saturated that the torque per current has fallen to 71 %,
@@ -120,7 +125,8 @@ class DriveControl:
     def __post_init__(self) -> None:
         for name in ("position_gain", "velocity_gain", "integral_gain", "current_limit", "saturation"):
             value = np.asarray(getattr(self, name), float)
-            if value.shape != np.shape(self.position_gain) or not np.all(value > 0.0):
+            enough = np.all(value >= 0.0) if name == "integral_gain" else np.all(value > 0.0)
+            if value.shape != np.shape(self.position_gain) or not enough:
                 raise RobotError(
                     f"drive control: {name} is {value}; expected one number a joint, all above 0"
                 )
@@ -143,6 +149,16 @@ class DriveControl:
         speed = np.full(len(inertia), 2 * np.pi * bandwidth)
         saturation = np.full(len(inertia), np.inf) if saturation is None else saturation
         return cls(speed / 5, inertia * speed, speed / 5, feed_forward, current_limit, saturation)
+
+    @classmethod
+    def position_servo(cls, stiffness: np.ndarray, current_limit: np.ndarray) -> "DriveControl":
+        """Torque by the error of position alone: stiffness (n,) [N m/rad] up to a current limit (n,) [A].
+
+        What such a servo has of damping is part of the joint's viscous friction.
+        """
+        n = len(stiffness)
+        per = np.full(n, 1.0 / SERVO_LAG)
+        return cls(per, stiffness * SERVO_LAG, np.zeros(n), 0.0, current_limit, np.full(n, np.inf))
 
     @cached_property
     def _saturates(self) -> bool:
@@ -214,7 +230,13 @@ class Servo:
 
     def integral_for(self, torque: np.ndarray) -> np.ndarray:
         """The integral with which the motors hold a torque (n,) [N m] when nothing is in error."""
-        return torque / (self.velocity_gain * self.integral_gain)
+        gain = self.velocity_gain * self.integral_gain
+        return np.divide(torque, gain, out=np.zeros_like(torque), where=gain > 0.0)
+
+    def error_for(self, torque: np.ndarray) -> np.ndarray:
+        """The error of position (n,) [rad] by which motors without integral hold a torque (n,) [N m]."""
+        stiffness = self.velocity_gain * self.position_gain
+        return np.where(self.integral_gain > 0.0, 0.0, torque / stiffness)
 
 
 class State(NamedTuple):

@@ -95,9 +95,10 @@ class Plant:
         self._forces = ArmForces(model, values, payload, transmission)
         self._servo = Servo(control, gain, robot.coupling, self._motors)
         self._springs, self._steppings = transmission.springs, dict[float, tuple[Steps, Steps]]()
-        self._path = CommandPath(start)
-        self._reference = self._servo.reference(start, np.zeros(n))
-        self._state = self._at_rest(start, transmission, robot.to_motors)
+        self._state, holding = self._at_rest(start, transmission, robot.to_motors)
+        asked = start + np.linalg.solve(robot.coupling, self._servo.error_for(holding))
+        self._path = CommandPath(asked)
+        self._reference = self._servo.reference(asked, np.zeros(n))
         self._make_ready()
         self._past = Past(sensors.current_delay, self._motor_current())
         self._readings = Readings(sensors, start, self._past.delayed(), seed)
@@ -105,20 +106,22 @@ class Plant:
         warm = seen.warmth(self._temperature)
         self._measured = Measured(seen.position, seen.velocity, seen.current, warm, link)
 
-    def _at_rest(self, start: np.ndarray, transmission: Transmission, to_motors: np.ndarray) -> State:
-        """Standing still with the motors at the start, the servo holding what there is to hold."""
+    def _at_rest(
+        self, start: np.ndarray, transmission: Transmission, to_motors: np.ndarray
+    ) -> tuple[State, np.ndarray]:
+        """Standing still with the motors at the start, and the torque (n,) [N m] by which they hold that."""
         links = start
         for _ in range(100):  # half of what is missing each time: gears that bend shift what they bear
             on_links, on_motors = self._forces.holding(links, start, self._temperature)
             links = links + 0.5 * (start - transmission.twist(on_links) - links)
-        integral = self._servo.integral_for(to_motors @ (on_links + on_motors))
+        holding = to_motors @ (on_links + on_motors)
         position = np.concatenate([links, start[transmission.elastic]])
         still = np.zeros(len(position))
         self._forces.remember(position)
         state = Joints(position, still, still)
         self._here, self._inertia = self._forces.at(state, position, self._temperature)
         solve(self._inertia, position)  # raises where there is nothing to accelerate
-        return State(position, still, still, integral)
+        return State(position, still, still, self._servo.integral_for(holding)), holding
 
     def _make_ready(self) -> None:
         """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""

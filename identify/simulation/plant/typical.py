@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...arm.robot import Robot
 from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
@@ -56,11 +57,16 @@ def typical_plant(
 
 
 def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
-    """Drives, sensors and warmth of an arm of the nominal size of the model."""
+    """Drives, sensors and warmth of an arm of the nominal size of the model.
+
+    Drives are position servos where the robot states their law, with current up to the servo's limit.
+    """
     robot, n = model.robot, model.robot.dof
     inertia, torque = typical_size(model)
     limit = np.where(np.isfinite(robot.limits.torque), robot.limits.torque, 4.0 * torque)
     most = limit / np.abs(robot.drive_gain)
+    if robot.servo is not None:
+        most = np.where(np.isfinite(robot.servo.limit), robot.servo.limit, most)
     noise = NOISE * most
     sensors = Sensors(
         encoder_step=2 * np.pi / (COUNTS * np.abs(robot.gear_ratio)),
@@ -70,7 +76,14 @@ def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
         current_drift=noise,
     )
     thermal = typical_warmth(model, most / 3)
-    return DriveControl.tuned(inertia, BANDWIDTH, most), sensors, thermal
+    return _control(robot, inertia, most), sensors, thermal
+
+
+def _control(robot: Robot, inertia: np.ndarray, most: np.ndarray) -> DriveControl:
+    """Drives that move an inertia (n,) [kg m^2] by at most some current (n,) [A]."""
+    if robot.servo is None:
+        return DriveControl.tuned(inertia, BANDWIDTH, most)
+    return DriveControl.position_servo(np.abs(robot.drive_gain) * robot.servo.gain, most)
 
 
 def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:

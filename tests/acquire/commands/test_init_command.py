@@ -51,6 +51,24 @@ def test_gains_that_are_not_all_told_are_a_comment(files):
     assert np.all(read_model(files / "robot.toml").robot.drive_gain == 1.0)
 
 
+def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys):
+    stiffness = 4000.0
+    command = LOG.position + LOG.current * LOG.model.robot.drive_gain / stiffness
+    named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("q_ref{k}", command)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("servos.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    assert main(["init", "servos.csv", "--urdf", "arm.urdf"]) == 0
+    said = capsys.readouterr().out
+    assert "what is left to the command stands for it" in " ".join(said.split())
+    gains = [float(value) for value in re.findall(r"^gain of \S+ +(\S+) N m ±", said, re.MULTILINE)]
+    assert len(gains) >= 2
+    assert np.all(np.abs(np.log(np.array(gains) / stiffness)) < 0.7)
+    assert "\n[drive]\nservo_gain = [1.0, " in (files / "robot.toml").read_text()
+    assert main(["import", "servos.csv", "--robot", "robot.toml"]) == 0
+    run = read_recording(files / "servos.mcap")
+    np.testing.assert_allclose(run.signals["current"].values, command - LOG.position, atol=1e-6)
+
+
 def test_an_mjcf_is_taken_where_a_urdf_is(files):
     pytest.importorskip("mujoco")
     (files / "arm.xml").write_text(FORMATS["mjcf"].text(Portable.of(LOG.model)))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
+from exidyn.identify.arm.robot import PositionServo
 from exidyn.identify.effects import Prior
 from exidyn.identify.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identify.errors import RobotError
@@ -205,3 +206,31 @@ def test_export_patches_the_file_of_the_arm(tmp_path, monkeypatch, capsys):
     require_same(identified(plain_fit()), (tmp_path / "arm-identified.xml").read_bytes())
     assert main(["export", "fit.json", "--to", "urdf", "--patch", "arm.xml"]) != 0
     assert "--patch changes an MJCF" in capsys.readouterr().err
+
+
+SERVOS = re.sub(
+    b"<actuator>.*</actuator>",
+    b"""<default><default class="soft"><position kp="50" dampratio="1" forcerange="-3 3"/></default></default>
+  <actuator><general joint="joint2" gainprm="7" gear="2" biastype="affine" biasprm="0 -7 -1"/>
+    <position class="soft" name="b" joint="one"/></actuator>""",
+    ARM,
+).replace(b"<joint axis", b"<joint name='joint2' axis")
+
+
+def test_stiffness_of_servos_is_written_where_a_log_has_no_current(tmp_path):
+    nominal = nominal_of(SERVOS, tmp_path)
+    assert not patched(nominal, SERVOS, tmp_path).changes
+    servo = PositionServo(np.array([1.0, 2.0]), np.full(2, np.inf))
+    robot = replace(nominal.robot, servo=servo, drive_gain=np.array([18.0, 10.0]),
+                    drive_gain_tolerance=np.array([0.1, 0.05]))  # fmt: skip
+    made = patched(replace(nominal, robot=robot), SERVOS, tmp_path)
+    assert b"""<position class="soft" name="b" joint="one" kp="18" kv="0"/>""" in made.text
+    # 20 N m/rad at the joint is 5 behind a gear of 2, which counts for position and for force.
+    assert b"""gainprm="5" gear="2" biastype="affine" biasprm="0 -5 0"/>""" in made.text
+    told = {(one.where, one.attribute): one for one in made.changes}
+    assert [(one.old, one.new) for one in made.changes] == [
+        (50.0, 18.0), (pytest.approx(told["actuator 'b'", "kv"].old), 0.0), (7.0, 5.0), (1.0, 0.0),
+    ]  # fmt: skip
+    assert told["actuator 'b'", "kp"].half == pytest.approx(1.96 * 1.8, rel=1e-3)
+    assert told["actuator 'actuator1'", "kp"].half == pytest.approx(1.96 * 0.25, rel=1e-3)
+    assert not patched(replace(nominal, robot=robot), made.text, tmp_path).changes

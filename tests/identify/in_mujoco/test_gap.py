@@ -14,7 +14,7 @@ from exidyn.identify.in_mujoco.gap import worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import servo_torque
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.servo_error import servo_words, with_servo_error
+from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
 
 mujoco = pytest.importorskip("mujoco")
@@ -56,8 +56,9 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     for seed, name in enumerate(("one", "other")):
         log = concealed.record(case, 16.0, seed, name)
         if commands == "alone":
-            signals = with_servo_error(log.signals, 1.0, np.inf, name)
-            settings = {"effort": servo_words(1.0, np.inf)}
+            servo = servo_of(log.robot, None, None)
+            signals = with_servo_error(log.signals, servo, name)
+            settings = {LAW: servo_words(servo)}
             log = concealed.replace(log, signals=signals, settings=settings)
         write_recording(log, f"{name}.mcap")
     given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
@@ -85,7 +86,9 @@ def distances(*ends, moved=10.0):
     """Of two starts, as many horizons as there are rows, one by default, and as many joints as numbers."""
     rows = np.atleast_2d(np.array(ends, float))
     every = np.stack([rows, rows])
-    return Distances(every, np.ones((2, len(rows))), np.ones(rows.shape[1]), 1.0, (), np.full(rows.shape, moved))
+    return Distances(
+        every, np.ones((2, len(rows))), np.ones(rows.shape[1]), 1.0, (), np.full(rows.shape, moved)
+    )
 
 
 def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():

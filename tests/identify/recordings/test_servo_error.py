@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import RecordingError, WrongShape
+from exidyn.identify.arm.robot import PositionServo
+from exidyn.identify.errors import RecordingError, RobotError, WrongShape
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.recordings.servo_error import with_servo_error
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.recordings.importers.tables.columns import columns_of
+from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identify.recordings.servo_error import delayed_command, servo_words, with_servo_error
+from exidyn.identify.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.small.two_joint_files import NOMINAL
 
@@ -35,12 +38,78 @@ def test_what_is_left_to_the_command_stands_for_the_current(tmp_path):
 def test_commands_come_at_their_own_times_and_are_needed():
     position = Signal(np.arange(4.0), np.zeros((4, 1)))
     command = Signal(np.array([0.0, 2.0]), np.array([[0.0], [1.0]]))
-    found = with_servo_error({"position": position, "command": command}, 1.0, np.inf, "log")
+    servo = PositionServo(np.ones(1), np.full(1, np.inf))
+    found = with_servo_error({"position": position, "command": command}, servo, "log")
     assert found["current"].values[:, 0].tolist() == [0.0, 0.5, 1.0, 1.0]
     with pytest.raises(RecordingError, match="log has no commanded position, which --effort command needs"):
-        with_servo_error({"position": position}, 1.0, np.inf, "log")
+        with_servo_error({"position": position}, servo, "log")
     with pytest.raises(RecordingError, match="log: commands are the positions"):
-        with_servo_error({"position": position, "command": position}, 1.0, np.inf, "log")
+        with_servo_error({"position": position, "command": position}, servo, "log")
+
+
+def servo_arm():
+    """The two-joint arm, its drives position servos as a file has them."""
+    text = model_text(NOMINAL).replace("[drive]\n", "[drive]\nservo_gain = 2.0\nservo_limit = [0.3, inf]\n")
+    model = parse_model(text)
+    assert "servo_limit = [0.3, inf]" in model_text(model)
+    assert model_text(parse_model(model_text(model))) == model_text(model)
+    return model
+
+
+def follower(seconds=4.0):
+    """A log of an arm that stays behind its commands by 0.1 and 0.2 rad."""
+    time = np.arange(0.0, seconds, 0.01)
+    position = np.stack([np.sin(2.0 * time), np.cos(3.0 * time)], axis=1)
+    return Signal(time, position), Signal(time, position + [0.1, 0.2])
+
+
+def test_the_robots_file_says_that_drives_are_servos(tmp_path):
+    position, command = follower()
+    rows = np.column_stack([position.time, position.values, command.values])
+    log = tmp_path / "log.csv"
+    np.savetxt(log, rows, delimiter=",", header="t,q1,q2,q_ref1,q_ref2", comments="")
+    [run] = import_source(log, servo_arm())
+    np.testing.assert_allclose(run.signals["current"].values, np.tile([0.2, 0.4], (400, 1)), atol=1e-12)
+    assert run.settings["effort"] == "servo error [rad] x 2, at most 0.3, inf"
+    [stiff] = import_source(log, servo_arm(), servo_gain=8.0)
+    np.testing.assert_allclose(stiff.signals["current"].values, np.tile([0.3, 1.6], (400, 1)), atol=1e-12)
+
+
+def test_a_recorded_run_without_current_is_read_by_them_and_exported_as_it_was(tmp_path):
+    position, command = follower()
+    unmeasured = Signal(position.time, np.full((400, 2), np.nan))
+    signals = {"position": position, "command": command, "current": unmeasured}
+    path = tmp_path / "run.mcap"
+    write_recording(Recording("run", servo_arm(), signals), path)
+    run = read_recording(path)
+    np.testing.assert_allclose(run.signals["current"].values, np.tile([0.2, 0.4], (400, 1)), atol=1e-9)
+    assert "i1" not in columns_of(run)
+    # A real current is left alone.
+    write_recording(Recording("run", servo_arm(), signals | {"current": command}), path)
+    assert read_recording(path).signals["current"].values.tolist() == command.values.tolist()
+
+
+def test_commands_that_come_earlier_change_the_error(tmp_path):
+    position, _ = follower()
+    later = Signal(position.time + 0.02, position.values)  # each command acts two samples later
+    sent = [np.interp(position.time, later.time, one) for one in later.values.T]
+    command = Signal(position.time, np.stack(sent, axis=1))
+    signals = with_servo_error({"position": position, "command": command}, servo_arm().robot.servo, "log")
+    settings = {"effort": servo_words(servo_arm().robot.servo)}
+    run = Recording("run", servo_arm(), signals, settings=settings)
+    found = delayed_command(run, -0.02, range(2))
+    assert np.abs(run.signals["current"].values[50:-50]).max() > 0.05
+    assert np.abs(found.signals["current"].values[50:-50]).max() < 1e-9
+    assert delayed_command(Recording("run", servo_arm(), signals), -0.02, range(2)) is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [("servo_limit = 0.2", "give servo_gain too"), ("servo_gain = 0.0", "servo_gain: .* has a zero")],
+)
+def test_wrong_servos_are_refused(keys, words):
+    with pytest.raises(RobotError, match=words):
+        parse_model(model_text(NOMINAL).replace("[drive]\n", f"[drive]\n{keys}\n"))
 
 
 @pytest.mark.slow

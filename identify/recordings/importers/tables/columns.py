@@ -14,6 +14,7 @@ from ....errors import RecordingError, WrongShape, listed
 from ....notebook import optional
 from ...optional_signals import NEEDED
 from ...recording import SIGNALS, Recording
+from ...servo_error import LAW
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
@@ -219,11 +220,13 @@ def columns_of(recording: Recording) -> dict[str, np.ndarray]:
     """Time `t` [s] and each signal of each joint, `q1`, `q2`, …, in the units of `SIGNALS`, shape (t,) each.
 
     A row for every time at which anything was measured; NaN for what was not measured then. Joints on which
-    a signal was never measured have no column.
+    a signal was never measured have no column, and nor has an effort that was made of commands.
     """
-    time = np.unique(np.concatenate([signal.time for signal in recording.signals.values()]))
+    made = ("current",) if LAW in recording.settings else ()
+    signals = {name: signal for name, signal in recording.signals.items() if name not in made}
+    time = np.unique(np.concatenate([signal.time for signal in signals.values()]))
     found = {"t": time}
-    for name, signal in recording.signals.items():
+    for name, signal in signals.items():
         rows = np.searchsorted(time, signal.time)
         for joint, values in enumerate(signal.values.T):
             if not np.isnan(values).all():

@@ -22,7 +22,7 @@ from ....text_table import digits
 from ...optional_signals import without_damaged
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
-from ...servo_error import COMMAND, servo_words, with_servo_error
+from ...servo_error import COMMAND, LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot, unit_named
 from ...wrong_unit import percent_questions
 from .columns import Columns, Names
@@ -155,8 +155,8 @@ def import_table(
     columns: Mapping[str, Names] | None = None,
     joints: Names | None = None,
     effort: str = "torque",
-    servo_gain: float = 1.0,
-    servo_limit: float = np.inf,
+    servo_gain: float | None = None,
+    servo_limit: float | None = None,
     degrees: bool = False,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
@@ -179,9 +179,11 @@ def import_table(
             a pattern with {number}, {index} or {joint} in it, such as "axis{number}_current".
         joints: What the joints are called in the file: one name a joint, or a pattern such as "left_{joint}".
         effort: What a column of effort holds, "torque" or "current"; or "command", where the servo's error
-            takes the place of the current.
-        servo_gain: By which that is multiplied, as of a servo whose gain differs from run to run.
-        servo_limit: At which the servo gives all it can, `servo_gain` included.
+            takes the place of the current, as it does where the robot's drives are servos and the file has
+            no effort.
+        servo_gain: By which that is multiplied, as of a servo whose gain differs from run to run; by default
+            the robot's.
+        servo_limit: At which the servo gives all it can, `servo_gain` included; by default the robot's.
         degrees: Positions and velocities are in degrees and degrees a second.
         motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
@@ -224,9 +226,10 @@ def import_table(
             signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
             for signal, where in places.items()
         }
-        if by_servo:
-            signals = with_servo_error(signals, servo_gain, servo_limit, str(source))
-            known |= {"effort": servo_words(servo_gain, servo_limit)}
+        if by_servo or lacks_effort(signals, model.robot):
+            servo = servo_of(model.robot, servo_gain, servo_limit)
+            signals = with_servo_error(signals, servo, str(source))
+            known |= {LAW: servo_words(servo)}
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,

@@ -1,0 +1,87 @@
+"""Isaac Lab: the actuators of an arm, as `ArticulationCfg.actuators` takes them.
+
+Fields are those that Isaac Lab has from 2.3 on; from 3.0 on it also knows the limits by other names.
+"""
+
+import re
+from collections.abc import Callable
+from textwrap import indent
+
+import numpy as np
+
+from ..arm.robot import Robot
+from .portable import Portable
+
+FEATURES = ("armature", "damping", "dry", "servos")
+DIGITS = 6
+"""Significant digits that are written: solvers work in single precision."""
+
+FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
+    "effort_limit_sim": lambda portable: portable.robot.limits.torque,
+    "velocity_limit_sim": lambda portable: portable.robot.limits.velocity,
+    "stiffness": lambda portable: _stiffness(portable.robot),
+    "damping": lambda portable: np.zeros(portable.robot.dof),
+    "armature": lambda portable: np.maximum(portable.joints.armature, 0.0),
+    "friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
+    "dynamic_friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
+    "viscous_friction": lambda portable: np.maximum(portable.joints.damping, 0.0),
+}
+"""Field of an actuator -> its value at each joint, shape (n,), SI."""
+HEAD = '''"""Actuators of {name} for Isaac Lab, by exidyn; SI units, at the joints.
+
+ArticulationCfg(..., actuators=ACTUATORS). {law}
+"""
+
+from isaaclab.actuators import ImplicitActuatorCfg
+
+ACTUATORS = {{
+    "arm": ImplicitActuatorCfg(
+        joint_names_expr={joints},
+'''
+BY_SERVO = (
+    "stiffness is that of the servos; what they\ndamp themselves is in viscous_friction, and damping is 0."
+)
+BY_EFFORT = (
+    "stiffness and damping are 0, for commands of\neffort; put the gains of a position controller there."
+)
+
+
+def isaac(portable: Portable) -> str:
+    """Python that an Isaac Lab configuration imports: limits, armature, friction, servos; no bodies."""
+    robot = portable.robot
+    law = BY_EFFORT if robot.servo is None else BY_SERVO
+    patterns = [re.escape(joint) for joint in robot.joints]
+    head = HEAD.format(name=robot.name, law=law, joints=_listed(patterns))
+    rows = [
+        f"{name}={_by_joint(patterns, values(portable))},"
+        for name, values in FIELDS.items()
+        if np.any(np.isfinite(values(portable)))
+    ]
+    return head + indent("\n".join(rows), " " * 8) + "\n    ),\n}\n"
+
+
+def _stiffness(robot: Robot) -> np.ndarray:
+    if robot.servo is None:
+        return np.zeros(robot.dof)
+    return np.abs(robot.drive_gain) * robot.servo.gain
+
+
+def _listed(patterns: list[str]) -> str:
+    return f"[{', '.join(map(_quoted, patterns))}]"
+
+
+def _by_joint(patterns: list[str], values: np.ndarray) -> str:
+    """One number where all joints have the same, else one of each that has any."""
+    if np.all(values == values[0]):
+        return _number(values[0])
+    known = [(p, v) for p, v in zip(patterns, values, strict=True) if np.isfinite(v)]
+    rows = "".join(f"    {_quoted(pattern)}: {_number(value)},\n" for pattern, value in known)
+    return f"{{\n{rows}}}"
+
+
+def _number(value: float) -> str:
+    return repr(float(f"{value:.{DIGITS}g}"))
+
+
+def _quoted(text: str) -> str:
+    return repr(text)

@@ -1,0 +1,45 @@
+"""Logs of position servos without current: what is left to the command stands for it."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..recordings.recording import EFFORT
+from .agreement import Guess, Sampled
+from .column_names import Family
+from .drives import Gain, gain_guesses, gains
+from .hypotheses import factor_of
+
+ERROR = "what is left to the command"
+BY_SERVO = f"no effort: {ERROR} stands for it, as of position servos, whose kp [N m/rad] is the gain"
+"""What is told of such a log."""
+
+
+def only_commanded(chosen: Mapping[str, Family]) -> bool:
+    """Whether a log has positions and commands, and no effort."""
+    return {"position", "command"} <= set(chosen) and not any(signal in chosen for signal in EFFORT)
+
+
+def with_error(
+    names: Sequence[str], values: np.ndarray, chosen: Mapping[str, Family]
+) -> tuple[list[str], np.ndarray, dict[str, Family]]:
+    """Names and values (t, c) of the columns, and families by signal, with that error as the current."""
+    position, command = chosen["position"], chosen["command"]
+    error = values[:, command.places] - values[:, position.places]
+    places = tuple(range(values.shape[1], values.shape[1] + error.shape[1]))
+    made = tuple(f"{ERROR} of {name}" for name in position.names)
+    family = Family(ERROR, places, made, position.by_name, "current", "")
+    return [*names, *made], np.column_stack([values, error]), {**chosen, "current": family}
+
+
+def servo_gains(
+    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, unit: str
+) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
+    """Signals that the log has; gains of the servos [N m/rad], whose errors are in a unit; and guesses."""
+    factor = factor_of(robot, unit)
+    found = [
+        gain._replace(value=gain.value / one) for gain, one in zip(gains(robot, sample), factor, strict=True)
+    ]
+    there = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
+    return there, tuple(found), gain_guesses(robot.joints, found)

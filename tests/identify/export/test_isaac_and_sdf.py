@@ -1,0 +1,163 @@
+"""Isaac Lab's actuators, run against stand-ins of its classes; SDF, read by libsdformat where that is."""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from types import ModuleType
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exidyn.identify.arm.robot import Limits, PositionServo
+from exidyn.identify.effects import (
+    CoulombFriction,
+    CurrentOffset,
+    JointSpring,
+    RigidBody,
+    RotorInertia,
+    StribeckFriction,
+    ViscousFriction,
+)
+from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.model import Model
+
+from ...parts.runs.robots import six_axis, sliding
+from ...parts.runs.simulated import known
+from ..simulation.test_plant_forces import drawn
+
+READER = Path(__file__).parents[2] / "parts" / "sdf_reader.cpp"
+EFFECTS = (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction())
+
+
+@dataclass
+class ImplicitActuatorCfg:
+    """The fields that Isaac Lab 2.3 documents, and 3.0 still takes."""
+
+    joint_names_expr: list
+    stiffness: object
+    damping: object
+    effort_limit_sim: object = None
+    velocity_limit_sim: object = None
+    armature: object = None
+    friction: object = None
+    dynamic_friction: object = None
+    viscous_friction: object = None
+
+
+def portable(robot, *more, limited=True, **changed):
+    n = robot.dof
+    limits = Limits(*np.outer([-2.0, 1.5, 3.0, 9.0, 90.0, 40.0], np.arange(1.0, n + 1.0)))
+    robot = replace(robot, **({"limits": limits} if limited else {}), **changed)
+    model = Model(robot, (*EFFECTS, *more))
+    return Portable.of(known(model, drawn(model)))
+
+
+def actuators(text, monkeypatch):
+    """What a configuration gets that imports it."""
+    module = ModuleType("isaaclab.actuators")
+    module.ImplicitActuatorCfg = ImplicitActuatorCfg
+    monkeypatch.setitem(sys.modules, "isaaclab", ModuleType("isaaclab"))
+    monkeypatch.setitem(sys.modules, "isaaclab.actuators", module)
+    made = {}
+    exec(compile(text, "actuators.py", "exec"), made)
+    return made["ACTUATORS"]["arm"]
+
+
+def by_joint(value, joints):
+    return np.array([value[joint] for joint in joints] if isinstance(value, dict) else [value] * len(joints))
+
+
+def test_isaac_lab_gets_limits_armature_friction_and_servos(monkeypatch):
+    servo = PositionServo(np.full(6, 2.0), np.full(6, np.inf))
+    arm = portable(six_axis(), StribeckFriction(), servo=servo, drive_gain=np.arange(10.0, 16.0))
+    found, joints = actuators(FORMATS["isaaclab"].text(arm), monkeypatch), arm.robot.joints
+    assert found.joint_names_expr == list(joints)
+    expected = {
+        "effort_limit_sim": arm.robot.limits.torque, "velocity_limit_sim": arm.robot.limits.velocity,
+        "stiffness": 2.0 * np.arange(10.0, 16.0), "damping": np.zeros(6), "armature": arm.joints.armature,
+        "friction": arm.joints.dry, "dynamic_friction": arm.joints.dry,
+        "viscous_friction": arm.joints.damping,
+    }  # fmt: skip
+    assert {field.name for field in fields(found)} == {*expected, "joint_names_expr"}
+    for name, values in expected.items():
+        np.testing.assert_allclose(by_joint(getattr(found, name), joints), values, rtol=1e-5, err_msg=name)
+    left = FORMATS["isaaclab"].leaves_out(arm)
+    assert any(line.startswith("kinematics and bodies; mass behind each joint: joint1 ") for line in left)
+    assert any(line.startswith("stribeck_friction: up to") and "fade 0.1 rad/s" in line for line in left)
+    assert not any("servos" in line for line in left)
+
+
+def test_isaac_lab_of_an_arm_without_servos_or_limits_leaves_both_open(monkeypatch):
+    arm = portable(six_axis(), limited=False)
+    found = actuators(FORMATS["isaaclab"].text(arm), monkeypatch)
+    assert found.stiffness == 0.0
+    assert found.effort_limit_sim is None
+
+
+def read_by_libsdformat(text, tmp_path):
+    """Rows of links and joints as that library has them, by name."""
+    wanted = shutil.which("pkg-config") and shutil.which("g++")
+    flags = wanted and subprocess.run(
+        ["pkg-config", "--cflags", "--libs", "sdformat12"], capture_output=True, text=True
+    )
+    if not wanted or flags.returncode:
+        pytest.skip("no libsdformat-dev with pkg-config and g++: nothing else here reads SDF")
+    program, model = tmp_path / "reader", tmp_path / "arm.sdf"
+    made = ["g++", "-std=c++17", "-O0", str(READER), "-o", str(program), *flags.stdout.split()]
+    subprocess.run(made, check=True, capture_output=True)
+    model.write_text(text)
+    read = subprocess.run([program, model], capture_output=True, text=True)
+    assert read.returncode == 0, read.stderr
+    assert not read.stderr
+    rows = [line.split() for line in read.stdout.splitlines()]
+    return {(kind, name): np.array(numbers, float) for kind, name, *numbers in rows}
+
+
+@pytest.mark.parametrize("robot", [six_axis, sliding])
+def test_libsdformat_reads_the_bodies_where_the_arm_has_them_and_its_joints(robot, tmp_path):
+    arm = portable(robot(), JointSpring((robot().joints[1],)))
+    found = read_by_libsdformat(FORMATS["sdf"].text(arm), tmp_path)
+    kinematics, joints = arm.robot.kinematics, arm.joints
+    data = kinematics.createData()
+    pin.forwardKinematics(kinematics, data, np.zeros(arm.robot.dof))
+    links = [numbers for (kind, _), numbers in found.items() if kind == "link"]
+    for place, (name, numbers) in enumerate(zip(arm.robot.joints, links, strict=True), start=1):
+        body = data.oMi[place].act(kinematics.inertias[place])
+        moments = body.inertia[np.triu_indices(3)]
+        np.testing.assert_allclose(numbers, [body.mass, *body.lever, *moments], atol=1e-9, err_msg=name)
+    for place, name in enumerate(arm.robot.joints):
+        turned = data.oMi[place + 1].rotation @ axis_of(kinematics, place)
+        limits, stiffness = arm.robot.limits, joints.stiffness[place]
+        rest = -joints.constant[place] / stiffness if stiffness else 0.0
+        expected = [
+            *turned, limits.position_lower[place], limits.position_upper[place], limits.torque[place],
+            limits.velocity[place], joints.damping[place], joints.dry[place], rest, stiffness,
+        ]  # fmt: skip
+        np.testing.assert_allclose(found["joint", name], expected, atol=1e-9, err_msg=name)
+
+
+def axis_of(kinematics, place):
+    """Of a joint, in its frame, by how it moves."""
+    data = kinematics.createData()
+    velocity = np.zeros(kinematics.nv)
+    velocity[place] = 1.0
+    pin.forwardKinematics(kinematics, data, np.zeros(kinematics.nq), velocity)
+    own = data.v[place + 1]
+    return own.angular if np.linalg.norm(own.angular) > 0.5 else own.linear
+
+
+def test_sdf_tells_what_it_lacks_and_limits_are_left_out_where_there_are_none():
+    arm = portable(six_axis(), CurrentOffset(), JointSpring(("joint2",)), limited=False)
+    root = ElementTree.fromstring(FORMATS["sdf"].text(arm))
+    assert root.get("version") == "1.9"
+    assert [joint.find("parent").text for joint in root.iter("joint")][0] == "world"
+    assert root.find("model/joint/axis/limit/effort") is None
+    left = FORMATS["sdf"].leaves_out(arm)
+    assert any(line.startswith("rotor_inertia: ") for line in left)
+    [constant] = [line for line in left if line.startswith("constant torque")]
+    assert "joint1" in constant
+    assert "joint2" not in constant  # is where its spring rests
