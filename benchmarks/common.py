@@ -27,28 +27,6 @@ def parser(description: str, parts: Collection[str] = ()) -> argparse.ArgumentPa
     return found
 
 
-class Kept:
-    """Results by their name, each a line of a file as soon as it is there; a benchmark goes on from them."""
-
-    def __init__(self, path: Path) -> None:
-        lines = path.read_text().splitlines() if path.exists() else []
-        self.path, self.lock = path, threading.Lock()
-        self.found: dict[str, Any] = dict(json.loads(line) for line in lines)
-
-    def of(self, name: str, make: Callable[[], Any]) -> Any:
-        """The result of that name."""
-        if name not in self.found:
-            self.put(name, make())
-        return self.found[name]
-
-    def put(self, name: str, result: Any) -> None:
-        """Write it down."""
-        with self.lock, self.path.open("a") as file:
-            self.found[name] = json.loads(json.dumps(result, default=sorted))
-            file.write(json.dumps([name, self.found[name]]) + "\n")
-        print(f"{name}: {self.found[name]}", flush=True)
-
-
 def show(title: str, header: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
     """Print a table: text to the left, numbers to the right with four significant digits."""
     cells = [list(header), *([cell(value) for value in row] for row in rows)]
