@@ -26,10 +26,11 @@ from exidyn.trajectories.planning.planner import goal_and_setting, plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations
-from exidyn.trajectories.search import solve, start
+from exidyn.trajectories.search import delivery, solve, start
 from exidyn.trajectories.search.excite import starts_of
 from exidyn.trajectories.search.goals import Goal
-from exidyn.trajectories.search.start import Found, Setting, one_start
+from exidyn.trajectories.search.setting import Found, Setting
+from exidyn.trajectories.search.start import one_start
 
 from .arm import ARMS, robots
 
@@ -87,7 +88,7 @@ def by_cpu(pool: Executor, model: Model, seconds: float, seed: int = 0) -> float
 def _count_cpu_time() -> None:
     """In a process of its own: searches look at this clock."""
     clock = SimpleNamespace(monotonic=time.process_time)
-    solve.time = start.time = clock  # type: ignore[attr-defined]
+    solve.time = start.time = delivery.time = clock  # type: ignore[attr-defined]
 
 
 def _one(goal: Goal, setting: Setting, seed: int, seconds: float) -> "Found | str":
