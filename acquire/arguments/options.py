@@ -32,7 +32,8 @@ VALIDATE = Option("--validate RUN...", "runs that are only predicted", Path, [])
 AS_RECORDED = Option(
     "--as-recorded", "take columns, units and signs as they are stated, though they cannot be right"
 )
-NO_COLLISION = Option("--no-collision", "do not look at the URDF's geometry")
+NO_COLLISION = Option("--no-collision", "do not look at the arm's geometry and at obstacles")
+CELL = Option("--region --cell FILE", "TOML with [[obstacle]] and [[region]] rows, see docs", Path)
 PACKAGES = Option("--packages FOLDER...", "where meshes are", Path, [], repeated=True)
 JSON = Option(
     "--json FILE",

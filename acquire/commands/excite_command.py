@@ -12,19 +12,14 @@ from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.fit_warnings import WORST
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
 from exidyn.identify.text_table import paragraph
-from exidyn.trajectories.clearances.clearance import Clearance
-from exidyn.trajectories.clearances.region import read_regions
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.planning.goals import two_models
+from exidyn.trajectories.planning.goals import two_models, with_bodies
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.plan import Plan
@@ -35,6 +30,7 @@ from exidyn.trajectories.search.criteria import CRITERIA
 
 from ..arguments.command import Command, Group, Option, WrongUse, any_number, integer, positive
 from ..arguments.options import (
+    CELL,
     JSON,
     NO_COLLISION,
     PACKAGES,
@@ -43,6 +39,7 @@ from ..arguments.options import (
     require_file,
     require_json,
 )
+from ..files.clearances import read_clearances
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
@@ -68,9 +65,14 @@ GOAL = (
         [],
     ),
     Option(
-        "--mass --payload KG", "plan a pair, unloaded and with this mass, for the drive gains", any_number
+        "--mass --payload KG...",
+        "plan a run unloaded and one with each mass, all of one motion, for the drive gains",
+        any_number,
+        [],
     ),
-    Option("--com X Y Z", "its centre from the flange [m]", any_number),
+    Option(
+        "--com X Y Z", "its centre from the flange [m]; once for each mass", any_number, [], repeated=True
+    ),
     Option(
         "--focus --for NAME...",
         "what alone matters: gain Kr, or in words 'K_r, friction of joint 2'",
@@ -106,7 +108,7 @@ LIMITS = (
         any_number,
         0.95,
     ),
-    Option("--region FILE", "TOML with [[region]] rows, see docs", Path),
+    CELL,
     Option("--collision-distance M", "between bodies", positive, 0.02),
     NO_COLLISION,
     PACKAGES,
@@ -148,7 +150,8 @@ def excite_command(given: Namespace) -> None:
     searched = given.kind == OPTIMISED
     with Stopwatch({} if searched else STAGES, given.search if searched else 0.0) as progress:
         plans, distinguished = _planned(given, model, progress)
-        checked = [_checked(one, model, progress) for one in plans]
+        loaded, _ = with_bodies(model, _bodies(given))
+        checked = [_checked(one, loaded, progress) for one in plans]
     pages, tables = [], []
     for one, (uses, beyond), path in zip(plans, checked, _paths(given.output, len(plans)), strict=True):
         write_plan(one, path)
@@ -246,9 +249,6 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
     turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
     start = _joint_values(given.start, model, "--start")
     window = _joint_values(given.window, model, "--window")
-    if given.mass is None and given.com is not None:
-        raise RobotError("--com is the centre of a payload's mass; give the mass with --mass too")
-    payload = None if given.mass is None else known_parameters(given.mass, given.com)
     return Wishes(
         criterion=given.criterion,
         harmonics=given.harmonics,
@@ -265,13 +265,32 @@ def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
         window=None if window is None else turn * window,
         start=None if start is None else turn * start,
         tick=given.tick,
-        clearances=_clearances(given, model, progress),
+        clearances=read_clearances(
+            given.robot,
+            model.robot,
+            cell=given.region,
+            collision=not given.no_collision,
+            distance=given.collision_distance,
+            packages=given.packages,
+            say=progress,
+        ),
         shapes=given.shapes,
         focus=given.focus,
         sure=given.sure,
-        payload=payload,
+        bodies=_bodies(given),
         fit=None if given.after is None else read_fit(given.after),
     )
+
+
+def _bodies(given: Namespace) -> list[tuple[tuple[str, float], ...]]:
+    """What is known of each body."""
+    centres = given.com or [None] * len(given.mass)
+    if len(centres) != len(given.mass):
+        raise RobotError(
+            f"{len(given.mass)} masses and {len(centres)} centres: --com is the centre of a payload's mass, "
+            "given with --mass; give one for each mass, or none"
+        )
+    return [known_parameters(mass, centre) for mass, centre in zip(given.mass, centres, strict=True)]
 
 
 def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> np.ndarray | None:
@@ -281,25 +300,6 @@ def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> 
     if len(values) not in (1, model.robot.dof):
         raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one a joint")
     return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
-
-
-def _clearances(given: Namespace, model: Model, progress: Progress) -> tuple[Clearance, ...]:
-    """Self-collision where the robot's URDF has geometry, and the regions of the command line."""
-    found: list[Clearance] = []
-    geometry = None if given.no_collision else read_geometry(given.robot, given.packages)
-    if geometry is not None:
-        collision = SelfCollision.of(model.robot, geometry, given.collision_distance)
-        progress(f"{len(collision.names)} pairs of bodies are kept {given.collision_distance:g} m apart")
-        found.append(collision)
-    elif not given.no_collision:
-        progress("no collision geometry in the robot: self-collision is not looked at")
-    if given.region:
-        table = parse_toml(read_text(given.region), str(given.region))
-        check_keys(table, ("region",), str(given.region))
-        if "region" not in table:
-            raise RobotError(f"{given.region}: no [[region]] row in it")
-        found += read_regions(table["region"], model.robot)
-    return tuple(found)
 
 
 def _paths(output: Path, count: int) -> list[Path]:

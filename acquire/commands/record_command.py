@@ -11,11 +11,10 @@ from exidyn.drivers.driver import Plant
 from exidyn.identify.effects import Payload
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.surroundings import read_surroundings
 from exidyn.identify.simulation.simulate import as_built
 from exidyn.trajectories.clearances.clearance import Clearance
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from exidyn.trajectories.plans.plan_summary import run_cost
 
@@ -23,6 +22,7 @@ from ..arguments.command import Command, Group, Option, name_lines
 from ..arguments.controllers import read_controller
 from ..arguments.options import (
     BODY,
+    CELL,
     JSON,
     NAME,
     NO_COLLISION,
@@ -34,9 +34,10 @@ from ..arguments.options import (
     robot_option,
 )  # fmt: skip
 from ..arguments.run_options import DRIVING, STOPS, body_of, check_length, facts_of, require_mock, stops_of
+from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
-from ..run.before import Checked, StartRules, checked
+from ..run.before import Checked, StartRules, checked, require_clear
 from ..run.perform import Job, Outcome
 from ..run.pipe import PipeSink
 from ..run.recorder import require_free
@@ -53,6 +54,7 @@ MOTION = (
     Option("--approach", "go slowly to where the motion begins, from wherever the arm is"),
     PACKAGES,
     NO_COLLISION,
+    CELL,
     Option("--dry-run", "only rehearse on the mock, and record that"),
     Option("--no-rehearsal", "do not rehearse on the mock before"),
 )
@@ -113,7 +115,9 @@ def record_command(given: Namespace) -> int:
     require_json(given.json)
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
-    job = _job(given, ready)
+    clearances = _clearances(given, ready.model)
+    require_clear(ready, clearances)
+    job = _job(given, ready, clearances)
     speed = f"{100 * given.speed:g} % of the planned"
     takes = run_cost(ready.plan, _cycle(driver, ready))
     facts = facts_of(given, name, path, speed=speed, takes=takes)
@@ -166,19 +170,27 @@ def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None, run: 
     return make
 
 
-def _job(given: Namespace, ready: Checked) -> Job:
+def _job(given: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) -> Job:
     robot = ready.model.robot
-    start = StartRules(approach=given.approach, clearances=_clearances(given, ready.model))
+    start = StartRules(approach=given.approach, clearances=clearances)
     watch, current = stops_of(given, robot)
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
 def _clearances(given: Namespace, model: Model) -> tuple[Clearance, ...]:
-    """What the way to the motion must keep clear of; only an approach can come near anything."""
-    geometry = (
-        None if given.no_collision or not given.approach else read_geometry(given.robot, given.packages)
+    """What the way to the motion and the motion must keep clear of.
+
+    A motion was planned clear of the arm itself; what stands around it may have been written down since.
+    """
+    if not given.approach and not read_surroundings(sources_of(given.robot, given.region)):
+        return ()
+    return read_clearances(
+        given.robot,
+        model.robot,
+        cell=given.region,
+        collision=not given.no_collision,
+        packages=given.packages,
     )
-    return () if geometry is None else (SelfCollision.of(model.robot, geometry),)
 
 
 def _record(

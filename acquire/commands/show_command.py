@@ -5,16 +5,29 @@ from pathlib import Path
 
 from exidyn.identify.model import Model
 from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identify.robot_files.surroundings import read_surroundings
+from exidyn.trajectories.clearances.clearance import Clearance, beyond_words, nearest_words
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.plans.plan_page import plan_page
+from exidyn.trajectories.plans.plan_page import Around, plan_page
+from exidyn.trajectories.plans.plan_space import Space, space_of
 from exidyn.trajectories.plans.plan_summary import summary
 
 from ..arguments.command import Command, Option, WrongUse, positive, print_warning, table_help
-from ..arguments.options import JSON, PLAN, require_file, require_json, robot_option
+from ..arguments.options import (
+    CELL,
+    JSON,
+    NO_COLLISION,
+    PACKAGES,
+    PLAN,
+    require_file,
+    require_json,
+    robot_option,
+)
+from ..files.clearances import read_clearances, sources_of
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.run_summary import plan_table
 
@@ -28,7 +41,7 @@ from ..terminal.run_summary import plan_table
     ),
     (
         PLAN,
-        robot_option("for torques and the moving arm"),
+        robot_option("for torques, collisions and the moving arm"),
         Option("--output -o --page FILE", "the page; default: as TRAJECTORY, but ending in .html", Path),
         JSON,
         Option(
@@ -38,6 +51,9 @@ from ..terminal.run_summary import plan_table
             repeated=True,
         ),
         Option("--rate HZ", "points a second of exports", positive),
+        PACKAGES,
+        NO_COLLISION,
+        CELL,
         Option("--view", "show it in Rerun's viewer, the arm moving"),
         Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
     ),
@@ -56,15 +72,38 @@ def show_command(given: Namespace) -> None:
     for difference in _differences(plan, model):
         print_warning(difference)
     torque = nominal_torque(plan, model) if model else None
-    beyond = violations(plan, torque)
+    clearances = _clearances(given, model) if model else ()
+    approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
+    beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
     hand_over(summary(plan, uses, beyond), json_text(table), given.json)
     page = given.output or given.plan.with_suffix(".html")
-    page.write_text(plan_page(plan, beyond, torque), encoding="utf-8")
+    around = _around(given, plan, model, clearances, nearest_words(approaches)) if model else None
+    page.write_text(plan_page(plan, beyond, torque, around), encoding="utf-8")
     written = [page, *_write_exports(plan, given)]
-    written += _show_moving(plan, given, model) if model else []
+    written += _show_moving(plan, given, model, around.space) if model and around else []
     print_written(*written)
+
+
+def _clearances(given: Namespace, model: Model) -> tuple[Clearance, ...]:
+    """What the motion must not touch: how far it should keep from it was said when it was planned."""
+    return read_clearances(
+        given.robot,
+        model.robot,
+        cell=given.region,
+        collision=not given.no_collision,
+        distance=0.0,
+        packages=given.packages,
+    )
+
+
+def _around(
+    given: Namespace, plan: Plan, model: Model, clearances: tuple[Clearance, ...], nearest: str
+) -> Around:
+    """What the page draws around the motion."""
+    obstacles = read_surroundings(sources_of(given.robot, given.region)).obstacles
+    return Around(space_of(plan.trajectory, model.robot, obstacles, clearances), nearest)
 
 
 def _require_places(given: Namespace) -> None:
@@ -94,7 +133,7 @@ def _write_exports(plan: Plan, given: Namespace) -> list[Path]:
     return paths
 
 
-def _show_moving(plan: Plan, given: Namespace, model: Model) -> list[Path]:
+def _show_moving(plan: Plan, given: Namespace, model: Model, space: Space) -> list[Path]:
     """Open or save the view; Rerun takes a second to import, so only then."""
     if not (given.view or given.save):
         return []
@@ -102,5 +141,5 @@ def _show_moving(plan: Plan, given: Namespace, model: Model) -> list[Path]:
     from ..views.plan_view import plan_view
     from ..views.viewers import show
 
-    show(plan_view(plan, model), Targets(view=given.view, save=given.save))
+    show(plan_view(plan, model, space), Targets(view=given.view, save=given.save))
     return [given.save] if given.save else []

@@ -180,6 +180,6 @@ SUMMARY = "summary.txt"
 """What a single command would have printed."""
 RECORDED = {
     "driver", "controller", "set", "plant", "seed", "yes", "tracking", "current", "temperature",
-    "mass", "com", "inertia", "no_collision", "packages",
+    "mass", "com", "inertia", "no_collision", "packages", "region",
 }  # fmt: skip
 """Options of `exidyn record` that a study hands on."""

@@ -73,6 +73,22 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     return Checked(slowed, carrying, limits, torque, tuple(model_differences(plan, model)))
 
 
+def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
+    """Refuse a motion that touches something, or leaves a region.
+
+    Raises:
+        NotAllowed: With where, and how deep.
+    """
+    nearest = [clearance.worst(ready.plan.trajectory) for clearance in clearances]
+    touching = [
+        f"{one.name} by {-1e3 * one.distance:.0f} mm at {one.time:.1f} s" for one in nearest if one.collides
+    ]
+    if touching:
+        raise NotAllowed(
+            f"the plan runs into the arm itself, an obstacle or a wall: {_some(touching)}. Plan it again"
+        )
+
+
 def _some(sentences: Sequence[str]) -> str:
     more = len(sentences) - SOME
     return "; ".join(sentences[:SOME]) + (f"; and {more} more" if more > 0 else "")

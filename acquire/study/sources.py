@@ -161,7 +161,7 @@ class Cell:
         if not path.exists():
             tell(f"{name} is planned for an arm that carries the body")
             path.parent.mkdir(exist_ok=True)
-            made = kinds_with_body(self.model, self.wishes, name.split()[-1], self.body)
+            made = kinds_with_body(self.model, self.wishes, name.split()[-1])
             motion = next((one for one in made if not self._refusal(one, self.body)), None)
             write_whole(path, "" if motion is None else plan_text(motion))
         if path.stat().st_size:

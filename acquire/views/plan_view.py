@@ -4,11 +4,12 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.newton_euler import flange_position
 from exidyn.identify.model import Model
+from exidyn.trajectories.clearances.region import HalfSpace
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations
 from exidyn.trajectories.plans.plan_page import Curve, plan_curves
+from exidyn.trajectories.plans.plan_space import Space, hull_mesh
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.trajectory import unit_of
 
@@ -24,6 +25,7 @@ from .parts import (
     log_lines,
     log_markdown,
     plot,
+    reach,
     screen,
     send,
 )
@@ -32,11 +34,11 @@ from .viewers import View
 LINES = ((86, 180, 233), (230, 159, 0))
 """Colours of the first run and of the second."""
 PATH = (0, 158, 115)
-"""Of the way that the flange takes."""
+"""Of the path of the flange."""
 
 
-def plan_view(plan: Plan, model: Model) -> View:
-    """A view of a plan for an arm."""
+def plan_view(plan: Plan, model: Model, space: Space) -> View:
+    """A view of a plan for an arm among what stands around it."""
     torque = nominal_torque(plan, model)
     curves = plan_curves(plan, torque)
 
@@ -49,7 +51,7 @@ def plan_view(plan: Plan, model: Model) -> View:
                 _log_joint(stream, curve, joint, name)
         states = plan.trajectory.every(1.0 / FRAMES)
         Arm(stream, model).move(states.time, states.position)
-        _log_flange_path(stream, model, states.position)
+        _log_space(stream, model, space)
 
     return View("plan", log, _layout(plan, model, curves))
 
@@ -113,10 +115,31 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
             log_lines(stream, path, ["limit"], [RED], curve.time[[0, -1]], np.full(2, limit), 1.0)
 
 
-def _log_flange_path(stream: rr.RecordingStream, model: Model, position: np.ndarray) -> None:
-    """The way of the flange along positions (t, n), as a line in the frame of the base."""
-    robot, path = model.robot, entity(ARM, "path of the flange")
-    data = robot.kinematics.createData()
-    way = [flange_position(robot.kinematics, robot.flange, pose, data) for pose in position]
+def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
+    """The path of the flange as a line, obstacles and walls as sheets, in the frame of the base."""
+    size = float(np.max(np.abs(space.way), initial=reach(model)))
+    sheets = {name: hull_mesh(points) for name, points in space.solids}
+    sheets |= {wall.name: _sheet(wall, size) for wall in space.walls}
+    for name, (points, triangles) in sheets.items():
+        solid = name in dict(space.solids)
+        mesh = rr.Mesh3D(
+            vertex_positions=points, triangle_indices=triangles, albedo_factor=(*RED, 130 if solid else 40)
+        )
+        _log_at_base(stream, model, name, mesh)
+    line = rr.LineStrips3D([space.way], colors=PATH, radii=rr.Radius.ui_points(1.0))
+    _log_at_base(stream, model, "path of the flange", line)
+
+
+def _log_at_base(stream: rr.RecordingStream, model: Model, name: str, what: rr.AsComponents) -> None:
+    path = entity(ARM, name)
     stream.log(path, rr.CoordinateFrame(base_frame(model)), static=True)
-    stream.log(path, rr.LineStrips3D([way], colors=PATH, radii=rr.Radius.ui_points(1.0)), static=True)
+    stream.log(path, what, static=True)
+
+
+def _sheet(wall: HalfSpace, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (4, 3) of a square of a wall about its point nearest the base, and its two triangles."""
+    across = np.cross(wall.normal, np.eye(3)[np.argmin(np.abs(wall.normal))])
+    across /= np.linalg.norm(across)
+    along, middle = np.cross(wall.normal, across), wall.offset * wall.normal
+    corners = [middle + size * (a * across + b * along) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])

@@ -1,4 +1,4 @@
-"""Collision geometry of a robot: the bodies of its URDF, meshes as their convex hulls.
+"""Collision geometry of a robot: the bodies of its URDF or MJCF, meshes as their convex hulls.
 
 A hull is faster to measure from than a mesh, has a depth of penetration, and holds the whole mesh: a
 distance between hulls is never larger than between what they stand for.
@@ -14,10 +14,11 @@ from xml.etree.ElementTree import Element
 import coal
 import numpy as np
 import pinocchio as pin
-from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
+from .hulls import read_hull
+from .mjcf_geometry import read_mjcf_geometry
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf
@@ -35,14 +36,22 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     number, as in Pinocchio.
 
     Returns:
-        None where the robot has no URDF, or its URDF no collision geometry; that of an MJCF is not read.
+        None where the robot has no URDF or MJCF, or that no collision geometry.
 
     Raises:
         RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
     """
-    urdf, moving, held = _urdf_of(source)
-    if urdf is None:
+    description, moving, held = _description_of(source)
+    if description is None:
         return None
+    if is_mjcf(description):
+        return read_mjcf_geometry(description, moving, held)
+    return _read_urdf_geometry(description, moving, held, tuple(package_dirs))
+
+
+def _read_urdf_geometry(
+    urdf: Path, moving: list[str] | None, held: dict[str, float], package_dirs: tuple[str | Path, ...]
+) -> pin.GeometryModel | None:
     text = read_urdf(urdf)
     kinematics = parse_urdf(text, str(urdf), moving, held).model
     geometry = pin.GeometryModel()
@@ -52,7 +61,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
         frame = kinematics.frames[kinematics.getFrameId(name, pin.FrameType.BODY)]
         for count, collision in enumerate(link.findall("collision")):
             where = f"{urdf}: collision geometry of link '{name}'"
-            shape = _shape(collision, urdf, tuple(package_dirs), meshes, where)
+            shape = _shape(collision, urdf, package_dirs, meshes, where)
             placement = frame.placement * _placement(collision, where)
             index = kinematics.getFrameId(name, pin.FrameType.BODY)
             body = pin.GeometryObject(f"{name}_{count}", frame.parentJoint, index, placement, shape)
@@ -60,17 +69,17 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     return geometry if geometry.ngeoms else None
 
 
-def _urdf_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[str, float]]:
-    """Path of the URDF that a robot is read from, if from one; its joints that move, and that are held."""
+def _description_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[str, float]]:
+    """The URDF or MJCF that a robot is read from, if from one; its joints that move, and that are held."""
     path = Path(source)
     if str(source) in builtin_names():
         return None, None, {}
     if is_description(path):
-        return None if is_mjcf(path) else path, None, {}
+        return path, None, {}
     table = parse_toml(read_text(path), "robot file")
     named = next((key for key in DESCRIPTIONS if key in table), None)
-    urdf = path.parent / string(table[named], named) if named else None
-    return None if urdf and is_mjcf(urdf) else urdf, *read_choice(table, str(path))
+    description = path.parent / string(table[named], named) if named else None
+    return description, *read_choice(table, str(path))
 
 
 def _placement(collision: Element, where: str) -> pin.SE3:
@@ -100,7 +109,7 @@ def _shape(
     path = _find_mesh(element.get("filename", ""), urdf, package_dirs, where)
     key = (path, tuple(scale))
     if key not in meshes:
-        meshes[key] = _read_hull(path, scale, where)
+        meshes[key] = read_hull(path, scale, where)
     return meshes[key]
 
 
@@ -131,40 +140,6 @@ def _numbers(element: Element, key: str, count: int, where: str, default: str = 
     if len(found) != count or not np.all(np.isfinite(found)):
         raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
     return found
-
-
-def _read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
-    try:
-        mesh = coal.MeshLoader().load(str(path), scale)
-        return hull(np.array(mesh.vertices(), float).reshape(-1, 3))
-    except (RuntimeError, ValueError, IndexError) as error:
-        first = (str(error).strip() or "no reason given").splitlines()[0]
-        raise RobotError(f"{where}: mesh {path} cannot be read: {first}") from error
-
-
-def hull(points: np.ndarray) -> coal.Convex:
-    """Convex hull of points, shape (k, 3) [m].
-
-    Raises:
-        ValueError: Fewer than four points.
-    """
-    if len(points) < 4:
-        raise ValueError(f"{len(points)} points; a body has at least 4")
-    try:
-        found = ConvexHull(points)
-    except QhullError:
-        found = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggled, so that it has an inside
-    place = np.full(len(points), -1)
-    place[found.vertices] = np.arange(len(found.vertices))
-    corners = points[found.vertices]
-    triangles = place[found.simplices]
-    first, second, third = np.moveaxis(corners[triangles], 1, 0)
-    inward = np.sum(np.cross(second - first, third - first) * found.equations[:, :3], axis=1) < 0
-    triangles[inward] = triangles[inward][:, ::-1]  # coal wants them counter-clockwise from outside
-    vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    vertices.extend(list(corners))
-    faces.extend([coal.Triangle(*map(int, row)) for row in triangles])
-    return coal.Convex(vertices, faces)
 
 
 def _find_mesh(name: str, urdf: Path, package_dirs: Iterable[str | Path], where: str) -> Path:

@@ -138,7 +138,9 @@ def mjcf_kinematics(
     )
 
 
-def body_parts(model: Any, moving: Sequence[str], held: Mapping[str, float], where: str) -> list[Part]:
+def body_parts(
+    model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
+) -> list[Part]:
     """Where each body of a compiled MJCF is in the tree that `mjcf_kinematics` makes of it."""
     return _tree(model, _held(model, moving, held, where), where)[1]
 
@@ -181,7 +183,7 @@ def _add_body(
     tree: pin.Model, model: Any, body: int, parent: Part, still: Mapping[int, float], where: str
 ) -> Part:
     """Add the joints of a body one behind the other; MuJoCo turns each about its anchor in the body."""
-    index, place = parent.joint, parent.placement * _placement(model.body_pos[body], model.body_quat[body])
+    index, place = parent.joint, parent.placement * placement_of(model.body_pos[body], model.body_quat[body])
     start, link = int(model.body_jntadr[body]), name_of(model, "body", body)
     joints = range(start, start + int(model.body_jntnum[body]))
     for joint in joints:
@@ -212,14 +214,15 @@ def _moved(axis: np.ndarray, by: float, hinge: bool) -> pin.SE3:
     return pin.SE3(pin.exp3(axis * by), np.zeros(3)) if hinge else pin.SE3(np.eye(3), axis * by)
 
 
-def _placement(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
+def placement_of(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
+    """Placement of a position (3,) [m] and a quaternion w, x, y, z."""
     w, x, y, z = quaternion
     return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), position.copy())
 
 
 def own_inertia(model: Any, body: int) -> pin.Inertia:
     """A body's inertia in its own frame."""
-    principal = _placement(model.body_ipos[body], model.body_iquat[body])
+    principal = placement_of(model.body_ipos[body], model.body_iquat[body])
     about = principal.rotation @ np.diag(model.body_inertia[body]) @ principal.rotation.T
     return pin.Inertia(float(model.body_mass[body]), principal.translation, (about + about.T) / 2)
 
@@ -233,7 +236,7 @@ def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
     """Placement, in the last joint's frame, of the site or body that is called like a flange."""
     there = {
         name_of(model, "site", site): parts[model.site_bodyid[site]].placement
-        * _placement(model.site_pos[site], model.site_quat[site])
+        * placement_of(model.site_pos[site], model.site_quat[site])
         for site in range(model.nsite)
         if parts[model.site_bodyid[site]].joint == last
     }

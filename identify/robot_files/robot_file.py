@@ -40,6 +40,8 @@ DESCRIPTIONS = ("urdf", "mjcf")
 """Keys of a file that describes the arm; either takes any kind."""
 SOURCES = (*DESCRIPTIONS, "mdh", "link")
 TABLES = ("limits", "drive", "flange", "prior")
+AROUND = ("obstacle", "region")
+"""Rows about what stands around the arm, which `read_surroundings` reads."""
 KEYS = (
     "format",
     "name",
@@ -50,6 +52,7 @@ KEYS = (
     "inertial_tolerance",
     "rigid_body",
     *TABLES,
+    *AROUND,
     "effect",
 )
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))

@@ -1,6 +1,7 @@
 """Clearance: how much room is left before something collides or leaves its region."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,12 +21,24 @@ class Approach(NamedTuple):
         time: When [s].
         name: Name of the row.
         bound: Proved: no margin is below this at any time [m].
+        kept: Distance at a margin of 0 [m].
     """
 
     margin: float
     time: float
     name: str
     bound: float
+    kept: float = 0.0
+
+    @property
+    def distance(self) -> float:
+        """Smallest distance found [m]."""
+        return self.margin + self.kept
+
+    @property
+    def collides(self) -> bool:
+        """Whether bodies touch, or a point leaves its region, whatever distance was to be kept."""
+        return self.distance < -2 * RESOLUTION
 
     @property
     def allowed(self) -> bool:
@@ -41,6 +54,11 @@ class Clearance(ABC):
     @abstractmethod
     def names(self) -> list[str]:
         """What each row keeps apart, or inside."""
+
+    @property
+    def kept(self) -> float:
+        """Distance at a margin of 0 [m]."""
+        return 0.0
 
     @abstractmethod
     def margins(self, position: np.ndarray) -> np.ndarray:
@@ -64,7 +82,23 @@ class Clearance(ABC):
 
     def worst(self, trajectory: Trajectory) -> Approach:
         """The nearest approach on a trajectory, proved for every time."""
-        return nearest(self, trajectory)
+        return nearest(self, trajectory)._replace(kept=self.kept)
+
+
+def nearest_words(approaches: Sequence[Approach]) -> str:
+    """How near a motion comes to what it must keep clear of, in words; empty if to nothing."""
+    return "; ".join(
+        f"{one.name} {1e3 * one.distance:.0f} mm at {one.time:.1f} s" for one in approaches if one.name
+    )
+
+
+def beyond_words(approaches: Sequence[Approach]) -> list[str]:
+    """What a motion comes too near to, a sentence each."""
+    return [
+        f"{one.name}: {1e3 * one.distance:.0f} mm at {one.time:.2f} s; {1e3 * one.kept:.0f} mm must be kept"
+        for one in approaches
+        if not one.allowed
+    ]
 
 
 FIRST_STEP = 0.1

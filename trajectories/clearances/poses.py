@@ -92,6 +92,10 @@ class Cover(NamedTuple):
     points: np.ndarray
 
 
+FAR = 1e6
+"""A point of a half-space, which has no end [m]: of a pair's two bounds that of the other body then holds."""
+
+
 def cover(body: pin.GeometryObject) -> Cover:
     """Cover of a body of the collision geometry."""
     shape = body.geometry
@@ -101,6 +105,8 @@ def cover(body: pin.GeometryObject) -> Cover:
     elif kind in ("Sphere", "Capsule"):
         half = shape.halfLength if kind == "Capsule" else 0.0
         points = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
+    elif kind == "Halfspace":
+        points = np.full((1, 3), FAR)
     else:
         points = _box(shape)
     points = points @ body.placement.rotation.T + body.placement.translation

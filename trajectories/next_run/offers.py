@@ -99,15 +99,14 @@ def kinds_of_joint(
             said(f"no run of the kind {kind}: {error}")
 
 
-def kinds_with_body(model: Model, wishes: Wishes, kind: str, body: KnownPayload) -> Iterator[Plan]:
+def kinds_with_body(model: Model, wishes: Wishes, kind: str) -> Iterator[Plan]:
     """A run of a kind for an arm with a body on its flange, over less and less of every joint's range.
 
     Near the ends of their ranges arms stretch out, and a body asks for more torque than drives have.
     """
-    paired = replace(wishes, payload=body.known)
     for share in RANGES:
         try:
-            yield for_robot(by_rule(kind, _narrower(model, share), paired), model)
+            yield for_robot(by_rule(kind, _narrower(model, share), wishes), model)
         except ExidynError:
             continue
 
@@ -141,7 +140,7 @@ def excitation(
     With a body it keeps to the limits of the arm that carries it.
     """
     name = EXCITATIONS[fit is not None]
-    asked = replace(wishes, fit=fit, payload=None if body is None else body.known)
+    asked = replace(wishes, fit=fit, bodies=() if body is None else (body.known,))
     return name, plan(model, asked, seed=seed, starts=1, seconds=seconds)[0]
 
 

@@ -39,14 +39,11 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     """To identify the model's parameters, and the drive gains where a pair of runs can."""
     if wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
-    payloads: tuple[str, ...] = ("",)
-    nominal = model
-    if wishes.payload is not None:
-        nominal, payloads = with_payload(model, wishes.payload), ("", "L")
+    nominal, payloads = with_bodies(model, wishes.bodies)
     if wishes.fit is not None:
         return after_fit(wishes.fit, nominal, payloads, wishes)
     asked = with_shapes(nominal, wishes.shapes)
-    asked = with_drive_gains(asked) if wishes.payload is not None else asked
+    asked = with_drive_gains(asked) if wishes.bodies else asked
     experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
     criterion: Criterion = CRITERIA[wishes.criterion]
     if wishes.focus:
@@ -76,6 +73,16 @@ def typical_states(limits: Limits) -> States:
     coefficients = random.normal(size=(2, len(middle), 5))
     series = inside_kinematics(Fourier(10.0, middle, *coefficients), limits, 0.9)
     return series.at(np.linspace(0.0, 10.0, 500))
+
+
+def with_bodies(
+    model: Model, bodies: Sequence[tuple[tuple[str, float], ...]]
+) -> tuple[Model, tuple[str, ...]]:
+    """The model with bodies on the flange, one a run, and the names of the runs: first the unloaded one."""
+    names = [f"L{place}" for place in range(1, len(bodies) + 1)] if len(bodies) > 1 else ["L"] * len(bodies)
+    for name, known in zip(names, bodies, strict=True):
+        model = with_payload(model, known, name)
+    return model, ("", *names)
 
 
 def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str = "L") -> Model:

@@ -9,7 +9,7 @@ import numpy as np
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.model import Model
 
-from ..clearances.clearance import Clearance
+from ..clearances.clearance import Clearance, nearest_words
 from ..errors import Infeasible, in_words_of
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence as Run
@@ -121,6 +121,8 @@ def _plan(
         criterion=_criterion(goal, wishes),
         reached=goal.reached(found.value),
         details={
+            **_bodies(wishes),
+            **_nearest(run, wishes),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(found.value),
@@ -129,9 +131,21 @@ def _plan(
         },
         seed=seed,
         tick=wishes.tick,
-        payload_pair=wishes.payload is not None,
+        payload_pair=bool(wishes.bodies),
         assumed=assumed,
     )
+
+
+def _bodies(wishes: Wishes) -> dict[str, str]:
+    """The bodies with which it is run, where there are several."""
+    masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
+    return {"bodies": ", ".join(masses)} if len(masses) > 1 else {}
+
+
+def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:
+    """What the run comes nearest to."""
+    words = nearest_words([clearance.worst(run) for clearance in wishes.clearances])
+    return {"nearest": words} if words else {}
 
 
 def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str]:

@@ -41,7 +41,7 @@ class Wishes:
         rest: At both ends, for the noise of the still arm [s].
         clearances: Collisions and regions.
         shapes: Effects whose shapes count as unknown, by their key.
-        payload: What is known of a body that the second run of a pair carries; None for no pair.
+        bodies: What is known of each body with which the motion is run again; none for a single run.
         fit: Fit of earlier runs.
         focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
             drive gains of a pair.
@@ -61,7 +61,7 @@ class Wishes:
     rest: float = 1.0
     clearances: Sequence[Clearance] = ()
     shapes: Sequence[str] = ()
-    payload: tuple[tuple[str, float], ...] | None = None
+    bodies: Sequence[tuple[tuple[str, float], ...]] = ()
     fit: Fit | None = None
     focus: Sequence[str] = ()
     sure: float = 0.95

@@ -26,6 +26,7 @@ from exidyn.identify.text_table import digits
 from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import Torque, Use, limit_use, percent
+from .plan_space import Space, space_figures
 from .plan_summary import plan_facts, span
 
 LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
@@ -42,6 +43,7 @@ svg .limit { stroke: var(--bad); stroke-width: 1.3px; stroke-dasharray: 6 4; str
 svg .forbidden { fill: var(--bad); fill-opacity: 0.11; stroke: none; }
 svg .moved { stroke: var(--predicted); stroke-width: 1.4px; }
 svg .loaded { stroke: var(--measured); stroke-width: 1.4px; }
+svg .base { stroke: var(--ink); stroke-width: 7px; }
 svg .beyond { stroke: var(--bad); stroke-width: 5px; }
 svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600; }
 @media print { svg .beyond { stroke-width: 3px; } .two figure svg { height: auto; } }
@@ -140,17 +142,32 @@ def _used(use: Use, joint: int, top: float) -> str:
     return used + text(left, middle + 11, "of limit", "tick")
 
 
+class Around(NamedTuple):
+    """What a motion is among.
+
+    Attributes:
+        space: What is drawn.
+        nearest: What it comes nearest to, in words; empty where nothing was looked at.
+    """
+
+    space: Space
+    nearest: str
+
+
 NEAR = 0.9
 """Share of a limit from which a number is coloured as one that is near it."""
 
 
-def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None) -> str:
+def plan_page(
+    plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
+) -> str:
     """The page as text.
 
     Args:
         plan: What to show.
         beyond: Sentences of what its robot's limits forbid.
         torque: By prior; plotted too if it is known.
+        around: What the motion is among; drawn if it is known.
     """
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
@@ -164,8 +181,9 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
         + ("; torque is that of the nominal model." if torque else ".")
     )
     sections = [
-        Section("verdict", "Verdict", [Statements(_verdict(plan, uses, beyond, torque), "verdict")]),
+        Section("verdict", "Verdict", [Statements(_verdict(plan, uses, beyond, torque, around), "verdict")]),
         Section("limits", "Use of the limits", [_use_table(plan, uses)]),
+        *_space(around),
         Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]),
         Section("plan", "How it was planned", [_facts(plan)]),
     ]
@@ -173,7 +191,19 @@ def plan_page(plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = No
     return html(Document(f"{plan.robot}: planned motion", note, sections), style=STYLE)
 
 
-def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None) -> list[str]:
+def _space(around: Around | None) -> list[Section]:
+    if around is None:
+        return []
+    caption = (
+        "Path of the flange in the frame of the base, which is at 0, 0. Obstacles are shaded; dashed lines "
+        "are their edges, and walls that are seen edgewise."
+    )
+    return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
+
+
+def _verdict(
+    plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None, around: Around | None
+) -> list[str]:
     """What to think of the plan: its worst first, and last what was not checked."""
     unlimited = [
         f"No {use.name} limit is known of "
@@ -184,12 +214,15 @@ def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Tor
     ]
     stops = "a stop begun at any tick ends inside them"
     head = "Goes beyond limits: do not run it." if beyond else f"Keeps all limits that are known; {stops}."
-    return [head, *beyond, *unlimited, f"Not looked at here: {'; '.join(_unseen(plan, torque))}."]
+    unseen = _unseen(plan, torque, around)
+    last = [f"Not looked at here: {'; '.join(unseen)}."] if unseen else []
+    near = [f"Nearest: {around.nearest}."] if around and around.nearest else []
+    return [head, *beyond, *near, *unlimited, *last]
 
 
-def _unseen(plan: Plan, torque: Torque | None) -> list[str]:
+def _unseen(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
     """What this page cannot show."""
-    unseen = ["collisions"]
+    unseen = [] if around and around.nearest else ["collisions"]
     if torque is None:
         unseen.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:

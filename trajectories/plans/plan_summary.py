@@ -46,6 +46,7 @@ def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
 def plan_facts(plan: Plan) -> dict[str, str]:
     """What was planned and how, by name."""
     runs = "twice, unloaded and loaded" if plan.payload_pair else "once"
+    runs = "unloaded, and with each of the bodies" if "bodies" in plan.details else runs
     facts = {
         "joints": ", ".join(plan.joints),
         "to be run": f"{runs}, a command every {1e3 * plan.tick:g} ms",

@@ -71,8 +71,8 @@ class Experiment:
         entering = base.regrouping != 0
         deviation = np.sqrt(np.sum((np.where(entering, tolerance, 0.0) * base.regrouping) ** 2, axis=1))
         size = np.hypot(base.regrouping @ model.nominal_values, deviation)
-        columns = self._columns(rich_motion(model, payload=self.payloads[-1]))[-1]
-        noise = 1.0 / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
+        runs = self._columns(rich_motion(model, payload=self.payloads[-1]))
+        noise = 1.0 / np.sqrt(np.max([np.mean(np.sum(run**2, axis=1), axis=0) for run in runs], axis=0))
         return np.where(np.isfinite(size) & (size > 0), size, noise)
 
     def columns(self, motion: Motion) -> list[np.ndarray]:

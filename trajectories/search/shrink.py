@@ -1,6 +1,6 @@
 """Shrink: a series brought inside limits that hold between samples too."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 
 import numpy as np
@@ -16,9 +16,12 @@ from .goals import Goal
 from .torque_bound import TorqueBound
 
 STEP = 0.99
-"""Share of the excursion left after a step where no ratio gives the excess."""
-STEPS = 150
-"""Such steps at most: 0.99^150 is a fifth of the motion; what does not fit then never was near."""
+"""Share of the excursion left after the first step where no ratio gives the excess, and how near to the
+largest that fits it ends. Each further step is the square of the one before."""
+LEAST = 0.2
+"""Share of the excursion at which it ends: what does not fit then never was near."""
+MOST = 10
+"""Steps by ratios at most: each brings its joint inside, and more shows that none helps."""
 
 
 def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fourier:
@@ -62,23 +65,56 @@ def shrink_inside(
     Raises:
         Infeasible: Not even a small motion about its centre keeps to the limits.
     """
-    for _ in range(STEPS):
-        violations = violations_of(series, goal, limits, tick)
-        clear = all(clearance.worst(series).allowed for clearance in clearances)
+
+    def excess(of: Fourier) -> tuple[list[Violation], bool]:
+        return violations_of(of, goal, limits, tick), _clear(of, clearances)
+
+    for _ in range(MOST):
+        violations, clear = excess(series)
+        shares = _shares(series, violations)
+        if np.all(shares == 1.0):
+            break
+        series = series.scaled(shares)
+    if not violations and clear:
+        return series
+    step, left = STEP, STEP
+    while left >= LEAST:
+        outside, series = series, series.scaled(np.full(series.dof, step))
+        violations, clear = excess(series)
         if not violations and clear:
-            return series
-        series = series.scaled(_shares(series, violations, clear))
+            return _largest(outside, step, excess)
+        step **= 2
+        left *= step
     raise Infeasible(_sentence(goal, violations, clearances, series))
 
 
-def _shares(series: Fourier, violations: Sequence[Violation], clear: bool) -> np.ndarray:
-    """How much of each joint's excursion to keep, shape (n,)."""
-    share = np.full(series.dof, 1.0 if clear else STEP)
+def _clear(series: Fourier, clearances: Sequence[Clearance]) -> bool:
+    return all(clearance.worst(series).allowed for clearance in clearances)
+
+
+def _largest(
+    outside: Fourier, step: float, excess: Callable[[Fourier], tuple[list[Violation], bool]]
+) -> Fourier:
+    """Between a series that does not fit and `step` of it, which does: the largest that fits, to a `STEP`."""
+    fits, beyond = step, 1.0
+    while fits < STEP * beyond:
+        middle = float(np.sqrt(fits * beyond))
+        violations, clear = excess(outside.scaled(np.full(outside.dof, middle)))
+        fits, beyond = (middle, beyond) if clear and not violations else (fits, middle)
+    return outside.scaled(np.full(outside.dof, fits))
+
+
+def _shares(series: Fourier, violations: Sequence[Violation]) -> np.ndarray:
+    """How much of each joint's excursion to keep where a ratio says it, else 1; shape (n,).
+
+    None does of torque, with which the motion of any joint may load this one, and of distances.
+    """
+    share = np.ones(series.dof)
     for violation in violations:
         joint, centre = violation.joint, series.centre[violation.joint]
         if violation.what == "torque":
-            share = np.minimum(share, STEP)  # any joint's motion may be what loads this one
-        elif violation.what in ("velocity", "acceleration", "jerk"):
+            continue
+        if violation.what in ("velocity", "acceleration", "jerk"):
             share[joint] = min(share[joint], violation.limit / violation.value * (1 - 1e-9))
         else:  # position, or where a stop ends, which moves at least in proportion
             away = violation.value - centre

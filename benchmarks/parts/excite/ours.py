@@ -9,7 +9,7 @@ from common import show
 
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.experiment import Experiment
@@ -35,7 +35,7 @@ def setting_of(arm: Arm, collisions: bool) -> tuple[Identify, Setting]:
     if collisions:
         geometry = read_geometry(arm.urdf, [arm.packages])
         if geometry is not None:
-            clearances.append(SelfCollision.of(arm.model.robot, geometry))
+            clearances.append(Collision.of(arm.model.robot, geometry))
     setting = Setting(limits, HARMONICS, (DURATION,), clearances)
     return Identify(Experiment.of(arm.model)), setting
 

@@ -18,7 +18,7 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.random_motion import random_fourier
 
-pytestmark = pytest.mark.clocked(patient=True)
+pytestmark = [pytest.mark.clocked(patient=True), pytest.mark.long]
 
 TICK, PERIOD = 0.002, 6.0
 

@@ -11,7 +11,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identify.robot_files.robot_file import model_text, urdf_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.plans.plan_file import read_plan
@@ -97,6 +97,42 @@ def test_a_region_is_kept(robot, tmp_path):
     code, output = excite(robot, "--criterion", "volume")
     assert code == 0
     assert not floor.worst(read_plan(output).trajectory).allowed
+
+
+def test_an_obstacle_in_the_robot_file_is_kept_clear_of(tmp_path, capsys):
+    """The motion that is searched without it runs into it, and `exidyn record` refuses that one."""
+    text = urdf_text(two_joints.model()).replace("visual>", "collision>")
+    (tmp_path / "bodies.urdf").write_text(text)
+    crate = '[[obstacle]]\nname = "crate"\nbox = 0.3\nat = [0.5, 0.0, -0.3]\n'
+    limits = "[limits]\nacceleration = 20.0\njerk = 400.0\n"
+    robot, recorded = tmp_path / "robot.toml", tmp_path / "run.mcap"
+    robot.write_text(f'urdf = "bodies.urdf"\n{limits}{crate}')
+    record = ["--robot", str(robot), "--dry-run", "-o", str(recorded)]
+    code, through = excite(str(robot), "--no-collision", "--criterion", "volume")
+    assert code == 0
+    capsys.readouterr()
+    assert main(["record", through, *record]) == REFUSED
+    assert "to crate by" in capsys.readouterr().err
+    assert not recorded.exists()
+    code, around = excite(str(robot), "--criterion", "volume")
+    assert code == 0
+    assert main(["record", around, *record]) == 0
+    assert read_plan(around).details["nearest"].startswith("link")
+
+
+def test_several_bodies_have_a_run_each(robot, capsys):
+    code, output = excite(robot, "--mass", "1", "2", "--com", "0", "0", "0.1", "--com", "0", "0.1", "0")
+    assert code == 0
+    assert "to be run: unloaded, and with each of the bodies" in " ".join(capsys.readouterr().out.split())
+    assert read_plan(output).payload_pair
+    assert excite(robot, "--mass", "1", "2", "--com", "0", "0", "0.1")[0] == REFUSED
+    assert "2 masses and 1 centres" in capsys.readouterr().err
+
+
+def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, capsys):
+    (tmp_path / "cell.toml").write_text('[[obstacle]]\nname = "crate"\nbox = 0.3\n')
+    assert excite(robot, "--cell", str(tmp_path / "cell.toml"))[0] == REFUSED
+    assert "obstacle 'crate': " in capsys.readouterr().err
 
 
 WRONG = {

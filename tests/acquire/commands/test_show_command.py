@@ -1,5 +1,6 @@
 """exidyn show: what it prints, writes and refuses."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identify.robot_files.robot_file import model_text, urdf_text
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_page import plan_page
@@ -126,3 +127,41 @@ def test_help_explains_each_format(capsys):
     printed = " ".join(capsys.readouterr().out.split())
     for name, function in EXPORTS.items():
         assert f" {name} {function.__doc__.splitlines()[0]}" in printed
+
+
+CELL = """
+[[obstacle]]
+name = "crate"
+box = [0.2, 0.2, 0.2]
+at = [{x}, 0.0, 0.0]
+
+[[region]]
+point = "flange"
+upper = [inf, inf, 2.0]
+"""
+
+
+def with_cell(folder, x):
+    """A robot file of the arm with bodies, and a crate around a place on the x axis."""
+    text = urdf_text(two_joints.model()).replace("visual>", "collision>")
+    (folder / "bodies.urdf").write_text(text)
+    limits = "[limits]\nacceleration = 20.0\njerk = 400.0\n"
+    (folder / "bodies.toml").write_text(f'urdf = "bodies.urdf"\n{limits}{CELL.format(x=x)}')
+
+
+def test_what_a_motion_comes_nearest_to_is_stated_and_drawn(folder):
+    with_cell(folder, 3.0)
+    assert show(folder, "plan.toml", "--robot", "bodies.toml") == 0
+    page = (folder / "plan.html").read_text(encoding="utf-8")
+    assert re.search(r"Nearest: link2_1 to crate \d{4} mm at .* s; flange z &lt;= 2 m \d{4} mm", page)
+    assert ">crate</text>" in page
+    assert "Not looked at here: torque of" in page  # and no collisions
+
+
+def test_a_motion_through_an_obstacle_is_beyond(folder, capsys):
+    with_cell(folder, 0.6)
+    assert show(folder, "plan.toml", "--robot", "bodies.toml") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"BEYOND: .*link\d_\d to crate: -\d+ mm at \d", printed)
+    assert show(folder, "plan.toml", "--robot", "bodies.toml", "--no-collision") == 0
+    assert "BEYOND" not in capsys.readouterr().out

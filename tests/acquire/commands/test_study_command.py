@@ -83,6 +83,7 @@ def test_an_arm_that_cannot_be_stopped_is_told_of_by_the_notebook_too(folder):
 
 @pytest.mark.clocked
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_study_that_is_faulted_interrupted_and_killed_goes_on_with_nothing_repeated(folder):
     first = folder / "exidyn-study" / "round-01"
     faulted = begun(folder, "--set", "faults=drop at 2 for 0.5")

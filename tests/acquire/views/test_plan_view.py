@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -13,7 +14,9 @@ from exidyn.acquire.views.plan_view import plan_view
 from exidyn.identify.arm.newton_euler import link_poses
 from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import Payload
+from exidyn.identify.robot_files.surroundings import Obstacle
 from exidyn.trajectories.plans.plan_check import nominal_torque
+from exidyn.trajectories.plans.plan_space import space_of
 
 from ...parts.pages.rerun_viewer import (
     complaints,
@@ -32,6 +35,14 @@ from ...trajectories.plans.test_plan_plots import BODY
 pytestmark = pytest.mark.slow
 
 MODEL = two_joints.model(Payload("L", BODY))
+OBSTACLES = (
+    Obstacle("floor", "plane", coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0), pin.SE3.Identity()),
+    Obstacle("crate", "box", coal.Box(0.2, 0.4, 0.6), pin.SE3(np.eye(3), np.array([1.0, 0.0, 0.3]))),
+)
+
+
+def around(plan):
+    return space_of(plan.trajectory, MODEL.robot, OBSTACLES, ())
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +54,7 @@ def plan():
 @pytest.fixture(scope="module")
 def chunks(plan, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "plan.rrd"
-    viewers.show(plan_view(plan, MODEL), Targets(save=path))
+    viewers.show(plan_view(plan, MODEL, around(plan)), Targets(save=path))
     return read(path)
 
 
@@ -104,6 +115,15 @@ def test_flange_goes_along_its_path(chunks, plan):
         np.testing.assert_allclose(place, data.oMf[frame].translation, atol=1e-6)
 
 
+def test_obstacles_stand_where_they_are(chunks):
+    (corners,) = chunks["/arm/crate", "Mesh3D:vertex_positions"]
+    corners = np.array(corners.to_pylist()[0])
+    np.testing.assert_allclose(np.min(corners, axis=0), [0.9, -0.2, 0.0], atol=1e-6)
+    np.testing.assert_allclose(np.max(corners, axis=0), [1.1, 0.2, 0.6], atol=1e-6)
+    (sheet,) = chunks["/arm/floor", "Mesh3D:vertex_positions"]
+    assert np.all(np.array(sheet.to_pylist()[0])[:, 2] == 0.0)
+
+
 @pytest.mark.parametrize("limited", [True, False])
 def test_viewer_shows_every_view_without_complaint(plan, limited, monkeypatch):
     plan = plan if limited else replace(plan, limits=Limits.none(2))
@@ -112,7 +132,7 @@ def test_viewer_shows_every_view_without_complaint(plan, limited, monkeypatch):
     expected = 5 + 5 * 2 + 2
     with headless_viewer() as (client, address):
         monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(plan_view(plan, MODEL), Targets(view=True))
+        viewers.show(plan_view(plan, MODEL, around(plan)), Targets(view=True))
         state = settled(client, end, expected)
     assert last_time(state) == pytest.approx(end, abs=1e-6)
     assert len(state.views) == expected

@@ -156,6 +156,7 @@ def test_asymmetric_drag_of_the_emps():
     assert known.right(finding)
 
 
+@pytest.mark.long
 @needs_recordings
 def test_coupled_wrist_of_the_tx40():
     case, found = diagnosed("tx40")

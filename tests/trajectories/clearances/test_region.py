@@ -5,9 +5,9 @@ import pytest
 from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.toml_fields import parse_toml
 from exidyn.trajectories.clearances.clearance import RESOLUTION
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import clear_position, random_positions
 from exidyn.trajectories.clearances.region import HalfSpace, Region, box, read_regions
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible
 
 from ...parts.plans.sine_motion import SineMotion, sine_motion
@@ -106,7 +106,7 @@ def test_a_wall_crossed_between_samples_is_found(phase, peak):
 def test_a_position_that_is_clear_of_all(tmp_path):
     robot, geometry = small_arm(tmp_path)
     kept = Region.of(robot, "tool", box(np.array([-1.0, 0.1, 0.3]), np.array([1.0, 0.6, 1.0])), radius=0.05)
-    collision = SelfCollision.of(robot, geometry)
+    collision = Collision.of(robot, geometry)
     position = clear_position(robot, [kept, collision])
     assert np.min(kept.margins(position[None])) >= 0
     assert np.min(collision.margins(position[None])) >= 0

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.kinds.single_joint import single_joint_runs
@@ -70,7 +70,7 @@ def test_all_limits_are_kept_with_leads_and_on_ticks(seed, tick):
 
 def test_a_joint_swings_only_as_far_as_the_arm_is_clear(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 1.3, 0.1, 0.0])
     assert not collision.worst(single_joint_runs(limits, range(5), pose, TICK)).allowed
     run = single_joint_runs(limits, range(5), pose, TICK, clearances=[collision])
@@ -100,7 +100,7 @@ def test_what_cannot_move_gives_the_reason(wrong, kind, words):
 
 def test_a_pose_that_collides_reports_what(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     folded = np.array([0.0, 0.0, 2.8, 0.0, 0.0])
     with pytest.raises(Infeasible, match="the pose: .* to .* misses its margin by"):
         single_joint_runs(limits, [0], folded, TICK, clearances=[collision])

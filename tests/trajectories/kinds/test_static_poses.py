@@ -7,8 +7,8 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identify.model import Model
 from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify
 from exidyn.trajectories.kinds.static_poses import APPROACH, informative, spread_out, static_poses
 from exidyn.trajectories.limits.check import check
@@ -121,7 +121,7 @@ def test_without_a_model_poses_are_spread_out():
 @pytest.mark.parametrize("seed", range(3))
 def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     model = Model(robot, (RigidBody(), CurrentOffset()))
     options = {"dwell": 0.2, "seed": seed, "model": model}
     free = static_poses(limits, 8, TICK, **options)
@@ -137,7 +137,7 @@ def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
 
 def test_what_is_left_out_and_what_goes_round_is_reported(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     notes = [
         note
         for seed in range(4)

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.trajectories.clearances.self_collision import SelfCollision
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.kinds.rests import clear_range
 from exidyn.trajectories.kinds.sweeps import constant_velocity_sweeps
@@ -109,7 +109,7 @@ def test_every_pose_has_the_sweep():
 
 def test_a_joint_sweeps_only_where_the_arm_is_clear(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 0.8, 0.1, 0.0])
     sweeps = constant_velocity_sweeps(limits, [0, 1, 2], pose, TICK, np.array([0.5]), clearances=[collision])
     nearest = collision.worst(sweeps)
@@ -121,7 +121,7 @@ def test_a_joint_sweeps_only_where_the_arm_is_clear(tmp_path):
 
 def test_the_clear_range_ends_near_where_something_is_in_contact(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = SelfCollision.of(robot, geometry), usable(robot).limits
+    collision, limits = Collision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 0.8, 0.1, 0.0])
     bounds = clear_range(limits, pose, 1, [collision])
     positions = np.tile(pose, (2001, 1))

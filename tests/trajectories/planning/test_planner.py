@@ -85,16 +85,32 @@ def test_a_plan_is_as_good_as_it_states(usual):
 def test_a_pair_keeps_to_the_torque_limit_unloaded_and_loaded():
     weak = replace(two_joints.arm(), limits=replace(two_joints.arm().limits, torque=np.array([110.0, 60.0])))
     of = replace(two_joints.model(), robot=weak)
-    (one,) = planned(replace(WISHES, payload=BODY, criterion="volume"), of)
+    (one,) = planned(replace(WISHES, bodies=(BODY,), criterion="volume"), of)
     assert one.payload_pair
-    goal = identification_goal(of, replace(WISHES, payload=BODY), usable(weak).limits)
+    goal = identification_goal(of, replace(WISHES, bodies=(BODY,)), usable(weak).limits)
     assert goal.payloads == ("", "L")
     assert [name for name in goal.experiment.base.names if name.startswith("gain")] == ["gain1", "gain2"]
     inside(one, goal.model, ("", "L"), usable(weak).limits)
 
 
+def test_one_motion_keeps_to_the_torque_limits_with_each_of_several_bodies():
+    limit = np.array([110.0, 60.0])
+    weak = replace(two_joints.arm(), limits=replace(two_joints.arm().limits, torque=limit))
+    of = replace(two_joints.model(), robot=weak)
+    bodies = (BODY, known_parameters(4.0, (0.15, 0.0, 0.0)))
+    wishes = replace(WISHES, bodies=bodies, criterion="volume")
+    goal = identification_goal(of, wishes, usable(weak).limits)
+    assert goal.payloads == ("", "L1", "L2")
+    (one,) = planned(wishes, of)
+    assert one.details["bodies"] == f"{dict(BODY)['M']:g} kg, 4 kg"
+    inside(one, goal.model, goal.payloads, usable(weak).limits)
+    motion, alone = core(one).every(0.01).motion(), replace(goal.experiment, payloads=("L2",))
+    with_all = goal.experiment.information(motion)
+    assert np.all(np.diag(with_all) >= np.diag(alone.information(motion)))
+
+
 def test_a_focus_is_on_what_is_named():
-    wishes = replace(WISHES, payload=BODY, focus=("gain", "Fc2"))
+    wishes = replace(WISHES, bodies=(BODY,), focus=("gain", "Fc2"))
     goal = identification_goal(two_joints.model(), wishes, limits())
     assert isinstance(goal.criterion, Focus)
     names = [goal.experiment.base.names[k] for k in goal.criterion.columns]
@@ -119,7 +135,7 @@ def test_after_a_fit_what_is_known_counts():
     )
     relative = fit().estimate.gain_std / np.abs(fit().estimate.gain)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance))[-2:], relative, rtol=1e-4)
-    loaded = identification_goal(two_joints.model(), replace(WISHES, fit=fit(), payload=BODY), limits())
+    loaded = identification_goal(two_joints.model(), replace(WISHES, fit=fit(), bodies=(BODY,)), limits())
     assert loaded.experiment.base.names == [*fit().names, "gain1", "gain2"]
     np.testing.assert_allclose(goal.experiment.noise, fit().estimate.noise)
     assert goal.rows == pytest.approx(2.0 * fit().filtering.torque_cutoff * 7.0)
@@ -162,7 +178,7 @@ def test_a_fit_is_nominal_as_it_was_found():
 
 
 def test_after_a_fit_a_loaded_run_needs_a_body_that_the_fit_knows():
-    wishes = replace(WISHES, fit=plain_fit(), payload=BODY)
+    wishes = replace(WISHES, fit=plain_fit(), bodies=(BODY,))
     with pytest.raises(NothingToIdentify, match="the fit knows nothing of a payload"):
         identification_goal(two_joints.model(), wishes, limits())
     with pytest.raises(NothingToIdentify, match="the fit knows nothing of shapes"):

@@ -201,8 +201,7 @@ def test_a_search_that_no_start_fits_gives_the_reason(monkeypatch):
     assert text == []
 
 
-def test_too_heavy_to_hold_is_reported(monkeypatch):
-    monkeypatch.setattr("exidyn.trajectories.search.shrink.STEPS", 5)
+def test_too_heavy_to_hold_is_reported():
     weak = replace(limits(), torque=np.array([20.0, 190.0]))
     reason = one_start(goal(), setting(limits=weak), 0, 0.0, never)
     assert "shoulder: torque" in reason

@@ -11,7 +11,7 @@ from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.search import shrink
-from exidyn.trajectories.search.shrink import inside_kinematics, shrink_inside
+from exidyn.trajectories.search.shrink import inside_kinematics, shrink_inside, violations_of
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, goal, limits, smooth_model
@@ -117,13 +117,24 @@ def test_it_stays_in_the_region():
     assert np.abs(found.sine).max() > 0.05
 
 
-@pytest.fixture
-def few(monkeypatch):
-    """Steps enough to see that they do not help."""
-    monkeypatch.setattr(shrink, "STEPS", 10)
+def test_what_is_far_outside_is_brought_in_by_few_checks_and_no_smaller_than_it_must(monkeypatch):
+    """A check of all limits takes a third of a second for an arm of six joints."""
+    of = goal(smooth_model(Payload("L", BODY)))
+    of, checks = replace(of, experiment=replace(of.experiment, payloads=("", "L"))), []
+    kept = replace(limits(), torque=np.array([66.0, 40.0]))
+
+    def counted(*arguments):
+        checks.append(arguments)
+        return violations_of(*arguments)
+
+    monkeypatch.setattr(shrink, "violations_of", counted)
+    found = shrink_inside(series(0.25), of, kept, (), TICK)
+    nothing_violated(found, of, kept)
+    assert 5 < len(checks) <= 25
+    assert violations_of(found.scaled(np.full(2, 1.0 / shrink.STEP**1.5)), of, kept, TICK)
 
 
-def test_a_centre_that_is_too_heavy_to_hold_is_reported(few):
+def test_a_centre_that_is_too_heavy_to_hold_is_reported():
     kept = replace(limits(), torque=np.array([10.0, 100.0]))
     with pytest.raises(
         Infeasible, match=r"shoulder: torque at .* limit -?10 N m, and so it is for ever smaller"
@@ -131,13 +142,13 @@ def test_a_centre_that_is_too_heavy_to_hold_is_reported(few):
         shrink_inside(series(0.1), goal(), kept, (), TICK)
 
 
-def test_a_centre_outside_the_position_limits_is_reported(few):
+def test_a_centre_outside_the_position_limits_is_reported():
     kept = replace(limits(), position_lower=np.array([0.2, -2.0]))
     with pytest.raises(Infeasible, match="shoulder: (position|a stop).* limit 0.2 rad"):
         shrink_inside(series(0.1), goal(), kept, (), TICK)
 
 
-def test_a_centre_outside_the_region_is_reported(few):
+def test_a_centre_outside_the_region_is_reported():
     outside = region((-0.3, -1.0, -0.4), (0.3, 1.0, 0.4))
     with pytest.raises(Infeasible, match=r"flange .* mm of room at .* Try a start pose away from it"):
         shrink_inside(series(0.1), goal(), limits(), (outside,), TICK)

@@ -7,11 +7,12 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identify.errors import BrokenTree, RobotError
-from exidyn.identify.robot_files.geometry import hull, read_geometry
+from exidyn.identify.robot_files.geometry import read_geometry
+from exidyn.identify.robot_files.hulls import hull
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
+from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
-from exidyn.trajectories.clearances.self_collision import SelfCollision
 
 from ...parts.plans.sine_motion import SineMotion, sine_motion
 from ...parts.small import small_arm as arm
@@ -22,7 +23,7 @@ MISSING = "package://my_arm/meshes/none.stl"
 @pytest.fixture
 def small(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
-    return robot, SelfCollision.of(robot, geometry)
+    return robot, Collision.of(robot, geometry)
 
 
 def differences(function, position, step=1e-6):
@@ -126,7 +127,7 @@ def test_joints_that_move_neither_body_or_both_do_not_count(small):
 
 def test_neighbours_and_what_was_asked_for_are_left_out_and_listed(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
-    collision = SelfCollision.of(robot, geometry, ignored=[("mast", "tool")])
+    collision = Collision.of(robot, geometry, ignored=[("mast", "tool")])
     reasons = {frozenset((pair.first, pair.second)): pair.reason for pair in collision.excluded}
     assert reasons[frozenset(("base_0", "shoulder_0"))] == "neighbours"
     assert reasons[frozenset(("mast_0", "tool_1"))] == "asked for"
@@ -139,12 +140,12 @@ def test_neighbours_and_what_was_asked_for_are_left_out_and_listed(tmp_path):
 def test_bodies_together_by_design_are_left_out_and_listed_with_their_share(tmp_path):
     parts = [part.replace('radius="0.06" length="0.3"', 'radius="0.3" length="0.9"') for part in arm.PARTS]
     path = arm.write(tmp_path, parts)
-    collision = SelfCollision.of(read_model(path).robot, read_geometry(path))
+    collision = Collision.of(read_model(path).robot, read_geometry(path))
     found = [pair for pair in collision.excluded if {pair.first, pair.second} == {"fore_0", "tool_0"}]
     assert found == []  # the slide takes the tool out of the long cylinder
     robot = read_model(path).robot
     robot.limits.position_upper[robot.joints.index("slide")] = -0.15
-    collision = SelfCollision.of(robot, read_geometry(path))
+    collision = Collision.of(robot, read_geometry(path))
     found = [pair for pair in collision.excluded if {pair.first, pair.second} == {"fore_0", "tool_0"}]
     assert found[0].near == 1.0
     assert "by design" in found[0].reason
@@ -154,7 +155,7 @@ def test_bodies_together_by_design_are_left_out_and_listed_with_their_share(tmp_
 def test_a_link_that_is_not_there_cannot_be_ignored(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
     with pytest.raises(RobotError, match="no link 'hand'.*Links: base, fore, mast"):
-        SelfCollision.of(robot, geometry, ignored=[("hand", "base")])
+        Collision.of(robot, geometry, ignored=[("hand", "base")])
 
 
 def test_geometry_of_another_robot_is_refused(tmp_path):
@@ -162,7 +163,7 @@ def test_geometry_of_another_robot_is_refused(tmp_path):
     parts = [arm.link("base"), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
     other = read_model(arm.write(tmp_path, parts, "other.urdf")).robot
     with pytest.raises(RobotError, match="read robot and geometry from one file"):
-        SelfCollision.of(other, geometry)
+        Collision.of(other, geometry)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -258,7 +259,7 @@ def test_an_arm_without_geometry_has_none(tmp_path):
 def test_one_body_alone_keeps_clear_of_everything(tmp_path):
     parts = [arm.link("base"), arm.link("arm", arm.body('sphere radius="0.1"'))]
     path = arm.write(tmp_path, [*parts, arm.joint("only", "base", "arm", "0 0 1")])
-    collision = SelfCollision.of(read_model(path).robot, read_geometry(path))
+    collision = Collision.of(read_model(path).robot, read_geometry(path))
     assert collision.names == []
     assert collision.gradient(np.zeros((4, 1)))[1].shape == (4, 0, 1)
     assert collision.worst(SineMotion(*np.ones((4, 1)), 1.0)).allowed
@@ -368,7 +369,7 @@ def ur10():
 def test_ur10_watches_what_can_collide():
     path = ur10()
     robot = read_model(path).robot
-    collision = SelfCollision.of(robot, read_geometry(path))
+    collision = Collision.of(robot, read_geometry(path))
     together = {(pair.first, pair.second) for pair in collision.excluded if "design" in pair.reason}
     assert ("forearm_link_0", "wrist_2_link_0") in together
     assert "upper_arm_link_0 to wrist_3_link_0" in collision.names

@@ -1,4 +1,4 @@
-"""Self-collision: distances between the arm's own bodies, and which pairs need no watching."""
+"""Collision: distances between the arm's own bodies and to obstacles, and which pairs need no watching."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -47,7 +47,8 @@ def choose_pairs(
 
     Bodies fixed to each other are no pair at all. Links next to each other are left out, and so are
     bodies that are nearer than the required distance, or 25 mm, in more than 95 % of random positions:
-    they are together by design, as the third joint of a wrist is with the first.
+    they are together by design, as the third joint of a wrist is with the first. From obstacles only bodies
+    are left out that no more than one joint moves, as the column of an arm on its table.
 
     Raises:
         RobotError: The geometry is of another robot, or a link to be ignored has no body.
@@ -82,7 +83,8 @@ def _check(robot: Robot, geometry: pin.GeometryModel) -> None:
 
 
 def _link(robot: Robot, body: pin.GeometryObject) -> str:
-    return str(robot.kinematics.frames[body.parentFrame].name)
+    """Name of the link; an obstacle's own, which belongs to none."""
+    return str(robot.kinematics.frames[body.parentFrame].name if body.parentFrame else body.name)
 
 
 def _asked(
@@ -109,9 +111,16 @@ def _adjacent(
             at = frames[at].parentFrame
             if at in with_body:
                 break
-        if at == upper.parentFrame:
+        if at == upper.parentFrame and at > 0:
             return True
     return False
+
+
+def _may_part(robot: Robot, geometry: pin.GeometryModel, pair: tuple[int, int]) -> bool:
+    """Whether a pair is of an obstacle and a body that several joints move, and so can be elsewhere."""
+    bodies, parents = [geometry.geometryObjects[place] for place in pair], robot.kinematics.parents
+    moved = any(body.parentJoint and parents[body.parentJoint] for body in bodies)
+    return moved and any(body.parentFrame == 0 for body in bodies)
 
 
 def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> list[ExcludedPair]:
@@ -124,7 +133,7 @@ def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> li
         near += np.array([result.min_distance < gap for result in placed.distanceResults], bool)
     excluded = []
     for pair, count in zip(pairs, near, strict=True):
-        if count > SHARE * TRIED:
+        if count > SHARE * TRIED and not _may_part(robot, watched, pair):
             first, second = (watched.geometryObjects[body].name for body in pair)
             excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design", float(count) / TRIED))
             watched.removeCollisionPair(pin.CollisionPair(*pair))
@@ -138,7 +147,7 @@ TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class SelfCollision(Clearance):
+class Collision(Clearance):
     """Distances between bodies of one arm, less the distance they must keep.
 
     Meshes count as their convex hulls, so bodies are never nearer than computed.
@@ -162,7 +171,7 @@ class SelfCollision(Clearance):
         geometry: pin.GeometryModel,
         required: float = REQUIRED,
         ignored: Collection[tuple[str, str]] = (),
-    ) -> "SelfCollision":
+    ) -> "Collision":
         """All pairs that can collide, but for neighbours.
 
         Args:
@@ -176,6 +185,10 @@ class SelfCollision(Clearance):
         """
         watched, excluded = choose_pairs(robot, geometry, required, ignored)
         return cls(robot.kinematics, watched, required, tuple(excluded))
+
+    @property
+    def kept(self) -> float:
+        return self.required
 
     @property
     def names(self) -> list[str]:

@@ -1,0 +1,48 @@
+"""Convex hulls of points and of mesh files."""
+
+from pathlib import Path
+
+import coal
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ..errors import RobotError
+
+
+def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
+    """Convex hull of a mesh file, its points scaled along x, y and z.
+
+    Raises:
+        RobotError: There is no such mesh, or it cannot be read; the message begins with `where`.
+    """
+    try:
+        mesh = coal.MeshLoader().load(str(path), scale)
+        return hull(np.array(mesh.vertices(), float).reshape(-1, 3))
+    except (RuntimeError, ValueError, IndexError) as error:
+        first = (str(error).strip() or "no reason given").splitlines()[0]
+        raise RobotError(f"{where}: mesh {path} cannot be read: {first}") from error
+
+
+def hull(points: np.ndarray) -> coal.Convex:
+    """Convex hull of points, shape (k, 3) [m].
+
+    Raises:
+        ValueError: Fewer than four points.
+    """
+    if len(points) < 4:
+        raise ValueError(f"{len(points)} points; a body has at least 4")
+    try:
+        found = ConvexHull(points)
+    except QhullError:
+        found = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggled, so that it has an inside
+    place = np.full(len(points), -1)
+    place[found.vertices] = np.arange(len(found.vertices))
+    corners = points[found.vertices]
+    triangles = place[found.simplices]
+    first, second, third = np.moveaxis(corners[triangles], 1, 0)
+    inward = np.sum(np.cross(second - first, third - first) * found.equations[:, :3], axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]  # coal wants them counter-clockwise from outside
+    vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    vertices.extend(list(corners))
+    faces.extend([coal.Triangle(*map(int, row)) for row in triangles])
+    return coal.Convex(vertices, faces)
