@@ -39,8 +39,8 @@ TRY_STEPS = 15
 """Steps of a try, by the smoothest objective: after them it shows which of two ends a tenth better."""
 APART = 1_000_000
 """Between the seeds of two tries: more than there are starts."""
-TRYING = 0.25
-"""Share of the time after which no other is tried."""
+TRYING = 0.15
+"""Share of the time within which a try must be expected to end: the search itself begins anew after it."""
 
 
 def one_start(
@@ -89,13 +89,14 @@ def best_of_tries(
     """Where the most promising of `TRIES` random starts has come to in a few steps, shape (k, n)."""
     smooth, begun = replace(problem, objectives=problem.objectives[:1]), time.monotonic()
     first = best = random_start(goal, setting, problem.basis, seed)
-    least = np.inf
+    least, takes = np.inf, 0.0
     for number in range(TRIES):
         left = seconds - (time.monotonic() - begun)
-        if left <= 0.0 or stop():
+        if left <= takes or stop():
             break
         start = random_start(goal, setting, problem.basis, seed + APART * number) if number else first
         found = solve(smooth, smooth.unknowns(start), left, stop, most=TRY_STEPS)
+        takes = max(takes, left - (seconds - (time.monotonic() - begun)))
         if found.unknowns is not None and found.value < least:
             best, least = problem.coefficients(found.unknowns), found.value
     return best
