@@ -21,7 +21,7 @@ from ..search.criteria import name_of
 from ..search.drawn_arms import with_own_factor
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
-from ..search.start import Found, Setting
+from ..search.setting import Found, Setting
 from ..search.torque_bound import TorqueBound
 from ..search.torque_spread import DRAWS
 from ..trajectory import States

@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import BadLimits, Infeasible
 from .goals import Goal
 from .parallel import Stop, report, run_all
-from .start import Found, Setting, one_start
+from .setting import Found, Setting
+from .start import one_start
 
 PAUSE = 5.0
 """Between two sentences about a search that runs [s]."""

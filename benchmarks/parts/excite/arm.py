@@ -48,7 +48,7 @@ class Verdict(NamedTuple):
         raw: The same without scaling [-].
         excess: Worst excess over a limit as a share of it; not above 0 where all are kept [-].
         where: Which limit of which joint that is.
-        collisions: Samples in which two links that are not neighbours collide.
+        collisions: Samples in which two links that are not neighbours collide; 0 where it was not asked.
     """
 
     condition: float
@@ -114,12 +114,13 @@ class Arm:
         data = kinematics.createData()
         return np.array([pin.rnea(kinematics, data, *row) for row in zip(*states, strict=True)])
 
-    def judge(self, states: States) -> Verdict:
+    def judge(self, states: States, collisions: bool) -> Verdict:
         """Condition number and violations of a trajectory, sampled densely over its whole length."""
         columns = self.base_regressor(states)
         excess, where = self._worst(states)
         raw = float(np.linalg.cond(columns))
-        return Verdict(unit_condition(columns), raw, excess, where, self.collisions(states.position))
+        touching = self.collisions(states.position) if collisions else 0
+        return Verdict(unit_condition(columns), raw, excess, where, touching)
 
     def _worst(self, states: States) -> tuple[float, str]:
         limits, zero = self.limits, np.zeros(self.dof)

@@ -35,7 +35,7 @@ from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.excite import excite
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Goal, Identify
-from exidyn.trajectories.search.start import Setting
+from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.unknowns import DriveGains
 
 PERIOD, RATE = 10.0, 20.0

@@ -14,9 +14,10 @@ from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.shrink import shrink_inside
 from exidyn.trajectories.search.solve import Search, solve
-from exidyn.trajectories.search.start import Setting, problem_of, random_start
+from exidyn.trajectories.search.start import problem_of, random_start
 
 from .arm import RATE, Arm, States
 from .peers import DURATION, HARMONICS, Best, Clock, PeerResult

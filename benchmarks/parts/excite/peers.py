@@ -58,16 +58,17 @@ class Best:
     arm: Arm
     collisions: bool
     history: list[tuple[float, float]] = field(default_factory=list)
+    states: States | None = None
     verdict: Verdict | None = None
     infeasible: int = 0
 
     def offer(self, seconds: float, states: States) -> None:
         """Judge a candidate found after so many seconds."""
-        verdict = self.arm.judge(states)
+        verdict = self.arm.judge(states, self.collisions)
         if not verdict.feasible(self.collisions):
             self.infeasible += 1
         elif self.verdict is None or verdict.condition < self.verdict.condition:
-            self.verdict = verdict
+            self.states, self.verdict = states, verdict
             self.history.append((seconds, verdict.condition))
 
     def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
@@ -75,8 +76,9 @@ class Best:
         parts = [*notes]
         if self.infeasible:
             parts.append(f"{self.infeasible} candidates outside the limits")
-        if self.verdict and (breaches := self.verdict.breaches()):
-            parts.append(f"its best: {breaches}")
+        if self.verdict and self.states:
+            whole = self.verdict._replace(collisions=self.arm.collisions(self.states.position))
+            parts += [f"its best: {breaches}"] if (breaches := whole.breaches()) else []
         if not self.verdict:
             parts.append("nothing feasible found")
         condition = self.verdict.condition if self.verdict else np.inf

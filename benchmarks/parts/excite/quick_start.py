@@ -8,7 +8,7 @@ stands what `plan` delivers after so many seconds of the clock on the wall.
 import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -26,10 +26,11 @@ from exidyn.trajectories.planning.planner import goal_and_setting, plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import nominal_torque, violations
-from exidyn.trajectories.search import solve, start
+from exidyn.trajectories.search import delivery, solve, start
 from exidyn.trajectories.search.excite import starts_of
 from exidyn.trajectories.search.goals import Goal
-from exidyn.trajectories.search.start import Found, Setting, one_start
+from exidyn.trajectories.search.setting import Found, Setting
+from exidyn.trajectories.search.start import one_start
 
 from .arm import ARMS, robots
 
@@ -74,21 +75,20 @@ def iiwa() -> Model:
     return replace(model, robot=replace(model.robot, limits=limits))
 
 
-def by_cpu(model: Model, seconds: float, seed: int = 0) -> float:
+def by_cpu(pool: Executor, model: Model, seconds: float, seed: int = 0) -> float:
     """Condition number that a search delivers whose starts count seconds of CPU time."""
     goal, setting, _ = goal_and_setting(model, Wishes())
     tasks = starts_of(setting, STARTS, seed, seconds)
     share = seconds / -(-len(tasks) // CORES)
-    with ProcessPoolExecutor(CORES, get_context("spawn"), _count_cpu_time) as pool:
-        futures = [pool.submit(_one, goal, one, number, share) for one, number in tasks]
-        found = [future.result() for future in futures]
+    futures = [pool.submit(_one, goal, one, number, share) for one, number in tasks]
+    found = [future.result() for future in futures]
     return goal.reached(min(one.value for one in found if isinstance(one, Found)))
 
 
 def _count_cpu_time() -> None:
     """In a process of its own: searches look at this clock."""
     clock = SimpleNamespace(monotonic=time.process_time)
-    solve.time = start.time = clock  # type: ignore[attr-defined]
+    solve.time = start.time = delivery.time = clock  # type: ignore[attr-defined]
 
 
 def _one(goal: Goal, setting: Setting, seed: int, seconds: float) -> "Found | str":
@@ -115,25 +115,29 @@ def _number(word: str) -> bool:
 
 def short_and_long(seconds: tuple[float, float], kept: Kept, names: Sequence[str] = ()) -> dict[str, Any]:
     """Condition numbers after a short and after a long search, on the arms of these names, or on all."""
-    rows, ratios, delivered = [], dict[str, float](), list[float]()
+    chosen = {name: model for name, model in arms().items() if not names or name in names}
+    with ProcessPoolExecutor(CORES, get_context("spawn"), _count_cpu_time) as pool:
+        reached = {
+            name: [kept.of(f"{name}, {s:g} CPU s", lambda m=model, s=s: by_cpu(pool, m, s)) for s in seconds]
+            for name, model in chosen.items()
+        }
     short, long = seconds
-    for name, model in arms().items():
-        if names and name not in names:
-            continue
-        early, late = (
-            kept.of(f"{name}, {each:g} CPU s", lambda m=model, s=each: by_cpu(m, s)) for each in seconds
-        )
-        wall = kept.of(f"{name}, {short:g} s", lambda m=model: by_wall(m, short))
-        ratios[name] = early / late
-        delivered.append(wall["delivered"] / wall["shown"])
-        rows.append([name, early, late, early / late, wall["delivered"], wall["took"], wall["load"]])
+    walls = {
+        name: kept.of(f"{name}, {short:g} s", lambda m=model: by_wall(m, short))
+        for name, model in chosen.items()
+    }
+    ratios = {name: early / late for name, (early, late) in reached.items()}
+    rows = [
+        [name, *both, ratios[name], *(walls[name][key] for key in ("delivered", "took", "load"))]
+        for name, both in reached.items()
+    ]
     header = ["arm", f"{short:g} CPU s", f"{long:g} CPU s", "ratio", f"{short:g} s", "took s", "load"]
     show("Condition number that is delivered, by time of search", header, rows)
     return {
         "after_short_over_long": ratios,
         f"after_{short:g}s_over_{long:g}s": max(ratios.values()),
         "arms": len(ratios),
-        "delivered_over_shown": max(delivered),
+        "delivered_over_shown": max(one["delivered"] / one["shown"] for one in walls.values()),
     }
 
 

@@ -10,7 +10,7 @@ from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.start import Setting
+from exidyn.trajectories.search.setting import Setting
 
 from ..small import two_joints
 

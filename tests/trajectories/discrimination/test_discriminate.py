@@ -13,9 +13,11 @@ from exidyn.identify.effects import (
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
+from exidyn.trajectories.search.delivery import FINE
 from exidyn.trajectories.search.excite import excite
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.start import FINE, Setting, random_start
+from exidyn.trajectories.search.setting import Setting
+from exidyn.trajectories.search.start import random_start
 
 from ...parts.plans.hypotheses import (
     NOISE,

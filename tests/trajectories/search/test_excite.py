@@ -13,12 +13,11 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search.criteria import volume
+from exidyn.trajectories.search.delivery import FINE, Delivery
 from exidyn.trajectories.search.excite import excite, starts_of
 from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.shrink import tightened, violations_of
 from exidyn.trajectories.search.start import (
-    FINE,
-    Delivery,
     best_of_tries,
     largest_coefficients,
     one_start,

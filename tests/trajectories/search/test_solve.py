@@ -63,7 +63,7 @@ def test_what_it_ends_at_is_a_minimum(problem, search):
     """No small step that keeps to the bounds makes it better by more than the tolerance of the solver."""
     random, better, tried = np.random.default_rng(0), 0, 0
     room = np.min(problem.margins(search.unknowns)[0])
-    for _ in range(300):
+    for _ in range(3000):
         step = search.unknowns + 1e-3 * random.normal(size=search.unknowns.size)
         if np.min(problem.margins(step)[0]) >= room:
             tried += 1
