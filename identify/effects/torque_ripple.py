@@ -30,7 +30,10 @@ class TorqueRipple(JointEffect):
         return self.on_each(robot, *((f"R{wave}{k:g}_", "N m") for k in numbers for wave in ("cos", "sin")))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        own, angle = self.columns(robot), self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T)
+        own, angle = (
+            self.columns(robot),
+            self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T),
+        )
         waves = [np.zeros_like(angle) for _ in range(2 * self.count)]
         for k in range(1, self.count + 1):
             turned = k * angle[:, own]

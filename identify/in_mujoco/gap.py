@@ -128,9 +128,7 @@ def gap(
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
     compiled = _compiled(source)
-    recordings = [
-        (role, with_servo_torque(compiled, one, model.robot.joints)) for role, one in recordings
-    ]
+    recordings = [(role, with_servo_torque(compiled, one, model.robot.joints)) for role, one in recordings]
     diagnosis = diagnosed(
         model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
     ).diagnosis

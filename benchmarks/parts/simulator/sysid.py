@@ -1,8 +1,9 @@
 """Beside mujoco.sysid, of the same logs: numbers of a file that are other ones in the real arm.
 
-MuJoCo is the real arm, armature, damping and frictionloss of every joint drawn anew. mujoco.sysid is told which
-numbers those are, and its simulation has their very physics; it begins at the file's and fits by rollouts of
-whole runs. exidyn is told nothing, and fits every number of the model. Both files are then simulated alike.
+MuJoCo is the real arm, armature, damping and frictionloss of every joint drawn anew. mujoco.sysid is told
+which numbers those are, and its simulation has their very physics; it begins at the file's and fits by
+rollouts of whole runs. exidyn is told nothing, and fits every number of the model. Both files are then
+simulated alike.
 """
 
 import tempfile
@@ -36,7 +37,7 @@ QUICK = ("iiwa14",)
 SECONDS, QUICK_SECONDS = 20.0, 6.0
 """Of each run: one is fitted, another one judges."""
 SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
-"""Of each joint: of the file's number, or of this one where the file has none; dry friction of the rms torque."""
+"""Of each joint: of the file's number, or of that below where it has none; dry friction of the rms torque."""
 NONE = {"armature": 0.1, "damping": 1.0}
 WIDEST = 10.0
 """Bounds of the search, over the largest number drawn."""

@@ -85,7 +85,9 @@ def distances(*ends, moved=10.0):
     """Of two starts, as many horizons as there are rows, one by default, and as many joints as numbers."""
     rows = np.atleast_2d(np.array(ends, float))
     every = np.stack([rows, rows])
-    return Distances(every, np.ones((2, len(rows))), np.ones(rows.shape[1]), 1.0, (), np.full(rows.shape, moved))
+    return Distances(
+        every, np.ones((2, len(rows))), np.ones(rows.shape[1]), 1.0, (), np.full(rows.shape, moved)
+    )
 
 
 def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
