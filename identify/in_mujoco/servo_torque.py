@@ -45,15 +45,12 @@ def with_servo_torque(model: Any, recording: Recording, joints: Sequence[str]) -
 
 
 def lead(model: Any) -> float:
-    """Time by which the velocity that a servo's damping takes is ahead of the positions' [s]."""
-    implicit = [enum_of("mjtIntegrator", name) for name in ("mjINT_IMPLICIT", "mjINT_IMPLICITFAST")]
-    if model.opt.integrator in implicit:
-        return 0.5 * float(model.opt.timestep)
-    return (
-        -0.5 * float(model.opt.timestep)
-        if model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER")
-        else 0.0
-    )
+    """Time by which the velocity that a servo's damping takes is ahead of the positions' [s].
+
+    Under RK4 it is that of the moment; but the command is held over a step, which adds the same inertia.
+    """
+    late = model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER")
+    return (-0.5 if late else 0.5) * float(model.opt.timestep)
 
 
 def servo_torque(model: Any, actuators: Sequence[int], error: np.ndarray, velocity: np.ndarray) -> np.ndarray:
