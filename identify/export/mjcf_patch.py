@@ -14,6 +14,7 @@ from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
 from .mjcf_same import described, require_same, taken
+from .mjcf_servos import keep_damping
 from .portable import Portable, left_out
 from .spread import Spread
 from .xml_text import Edits, read_tags
@@ -56,6 +57,8 @@ def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: 
         *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
+    halfway = compile_mjcf(edits.text().decode(), folder)
+    changes += keep_damping(file.elements.root, file.compiled, halfway, edits)
     new = edits.text()
     require_same(wanted, described(compile_mjcf(new.decode(), folder), wanted, where), where)
     return Patch(new, tuple(changes), (*below, *gravity, *_left(wanted, spread)))
