@@ -1,4 +1,4 @@
-"""Servos whose damping MuJoCo makes of the inertia, by `dampratio`: it stays as it was when that is another one."""
+"""Servos whose damping MuJoCo makes of the inertia, by `dampratio`: it stays as it was with another inertia."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -9,7 +9,9 @@ simulated alike.
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -149,12 +151,10 @@ def by_sysid(path: Path, nominal: Model, log: Recording, names: Sequence[str]) -
         "arm", spec, "log", initial, sysid.TimeSeries.from_control_names(position.time, control, model),
         sysid.TimeSeries.from_names(position.time, seen, model),
     )  # fmt: skip
-    told = _parameters(sysid, starts(path, nominal))
-    found, _ = sysid.optimize(
-        initial_params=told, verbose=False,
-        residual_fn=sysid.build_residual_fn(models_sequences=[sequence], n_threads=1),
-        optimizer="mujoco",
-    )  # fmt: skip
+    told = _parameters(sysid, starts(path, nominal)).move_off_bounds()
+    residual = sysid.build_residual_fn(models_sequences=[sequence], n_threads=1)
+    with redirect_stdout(StringIO()):  # it prints every step
+        found, _ = sysid.optimize(initial_params=told, residual_fn=residual, verbose=False)
     written = mujoco.MjSpec.from_file(str(path))
     for parameter in found.values():
         parameter.modifier(written, parameter)
