@@ -1,4 +1,4 @@
-"""Servos whose damping MuJoCo makes of the inertia, by `dampratio`: it stays as it was with another inertia."""
+"""Servos whose damping MuJoCo makes of the inertia, by `dampratio`: it stays as it was."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from exidyn.acquire.command_line import main
 from exidyn.identify.effects import Prior, StribeckFriction
 from exidyn.identify.errors import RecordingError, RobotError
 from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.gap import worse_joints
+from exidyn.identify.in_mujoco.gap import Stage, worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
+from exidyn.identify.pages.gap_document import verdict
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.servo_error import servo_words, with_servo_error
 from exidyn.mujoco import attach
@@ -145,6 +147,16 @@ def test_damping_of_servos_is_taken_as_the_integrator_takes_it(integrator):
     moved = np.column_stack([acceleration, velocity])[500:-2]
     inertia = np.linalg.lstsq(moved, torque[500:-2], rcond=None)[0][0]
     assert inertia == pytest.approx(0.1, abs=3e-4)  # half a step of the damping is 0.005
+
+
+def test_why_nothing_could_be_written_is_said_first():
+    before = distances(1.0, 1.0)
+    stages = [
+        Stage("numbers", None, (), "State drive gains"),
+        Stage("hysteresis", None, (), "State drive gains"),
+    ]
+    [said] = verdict(SimpleNamespace(horizons=(2.0,), before=before, after=before, kept=None, stages=stages))
+    assert said.endswith("Nothing was written: State drive gains")
 
 
 def test_positions_are_commanded_where_file_and_runs_have_that():
