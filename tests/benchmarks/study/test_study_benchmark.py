@@ -1,11 +1,12 @@
 """The benchmark of a study: which programme is the best, and what is counted."""
 
 import pytest
+from common import Kept
 from parts.study.answer import Answer
 from parts.study.best import best_programme
 from parts.study.case import LEANS, Case, named, others, scored
 from parts.study.programme import Run, programmes
-from study import Kept, compared
+from study import compared
 
 
 def answer(found, motion=20.0, error=0.01, still=frozenset(), decided=True):
