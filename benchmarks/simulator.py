@@ -1,18 +1,19 @@
-"""Arms from MJCF: torque beside MuJoCo's own, and the gap between simulation and arms that have more.
+"""Arms from MJCF: torque beside MuJoCo's own, and the gap between simulation and real arms.
 
 `EXIDYN_DATA` names the folder of data, with models in `mjcf`. `round_trip` is the largest difference of a
 joint's torque over the largest torque, in random motion, without dry friction, a constraint in MuJoCo.
 
 concealed: real arms are MuJoCo's own, in which friction and other physics are concealed that the file does
-not have; logs hold torque, or commands and positions alone. `named` is the share of concealed effects that are
-found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after 2 s of
-commands, after over before; `worse` counts joints that are farther off than by the file as it was; `refused`
-logs that the check of units and signs holds for wrong.
+not have; logs hold torque, or commands and positions alone. `named` is the share of concealed effects that
+are found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after
+2 s of commands, after over before; `worse` counts joints that are farther off than by the file as it was;
+`refused` logs that the check of units and signs holds for wrong.
 
 sysid: numbers of a file that are others in the real arm, by exidyn's fit, which is told nothing, and by
-mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu_over_sysid` are the largest of all
-arms. recorded: real recordings with Menagerie's models; `recorded_worse` of `recorded_joints` are farther off after
-than before on runs held out, `recorded_error_left` is the median of what is left of a joint's error.
+mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu_over_sysid` are the
+largest of all arms. recorded: real recordings with Menagerie's models; `recorded_worse` of
+`recorded_joints` are farther off after than before on runs held out, `recorded_error_left` is the median
+of what is left of a joint's error.
 """
 
 import os

@@ -83,11 +83,11 @@ Heads = Sequence[Sequence[str]]
 
 
 def _narrow(
-    heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int, again: bool = False
+    heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int, again: int = 0
 ) -> list[str]:
     """Lines of a table with folded heads, its last columns below where it is still too wide.
 
-    Columns on the left that stand in it `again` may be left out.
+    Of so many columns on the left that stand in it `again` the last may be left out, where there are `KEYS`.
     """
     columns = list(range(len(heads)))
     for narrower in (gap, 1):
@@ -106,8 +106,8 @@ def _narrow(
             return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
-        dropped = again and len(keys) == KEYS
-        return _narrow(*_without(keys[-1], heads, rows, left), gap, again) if dropped else lines
+        dropped = again == len(keys) == KEYS
+        return _narrow(*_without(keys[-1], heads, rows, left), gap, again - 1) if dropped else lines
     for count in range(len(columns) - 1, len(keys), -1):
         first = _laid(heads, rows, columns[:count], left, gap)
         if count == len(keys) + 1 or not _too_wide(first):
@@ -115,7 +115,7 @@ def _narrow(
     rest = [*keys, *columns[count:]]
     below = [[row[column] for column in rest] if len(row) == len(heads) else row for row in rows]
     under = [place for place, column in enumerate(rest) if column in left]
-    return [*first, *_narrow([heads[column] for column in rest], below, under, gap, True)]
+    return [*first, *_narrow([heads[column] for column in rest], below, under, gap, len(keys))]
 
 
 def _without(

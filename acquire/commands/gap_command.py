@@ -58,7 +58,8 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
         AS_RECORDED,
     ),
     """A finding for which one of its joints is worse on the runs held out is not written,
-nor one for which any joint is worse than by the file as it was.""",
+nor one for which any joint is worse than by the file as it was. Runs imported with
+--effort command have the torque of the file's position servos.""",
 )
 def gap_command(given: Namespace) -> None:
     """Simulate, diagnose, write, print."""

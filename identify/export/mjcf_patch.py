@@ -15,7 +15,7 @@ from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
 from .mjcf_same import described, require_same, taken
-from .mjcf_servos import require_servos, servo_changes
+from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable, left_out
 from .spread import Spread
 from .xml_text import Edits, read_tags
@@ -59,6 +59,8 @@ def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: 
         *servo_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
+    halfway = compile_mjcf(edits.text().decode(), folder)
+    changes += keep_damping(file, halfway, written_servos(file, wanted), edits)
     new = edits.text()
     compiled = compile_mjcf(new.decode(), folder)
     require_same(wanted, described(compiled, wanted, where), where)

@@ -1,10 +1,11 @@
-"""Gains of a file's position servos, where they are what was identified.
+"""Gains of a file's position servos: kp where it was identified, and damping as it was.
 
 Of logs without current, what is left to the command stands for it, and a drive gain is a servo's kp. What the
-servo damps by itself is then part of the viscous friction, so that its own damping becomes zero.
+servo damps by itself is then part of the viscous friction, so that its own damping becomes zero. Other servos
+keep their damping, which MuJoCo makes of the inertia where the file has a `dampratio`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,15 +17,14 @@ from ..robot_files.mjcf_names import name_of
 from ..text_table import NORMAL_95
 from .mjcf_changes import DIGITS, SAME, Change, File, same
 from .portable import Portable
-from .xml_text import Edits
+from .xml_text import Edits, Tag
 
 
 def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:
     """Write the stiffness of all servos, where the robot's drives are such and the file has them too."""
-    robot, found = portable.robot, servos(file.compiled, portable.robot.joints)
-    if robot.servo is None or not found:
-        return
-    for place, (actuator, wanted) in enumerate(zip(found, stiffness(robot), strict=True)):
+    robot = portable.robot
+    for place, actuator in enumerate(written_servos(file, portable)):
+        wanted = stiffness(robot)[place]
         where = f"actuator '{name_of(file.compiled, 'actuator', actuator)}'"
         old, damping = _gains(file.compiled, actuator)
         gear = float(file.compiled.actuator_gear[actuator][0])
@@ -35,6 +35,40 @@ def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Chan
         yield Change(where, "kp", robot.unit(place, "N m/rad"), old, float(wanted) / gear**2, half)
         if damping:
             yield Change(where, "kv", robot.unit(place, "N m s/rad"), damping, 0.0, np.inf)
+
+
+def written_servos(file: File, portable: Portable) -> list[int]:
+    """The servos whose gains are written: those of all joints, where the robot's drives are such."""
+    return servos(file.compiled, portable.robot.joints) if portable.robot.servo is not None else []
+
+
+def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -> Iterator[Change]:
+    """Write the damping that servos had, where the file with its changes gives them another.
+
+    Args:
+        file: As it was; servos of files that it includes are left alone.
+        new: What MuJoCo makes of it with its changes.
+        written: Servos whose gains are written already.
+        edits: Where it is written.
+    """
+    old = file.compiled
+    tags = [tag for part in file.elements.root.children if part.name == "actuator" for tag in part.children]
+    for actuator in range(old.nu):
+        kept, made = (_gains(model, actuator)[1] for model in (old, new))
+        tag = _position_tag(tags, old, actuator)
+        if tag is not None and actuator not in written and not same(kept, made):
+            edits.set(tag, dampratio=None, kv=f"{kept:.{DIGITS}g}")
+            where = f"servo '{name_of(old, 'actuator', actuator)}', in place of dampratio"
+            yield Change(where, "kv", "N m s/rad", made, kept, 0.0)
+
+
+def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
+    """The tag of a position servo, by its name or its place among all; None for others."""
+    name = name_of(model, "actuator", actuator)
+    named = [tag for tag in tags if tag.attributes.get("name") == name]
+    if not named and len(tags) == model.nu and "name" not in tags[actuator].attributes:
+        named = [tags[actuator]]
+    return named[0] if named and named[0].name == "position" else None
 
 
 def require_servos(compiled: Any, portable: Portable, where: str) -> None:

@@ -1,10 +1,11 @@
-"""Torque of logs that have commands and positions alone: what the servos of the simulation's file give for those.
+"""Torque of logs of commands and positions alone: what the servos of the simulation's file give for those.
 
-A position servo of MuJoCo's gives kp (command - position) - kv velocity, within its range of force. The velocity
-is that of the end of a step where the integrator is implicit, of its beginning under Euler: half a step after or
-before the one that positions show. So kv adds kv step / 2 to a joint's inertia in the simulation, or takes that
-away: of a UR10e's file with kv 500 and steps of 2 ms 0.5 kg m^2, five times its armature. Taken as it acts there,
-what is fitted is the inertia with which the simulation moves as the arm does.
+A position servo of MuJoCo's gives kp (command - position) - kv velocity, within its range of force. The
+velocity is that of the end of a step where the integrator is implicit, of its beginning under Euler: half
+a step after or before the one that positions show. So kv adds kv step / 2 to a joint's inertia in the
+simulation, or takes that away: of a UR10e's file with kv 500 and steps of 2 ms 0.5 kg m^2, five times its
+armature. Taken as it acts there, what is fitted is the inertia with which the simulation moves as the arm
+does.
 """
 
 from collections.abc import Sequence
@@ -46,15 +47,12 @@ def with_servo_torque(model: Any, recording: Recording, joints: Sequence[str]) -
 
 
 def lead(model: Any) -> float:
-    """Time by which the velocity that a servo's damping takes is ahead of the positions' [s]."""
-    implicit = [enum_of("mjtIntegrator", name) for name in ("mjINT_IMPLICIT", "mjINT_IMPLICITFAST")]
-    if model.opt.integrator in implicit:
-        return 0.5 * float(model.opt.timestep)
-    return (
-        -0.5 * float(model.opt.timestep)
-        if model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER")
-        else 0.0
-    )
+    """Time by which the velocity that a servo's damping takes is ahead of the positions' [s].
+
+    Under RK4 it is that of the moment; but the command is held over a step, which adds the same inertia.
+    """
+    late = model.opt.integrator == enum_of("mjtIntegrator", "mjINT_EULER")
+    return (-0.5 if late else 0.5) * float(model.opt.timestep)
 
 
 def servo_torque(model: Any, actuators: Sequence[int], error: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -69,6 +69,12 @@ def verdict(gap: Gap, written: str = "") -> list[str]:
     """What was gained, in sentences."""
     longest = f"After {gap.horizons[-1]:g} s"
     before, after = gap.before.tool[-1], gap.after.tool[-1]
+    if gap.kept is None and all(stage.distances is None for stage in gap.stages):
+        why = "; ".join(dict.fromkeys(stage.reason for stage in gap.stages))
+        return [
+            f"{longest} the tool point of the simulation is {_far(before)} from the real one. Nothing was "
+            f"written: {why}"
+        ]
     if gap.kept is None:
         return [
             f"{longest} the tool point of the simulation is {_far(before)} from the real one. Nothing was "
@@ -94,7 +100,8 @@ def _stages(gap: Gap) -> Table:
     head = ["added", *(f"tool {one:g} s [mm]" for one in gap.horizons), "whole run [mm]", "written"]
     rows: list[list[Cell]] = [[AS_IT_WAS, *_tool(gap.before), ""]]
     for stage in gap.stages:
-        written = Marked("yes", "good") if not stage.reason else f"no: {stage.reason}"
+        tried = f"no: {stage.reason}" if stage.distances else "no: could not be made"
+        written = Marked("yes", "good") if not stage.reason else tried
         none: list[Cell] = [Number(np.nan)] * (len(gap.horizons) + 1)
         rows.append([stage.name, *(_tool(stage.distances) if stage.distances else none), written])
     return Table(head, rows, words=(len(head) - 1,))

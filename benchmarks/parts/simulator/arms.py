@@ -45,9 +45,9 @@ PHYSICS: dict[str, Concealed] = {
 }  # fmt: skip
 """Name -> how it is drawn: a third of a joint's torque at most, so that no arm is absurd.
 
-Drag differs by direction too. With dry friction alone the effect is a constant torque, which every fit has, but
-for rest and its neighbourhood: of the samples above 10 mrad/s in three of these logs all that tells the two apart
-is a log-likelihood of 0.02, and of slower ones friction has no law.
+Drag differs by direction too. With dry friction alone the effect is a constant torque, which every fit has,
+but for rest and its neighbourhood: of the samples above 10 mrad/s in three of these logs all that tells them
+apart is a log-likelihood of 0.02, and of slower ones friction has no law.
 """
 
 

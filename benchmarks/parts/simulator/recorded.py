@@ -1,11 +1,13 @@
 """Real recordings, with models that users have as the nominal: how far simulation is off before and after.
 
-What was measured drives the simulation, current by drive gains or torque, since none of these logs has commands
-that a servo of the file would follow. Errors are those of `exidyn gap`, on recordings that are not fitted.
+What was measured drives the simulation, current by drive gains or torque, since none of these logs has
+commands that a servo of the file would follow. Errors are those of `exidyn gap`, on recordings that are not
+fitted.
 """
 
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +34,10 @@ ARM_MASS = {100: 0.036, 150: 0.050}
 PENDULUM = """<mujoco model="sts3215">
   <compiler angle="radian"/>
   <!-- joint and servo: class so_arm100 of mujoco_menagerie's trs_so_arm100 -->
-  <default><joint frictionloss="0.1" armature="0.1"/><position kp="50" dampratio="1" forcerange="-3.5 3.5"/></default>
+  <default>
+    <joint frictionloss="0.1" armature="0.1"/>
+    <position kp="50" dampratio="1" forcerange="-3.5 3.5"/>
+  </default>
   <worldbody>
     <body name="pendulum">
       <inertial mass="{mass}" pos="0 0 {centre}" diaginertia="{inertia} {inertia} 0.0002"/>
@@ -86,8 +91,8 @@ def _pendulum(mass: int, length: int) -> Recorded:
 SERVOS = tuple(_pendulum(*one) for one in PENDULUMS)
 ARMS = (
     Recorded(
-        "UR10e", "ur10e_mamedov", "ur10e.xml", ("id_ur-20_02_10-30sec_12harm", "id_ur-20_02_12-40sec_12harm"),
-        ("id_ur-20_02_12-50sec_12harm", "val_ur-20_01_17-ptp_10_points"), tuple(DE_LUCA),
+        "UR10e", "ur10e_mamedov", "ur10e.xml", ("id_ur-20_02_10-30sec_12harm",),
+        ("id_ur-20_02_12-50sec_12harm",), tuple(DE_LUCA),
     ),
     Recorded("Panda", "panda_gaz", "panda_nohand.xml", ("traj1[0:2]",), ("traj1[2:3]",)),
 )  # fmt: skip
@@ -100,15 +105,11 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
         one.name: kept.of(f"recorded, {one.name}", lambda one=one: answered(one, folder)) for one in chosen
     }
     rows = [
-        [name, *(1e3 * value for pair in zip(one["tool_before"], one["tool_after"], strict=True) for value in pair),
-         f"{one['joints_worse']} of {one['joints']}"]
+        [name, *_pairs(one["tool_before"], one["tool_after"]), f"{one['joints_worse']} of {one['joints']}"]
         for name, one in found.items()
-    ]  # fmt: skip
-    head = [
-        "arm",
-        *(f"{when} {what}" for when in ("0.1 s", "0.5 s", "2 s") for what in ("before", "after")),
-        "worse",
     ]
+    times = [f"{when} {what}" for when in ("0.1 s", "0.5 s", "2 s") for what in ("before", "after")]
+    head = ["arm", *times, "worse"]
     show("Real recordings held out: tool point [mm]", head, rows)
     return {
         "recorded_worse": sum(one["joints_worse"] for one in found.values()),
@@ -116,6 +117,11 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
         "recorded_error_left": float(np.median([one["error_left"] for one in found.values()])),
         "recorded": found,
     }
+
+
+def _pairs(before: Sequence[float], after: Sequence[float]) -> list[float]:
+    """Both after each horizon [mm]."""
+    return [1e3 * value for pair in zip(before, after, strict=True) for value in pair]
 
 
 def answered(one: Recorded, folder: Path) -> dict[str, Any]:

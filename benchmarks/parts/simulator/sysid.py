@@ -1,14 +1,17 @@
 """Beside mujoco.sysid, of the same logs: numbers of a file that are other ones in the real arm.
 
-MuJoCo is the real arm, armature, damping and frictionloss of every joint drawn anew. mujoco.sysid is told which
-numbers those are, and its simulation has their very physics; it begins at the file's and fits by rollouts of
-whole runs. exidyn is told nothing, and fits every number of the model. Both files are then simulated alike.
+MuJoCo is the real arm, armature, damping and frictionloss of every joint drawn anew. mujoco.sysid is told
+which numbers those are, and its simulation has their very physics; it begins at the file's and fits by
+rollouts of whole runs. exidyn is told nothing, and fits every number of the model. Both files are then
+simulated alike.
 """
 
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -36,7 +39,7 @@ QUICK = ("iiwa14",)
 SECONDS, QUICK_SECONDS = 20.0, 6.0
 """Of each run: one is fitted, another one judges."""
 SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
-"""Of each joint: of the file's number, or of this one where the file has none; dry friction of the rms torque."""
+"""Of each joint: of the file's number, or of that below where it has none; dry friction of the rms torque."""
 NONE = {"armature": 0.1, "damping": 1.0}
 WIDEST = 10.0
 """Bounds of the search, over the largest number drawn."""
@@ -148,12 +151,10 @@ def by_sysid(path: Path, nominal: Model, log: Recording, names: Sequence[str]) -
         "arm", spec, "log", initial, sysid.TimeSeries.from_control_names(position.time, control, model),
         sysid.TimeSeries.from_names(position.time, seen, model),
     )  # fmt: skip
-    told = _parameters(sysid, starts(path, nominal))
-    found, _ = sysid.optimize(
-        initial_params=told, verbose=False,
-        residual_fn=sysid.build_residual_fn(models_sequences=[sequence], n_threads=1),
-        optimizer="mujoco",
-    )  # fmt: skip
+    told = _parameters(sysid, starts(path, nominal)).move_off_bounds()
+    residual = sysid.build_residual_fn(models_sequences=[sequence], n_threads=1)
+    with redirect_stdout(StringIO()):  # it prints every step
+        found, _ = sysid.optimize(initial_params=told, residual_fn=residual, verbose=False)
     written = mujoco.MjSpec.from_file(str(path))
     for parameter in found.values():
         parameter.modifier(written, parameter)

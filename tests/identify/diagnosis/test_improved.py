@@ -184,3 +184,12 @@ def test_models_of_what_was_found_and_of_what_it_might_be_are_files():
     assert len(others) == len(diagnosis().findings[0].alternatives)
     assert all("Ks2" not in one.model.names for one in others)
     assert found_model(replace(diagnosis(), evidence=None)) is None
+
+
+def test_bodies_that_a_diagnosis_holds_back_by_nothing_are_likely_in_a_fit():
+    """Else what torque does not show of them is whatever the solver ends at, and differs from run to run."""
+    one, stated = diagnosis(), nominal_model().robot.inertial_tolerance
+    assert model_to_fit(one).robot.inertial_tolerance == stated
+    open_ = replace(nominal_model().robot, inertial_tolerance=100.0, inertias_stated=False)
+    evidence = replace(one.evidence, model=replace(one.evidence.model, robot=open_))
+    assert model_to_fit(replace(one, evidence=evidence)).robot.inertial_tolerance == 0.1

@@ -27,7 +27,7 @@ from exidyn.identify.document.markdown import section_markdown
 from exidyn.identify.document.text import text
 from exidyn.identify.pages.report_material import Material, Run
 from exidyn.identify.pages.runs_document import runs_sections
-from exidyn.identify.text_table import percent
+from exidyn.identify.text_table import percent, table
 
 TABLE = Table(
     ["joint", "value", "± 95 %", "verdict", "plot"],
@@ -144,3 +144,10 @@ def test_names_of_joints_stand_clear_of_the_scales_beside_them():
     }
     frames = {name: float(re.search(r'class="frame" x="([\d.]+)"', page)[1]) for name, page in drawn.items()}
     assert frames["shoulder_lift_joint"] - frames["j1"] > 30
+
+
+def test_a_column_of_words_is_not_lost_beside_wide_names():
+    rows = [["a long name " * 5, "1", "no: " + "a long reason " * 6]]
+    lines = "\n".join(table(["added", "error", "written"], rows, left=(0, 2)))
+    assert "written" in lines
+    assert "no: a long reason" in lines

@@ -124,6 +124,22 @@ def test_a_file_in_which_all_is_right_stays_as_it_is(tmp_path):
     assert made.changes == ()
 
 
+@pytest.mark.parametrize("stated", ["of itself", "in a class"])
+def test_damping_that_mujoco_makes_of_the_inertia_stays_as_it_was(stated, tmp_path):
+    servo, own = b'joint="one" kp="30"', b'joint="one" kp="30" dampratio="1"'
+    text = ARM.replace(servo, own)
+    if stated == "in a class":
+        text = ARM.replace(b'<default class="big">', b'<position dampratio="1"/><default class="big">')
+    model = found_in(nominal_of(text, tmp_path), Ia1=0.9)
+    made = patched(model, text, tmp_path)
+    before, after = (compiled(one.decode()).actuator_biasprm[0] for one in (text, made.text))
+    np.testing.assert_allclose(after, before, rtol=1e-7)
+    [change] = [one for one in made.changes if one.attribute == "kv"]
+    assert change.new == pytest.approx(-before[2])
+    assert change.old > 1.1 * change.new
+    assert (b"dampratio" in made.text) == (stated == "in a class")
+
+
 def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
     nominal = nominal_of(ARM, tmp_path)
     kinematics = nominal.robot.kinematics.copy()

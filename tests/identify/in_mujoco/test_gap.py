@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from exidyn.acquire.command_line import main
 from exidyn.identify.effects import Prior, StribeckFriction
 from exidyn.identify.errors import RecordingError, RobotError
 from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.gap import worse_joints
+from exidyn.identify.in_mujoco.gap import Stage, worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
-from exidyn.identify.in_mujoco.servo_torque import servo_torque
+from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
+from exidyn.identify.pages.gap_document import verdict
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
@@ -37,6 +39,19 @@ ARM = """<mujoco model="two">
     <position name="a" joint="shoulder" kp="800" kv="40"/>
     <position name="b" joint="elbow" kp="400" kv="20"/>
   </actuator>
+</mujoco>
+"""
+
+
+PENDULUM = """<mujoco>
+  <option timestep="0.002" integrator="{}" gravity="0 0 0"/>
+  <worldbody>
+    <body>
+      <inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>
+      <joint name="pivot" axis="0 1 0"/>
+    </body>
+  </worldbody>
+  <actuator><position joint="pivot" kp="50" kv="5"/></actuator>
 </mujoco>
 """
 
@@ -116,6 +131,33 @@ def test_a_log_of_commands_alone_has_the_torque_of_the_files_servos():
     found = servo_torque(model, [0, 1], data.ctrl[None] - data.qpos, data.qvel[None])
     np.testing.assert_allclose(found[0], data.qfrc_actuator, rtol=1e-12)
     assert data.qfrc_actuator[1] == 50.0
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+def test_damping_of_servos_is_taken_as_the_integrator_takes_it(integrator):
+    model = mujoco.MjModel.from_xml_string(PENDULUM.format(integrator))
+    data, time = mujoco.MjData(model), np.arange(0.0, 4.0, 0.002)
+    command, position = 0.5 * np.sin(2.0 * time) + 0.3 * np.sin(5.1 * time), np.empty_like(time)
+    for row, one in enumerate(command):
+        position[row], data.ctrl[0] = data.qpos[0], one
+        mujoco.mj_step(model, data)
+    velocity = np.gradient(position, time)
+    acceleration = np.gradient(velocity, time)
+    ahead = (velocity + lead(model) * acceleration)[:, None]
+    torque = servo_torque(model, [0], (command - position)[:, None], ahead)[:, 0]
+    moved = np.column_stack([acceleration, velocity])[500:-2]
+    inertia = np.linalg.lstsq(moved, torque[500:-2], rcond=None)[0][0]
+    assert inertia == pytest.approx(0.1, abs=3e-4)  # half a step of the damping is 0.005
+
+
+def test_why_nothing_could_be_written_is_said_first():
+    before = distances(1.0, 1.0)
+    stages = [
+        Stage("numbers", None, (), "State drive gains"),
+        Stage("hysteresis", None, (), "State drive gains"),
+    ]
+    [said] = verdict(SimpleNamespace(horizons=(2.0,), before=before, after=before, kept=None, stages=stages))
+    assert said.endswith("Nothing was written: State drive gains")
 
 
 def test_positions_are_commanded_where_file_and_runs_have_that():
