@@ -7,6 +7,10 @@ Real arms are MuJoCo's own, in which friction and other physics are concealed th
 `named` is the share of concealed effects that are found on their joint, `false` a count of others, `gap_left`
 the median of the tool point's error after 2 s of commands, after over before; `worse` counts joints that are
 farther off than by the file as it was; `refused` logs that the check of units and signs holds for wrong.
+
+`speed` is the median of steps a second with these effects attached over those of plain MuJoCo, by process
+time within one run; `slowest` that of the slowest arm. Plain MuJoCo has the file's own dry friction, a
+constraint, in place of the effects': where a file has some, effects may cost less than that.
 """
 
 import os
@@ -20,6 +24,7 @@ import numpy as np
 from common import parser, save, show
 from parts.simulator.arms import cases
 from parts.simulator.concealed import Case, read_hinges, record
+from parts.simulator.speed import cost
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
@@ -102,8 +107,18 @@ def concealed(folder: Path, quick: bool) -> dict[str, Any]:
     }
 
 
+def speed(folder: Path, quick: bool) -> dict[str, Any]:
+    """Steps a second with effects over those of plain MuJoCo; the effects are those of the real arms."""
+    chosen = cases(folder, ("dynamixel_2r", "ur10e")) if quick else cases(folder)
+    costs = {case.name: cost(case) for case in chosen}
+    rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
+    show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)
+    every = [one.speed for one in costs.values()]
+    return {"speed": float(np.median(every)), "slowest": min(every)}
+
+
 def main() -> None:
-    given = parser(__doc__.splitlines()[0], ("round_trip", "concealed")).parse_args()
+    given = parser(__doc__.splitlines()[0], ("round_trip", "concealed", "speed")).parse_args()
     folder = Path(os.environ.get("EXIDYN_DATA", "")) / "mjcf"
     files = sorted(folder.glob("*.xml"))
     if not files:
@@ -115,6 +130,8 @@ def main() -> None:
         figures |= {"models": len(errors), "round_trip": max(errors.values()), "by_model": errors}
     if not given.only or "concealed" in given.only:
         figures |= concealed(folder, given.quick)
+    if not given.only or "speed" in given.only:
+        figures |= speed(folder, given.quick)
     save(given.json, figures)
 
 

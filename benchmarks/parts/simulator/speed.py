@@ -1,0 +1,53 @@
+"""What effects cost in MuJoCo's steps: process time beside that of the model alone, within one run."""
+
+import time
+from typing import NamedTuple
+
+import mujoco
+
+from exidyn.identify.in_mujoco.attached import Attached
+from exidyn.identify.robot_files.mjcf_drives import servos
+
+from .concealed import STEP, Case
+
+STEPS, ROUNDS = 1000, 5
+"""Steps of a round, and rounds in turn, of which the fastest counts: other programs only slow one down."""
+
+
+class Cost(NamedTuple):
+    """Of one arm.
+
+    Attributes:
+        plain: Process time of a step of the model alone [us].
+        attached: With the effects.
+    """
+
+    plain: float
+    attached: float
+
+    @property
+    def speed(self) -> float:
+        """Steps a second over those of the model alone [-]."""
+        return self.plain / self.attached
+
+
+def cost(case: Case) -> Cost:
+    """Of an arm that its servos move to a pose."""
+    model = mujoco.MjModel.from_xml_path(str(case.path))
+    model.opt.timestep, model.opt.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    data, motors = mujoco.MjData(model), servos(model, case.nominal.robot.joints)
+    fastest = {"plain": float("inf"), "attached": float("inf")}
+    for _ in range(ROUNDS):
+        fastest["plain"] = min(fastest["plain"], _seconds(model, data, motors))
+        with Attached(model, data, case.real):
+            fastest["attached"] = min(fastest["attached"], _seconds(model, data, motors))
+    return Cost(**{name: 1e6 * seconds / STEPS for name, seconds in fastest.items()})
+
+
+def _seconds(model: mujoco.MjModel, data: mujoco.MjData, motors: list[int]) -> float:
+    mujoco.mj_resetData(model, data)
+    data.ctrl[motors] = 0.3
+    mujoco.mj_step(model, data)  # what is new to the effects is told to them
+    begun = time.process_time()
+    mujoco.mj_step(model, data, STEPS)
+    return time.process_time() - begun
