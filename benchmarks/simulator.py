@@ -14,6 +14,10 @@ mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu
 largest of all arms. recorded: real recordings with Menagerie's models; `recorded_worse` of
 `recorded_joints` are farther off after than before on runs held out, `recorded_error_left` is the median
 of what is left of a joint's error.
+
+speed: the median of steps a second with these effects attached over those of plain MuJoCo, by process time
+within one run; `slowest` that of the slowest arm. Plain MuJoCo has the file's own dry friction, a
+constraint, in place of the effects': where a file has some, effects may cost less than that.
 """
 
 import os
@@ -24,14 +28,25 @@ from typing import Any
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: matrices are small
 
 from common import Kept, parser, save
-from parts.simulator import closed, recorded, round_trip, sysid
+from parts.simulator import closed, recorded, round_trip, speed, sysid
 
 PARTS = {
     "round_trip": round_trip.figures,
     "concealed": closed.figures,
     "sysid": sysid.figures,
     "recorded": recorded.figures,
+    "speed": speed.figures,
 }
+
+
+def speed(folder: Path, quick: bool) -> dict[str, Any]:
+    """Steps a second with effects over those of plain MuJoCo; the effects are those of the real arms."""
+    chosen = cases(folder, ("dynamixel_2r", "ur10e")) if quick else cases(folder)
+    costs = {case.name: cost(case) for case in chosen}
+    rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
+    show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)
+    every = [one.speed for one in costs.values()]
+    return {"speed": float(np.median(every)), "slowest": min(every)}
 
 
 def main() -> None:

@@ -15,10 +15,11 @@ from ..model import Model
 from ..notebook import optional
 from ..robot_files.mjcf_names import enum_of
 from .callbacks import PURPOSE, library, register, release
-from .memory import Layout
+from .memory import Layout, step_address
+from .native import Native, possible, terms_of
 from .torques import Share, Torques
 
-ARRAYS = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
+READ = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
 PATCH = ". Write what was found into the file first: exidyn export FIT --to mjcf --patch ARM.xml"
 UNPATCHED = Remedy(PATCH, PATCH)
 WHERE = "the model"
@@ -166,7 +167,7 @@ class Attached:
         self.effects = tuple(dict.fromkeys(name_of(effect) for effect, _ in pairs))
         self.temperature = np.broadcast_to(np.asarray(temperature, float), (wanted.robot.dof,)).copy()
         inertia = "M" if hasattr(data, "M") else "qM"
-        self._layout = Layout.of(data, (*ARRAYS, inertia))
+        self._layout = Layout.of(data, (*READ, inertia))
         joints = [model.joint(name) for name in wanted.robot.joints]
         self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
         self._places = np.array([int(joint.qposadr[0]) for joint in joints])
@@ -177,8 +178,22 @@ class Attached:
         self._loaded = any(effect.needs_load for effect, _ in self._behind)
         self._dry = model.dof_frictionloss[self._dofs].copy()
         self._try(data)
-        register(model, self)
+        self._native = self._compiled(data)
+        register(model, self, None if self._native is None else self._native.callbacks())
+        if self._native is not None:
+            self._native.begin()
         model.dof_frictionloss[self._dofs] = 0.0
+
+    def _compiled(self, data: Any) -> Native | None:
+        """The effects as machine code; None where an effect has no such form, or Numba is absent."""
+        pairs, model = [*self._behind, *self._through], self._model
+        if not possible(pairs):
+            return None
+        places = [self._layout.time, *(self._layout.places[name] for name in (*READ, self._inertia))]
+        return Native(
+            int(model._address), step_address(model), self.temperature, places,
+            (self._dofs, self._places, self._diagonal), terms_of(self._robot, pairs), self._loaded, model.nv,
+        )  # fmt: skip
 
     def _try(self, data: Any) -> None:
         """Ask all effects once, here, where what they raise is seen."""
@@ -195,11 +210,16 @@ class Attached:
 
     def detach(self) -> None:
         """Take them away; the model is as it was."""
+        if self._native is not None:
+            self._native.release()
         release(self._model)
         self._model.dof_frictionloss[self._dofs] = self._dry
 
     def passive(self, data: int) -> None:
-        """Add forces; called by MuJoCo."""
+        """Add forces; called by MuJoCo, and for a data that is new by what is compiled."""
+        if self._native is not None:
+            self._native.admit(data, self._layout.pointer(data, "qpos"))
+            return
         state = self._state(data)
         self._go_on(state)
         torque, state.drag[:] = self._torque(state)
@@ -207,6 +227,8 @@ class Attached:
 
     def control(self, data: int) -> None:
         """Make friction implicit, as inertia that a step has to speed up besides; called by MuJoCo."""
+        if self._native is not None:  # after a data is new to it in `passive`
+            return
         state = self._state(data)
         state.arrays[self._inertia][self._diagonal] += self._model.opt.timestep * state.drag
         self._library.mj_factorM(self._model._address, data)

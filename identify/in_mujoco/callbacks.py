@@ -6,6 +6,7 @@ compiled, and fails there. A function of C's is given addresses, and those of ot
 
 import os
 import sys
+from collections.abc import Mapping
 from ctypes import CFUNCTYPE, PyDLL, c_int, c_void_p
 from functools import cache
 from typing import Any, Protocol
@@ -43,8 +44,8 @@ def _calling(name: str) -> Any:
 CALLS = {name: _calling(name) for name in ("passive", "control")}
 
 
-def register(model: Any, arm: Forced) -> None:
-    """Have an arm called for a model.
+def register(model: Any, arm: Forced, calls: Mapping[str, Any] | None = None) -> None:
+    """Have an arm called for a model, by functions that may be compiled and call `CALLS` for all else.
 
     Raises:
         RobotError: Somebody else has MuJoCo's callbacks, or the model has an arm already.
@@ -58,7 +59,8 @@ def register(model: Any, arm: Forced) -> None:
                 f"mjcb_{name} of MuJoCo is taken by another function of this process; there can be one. Set "
                 f"it to None: mujoco.set_mjcb_{name}(None)"
             )
-    for name, call in () if ARMS else CALLS.items():
+    # What was compiled for other arms stays: it calls Python for arms that it does not know.
+    for name, call in (calls or ({} if ARMS else CALLS)).items():
         getattr(mujoco, f"set_mjcb_{name}")(call)
     ARMS[model._address] = arm
 

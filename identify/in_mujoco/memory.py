@@ -39,11 +39,11 @@ class Layout(NamedTuple):
         """
         start = int(data._address)
         arrays = {name: getattr(data, name) for name in names}
-        places = {name: _find(start, array.ctypes.data, name) for name, array in arrays.items()}
+        places = {name: find(start, array.ctypes.data, name) for name, array in arrays.items()}
         before = data.time
         data.time = MARK
         try:
-            time = _find(start, int.from_bytes(np.float64(MARK).tobytes(), "little"), "time")
+            time = find(start, number_bits(MARK), "time")
         finally:
             data.time = before
         return cls(places, {name: array.size for name, array in arrays.items()}, time)
@@ -62,7 +62,27 @@ class Layout(NamedTuple):
         return c_double.from_address(data + self.time)
 
 
-def _find(start: int, word: int, name: str) -> int:
+def step_address(model: Any) -> int:
+    """Where the time step of a model is, one of Python's."""
+    before = model.opt.timestep
+    model.opt.timestep = MARK
+    try:
+        return int(model._address) + find(int(model._address), number_bits(MARK), "timestep")
+    finally:
+        model.opt.timestep = before
+
+
+def number_bits(number: float) -> int:
+    """A number as its word in memory."""
+    return int.from_bytes(np.float64(number).tobytes(), "little")
+
+
+def find(start: int, word: int, name: str) -> int:
+    """Where behind an address a word is [byte].
+
+    Raises:
+        RobotError: Nowhere.
+    """
     for place in range(0, FARTHEST, sizeof(c_void_p)):
         if c_void_p.from_address(start + place).value == word:
             return place
