@@ -39,16 +39,6 @@ PARTS = {
 }
 
 
-def speed(folder: Path, quick: bool) -> dict[str, Any]:
-    """Steps a second with effects over those of plain MuJoCo; the effects are those of the real arms."""
-    chosen = cases(folder, ("dynamixel_2r", "ur10e")) if quick else cases(folder)
-    costs = {case.name: cost(case) for case in chosen}
-    rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
-    show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)
-    every = [one.speed for one in costs.values()]
-    return {"speed": float(np.median(every)), "slowest": min(every)}
-
-
 def main() -> None:
     """Every part, printed and saved."""
     options = parser(__doc__.splitlines()[0], PARTS)
