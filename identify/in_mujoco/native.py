@@ -153,4 +153,4 @@ def _numba() -> bool:
         import numba
     except ImportError:  # absent, or made for another NumPy
         return False
-    return not numba.config.DISABLE_JIT
+    return not getattr(numba.config, "DISABLE_JIT", False)
