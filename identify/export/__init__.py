@@ -28,7 +28,7 @@ class Format(NamedTuple):
 FORMATS: dict[str, Format] = {
     "urdf": Format(urdf, ("bodies", "damping", "dry"), ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
-    "isaaclab": Format(isaac, OF_ISAAC, "-actuators.py"),
+    "isaaclab": Format(isaac, OF_ISAAC, ".py"),
     "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, tuple(FEATURES), ".toml"),

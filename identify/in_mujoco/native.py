@@ -6,7 +6,6 @@ addresses; a data that is new is told to Python once.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,7 +58,7 @@ together, once a process."""
 def possible(effects: Sequence[tuple[Effect, np.ndarray]]) -> bool:
     """Whether all effects have a form that can be compiled, Numba is there, and room for one more arm."""
     room = bool(np.any(TABLE[:, MODEL] == 0))
-    return room and all(_has_form(effect) for effect, _ in effects) and _numba() is not None
+    return room and all(_has_form(effect) for effect, _ in effects) and _numba()
 
 
 def _has_form(effect: Effect) -> bool:
@@ -148,10 +147,10 @@ class Native:
         TABLE[self._row] = 0
 
 
-@cache
-def _numba() -> Any:
+def _numba() -> bool:
+    """Whether Numba is installed, and compiles."""
     try:
         import numba
-    except ImportError:
-        return None
-    return numba
+    except ImportError:  # absent, or made for another NumPy
+        return False
+    return not getattr(numba.config, "DISABLE_JIT", False)

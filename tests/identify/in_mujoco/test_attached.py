@@ -242,6 +242,11 @@ COMPILED = (
 )  # fmt: skip
 
 
+def require_numba():
+    if pytest.importorskip("numba").config.DISABLE_JIT:
+        pytest.skip("another test has switched compilation off in this process")
+
+
 def torques_and_path(attached, model, slow):
     """Inverse dynamics at random states, and a path of free motion with a reset in it."""
     made, data = compiled(model)
@@ -266,7 +271,7 @@ def torques_and_path(attached, model, slow):
 
 
 def test_machine_code_has_the_torque_and_the_steps_that_python_has(attached, monkeypatch):
-    pytest.importorskip("numba")
+    require_numba()
     model = arm(*COMPILED)
     torque, path = torques_and_path(attached, model, slow=False)
     monkeypatch.setattr(sys.modules[Attached.__module__], "possible", lambda effects: False)
@@ -278,7 +283,7 @@ def test_machine_code_has_the_torque_and_the_steps_that_python_has(attached, mon
 
 
 def test_an_effect_that_cannot_be_compiled_leaves_all_of_its_arm_to_python(attached):
-    pytest.importorskip("numba")
+    require_numba()
     quick, slow = arm(StribeckFriction()), arm(TorqueRipple(harmonic=2))
     (made, data), (other, its) = compiled(quick), compiled(slow)
     one = attached(made, data, quick)

@@ -189,7 +189,7 @@ def test_a_preset_that_is_not_there_lists_those_that_are(log, tmp_path):
 
 
 def test_the_preset_of_the_page_can_be_pasted(tmp_path):
-    text = PAGE.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    text = PAGE.read_text(encoding="utf-8").partition("## Presets")[2].split("```toml\n")[1].split("```")[0]
     (tmp_path / "preset.toml").write_text(text, encoding="utf-8")
     header = "Zeit,A1_ist,A2_ist,I1,I2"
     path = table(tmp_path / "run.csv", header, np.degrees(motion()), 1e3 * noise(), time=1e3 * TIME)
