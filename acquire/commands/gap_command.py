@@ -22,7 +22,16 @@ from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
-from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option, require_json
+from ..arguments.options import (
+    AS_RECORDED,
+    JSON,
+    VALIDATE,
+    filters,
+    make_folder,
+    output_option,
+    require_file,
+    require_json,
+)
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
@@ -54,6 +63,8 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
         ),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
+        Option("--view", "show the arms as recorded and as simulated, before and after, in Rerun's viewer"),
+        Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
         JSON,
         AS_RECORDED,
     ),
@@ -65,6 +76,8 @@ def gap_command(given: Namespace) -> None:
     """Simulate, diagnose, write, print."""
     require_json(given.json)
     make_folder(given.output)
+    if given.save:
+        require_file(given.save, "--save", [given.arm, *given.runs, *given.validate])
     source = _source(given.arm)
     with Stopwatch(STAGES) as progress:
         progress("read the recordings")
@@ -76,7 +89,19 @@ def gap_command(given: Namespace) -> None:
     table = _table(found, said)
     (given.output / "report.html").write_text(gap_html(found, said), encoding="utf-8")
     hand_over(gap_text(found, said), json_text(table), given.json)
-    print_written(*written, given.output / "report.html")
+    print_written(*written, given.output / "report.html", *_show(found, model, given))
+
+
+def _show(found: Gap, model: Model, given: Namespace) -> list[Path]:
+    """Open or save the view; Rerun takes a second to import, so only then."""
+    if not (given.view or given.save):
+        return []
+    from ..views.gap_view import gap_view
+    from ..views.live_view import Targets
+    from ..views.viewers import show
+
+    show(gap_view(found, model), Targets(view=given.view, save=given.save))
+    return [given.save] if given.save else []
 
 
 def _source(path: Path) -> Source:

@@ -119,12 +119,18 @@ def screen(
 
 
 class Arm:
-    """An arm that is drawn once, each link in the colour of the joint that moves it, and moved.
+    """An arm that is drawn once, each link in the colour of the joint that moves it or all in one, and moved.
 
     Its name is one part of an entity path, and the prefix of the link frames.
     """
 
-    def __init__(self, stream: rr.RecordingStream, model: Model, name: str = ARM) -> None:
+    def __init__(
+        self,
+        stream: rr.RecordingStream,
+        model: Model,
+        name: str = ARM,
+        colour: tuple[int, int, int] | None = None,
+    ) -> None:
         self._stream, self._kinematics, self._name = stream, model.robot.kinematics, name
         self._frames = link_frames(self._kinematics)
         tree = _urdf_tree(model, name)
@@ -132,7 +138,7 @@ class Arm:
         moved = [frame.child for frame in self._frames]
         colours = dict(zip(moved, joint_colours(len(moved)), strict=True))
         for link in {frame.parent for frame in self._frames} | set(moved):
-            solid = rr.Cylinders3D.from_fields(colors=colours.get(link, GREY), fill_mode="solid")
+            solid = rr.Cylinders3D.from_fields(colors=colour or colours.get(link, GREY), fill_mode="solid")
             for path in tree.get_visual_geometry_paths(link):
                 stream.log(path, solid, static=True)
 
@@ -149,12 +155,20 @@ class Arm:
         self._stream.send_columns(entity(self._name, "moves"), indexes=[index], columns=columns)
 
 
-def arm_view(model: Model, name: str = ARM) -> rrb.Spatial3DView:
-    """The arm from a place where all of it is in sight, however it stretches."""
+def arm_view(
+    model: Model, name: str = ARM, beside: Sequence[str] = (), title: str = "arm"
+) -> rrb.Spatial3DView:
+    """The arm, and others of these names, from a place where all of it is in sight, however it stretches."""
     size = reach(model)
     eye = rrb.EyeControls3D(position=[1.3 * size, -1.1 * size, 0.95 * size], look_target=[0, 0, 0.2 * size])
     ground = rrb.SpatialInformation(target_frame=base_frame(model, name))
-    return rrb.Spatial3DView(origin=entity(name), name="arm", spatial_information=ground, eye_controls=eye)
+    return rrb.Spatial3DView(
+        origin="/" if beside else entity(name),
+        contents=[f"+ {entity(one)}/**" for one in (name, *beside)],
+        name=title,
+        spatial_information=ground,
+        eye_controls=eye,
+    )
 
 
 def reach(model: Model) -> float:
