@@ -25,9 +25,11 @@ from ..export.mjcf_patch import patch
 from ..export.portable import Portable
 from ..fit.fit import Fit
 from ..fit.identified import identified, standard_parameters
+from ..input_check.gate import require_plausible
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
+from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from .distances import Distances, distances, horizons_of
 from .replay import Run, Simulator, what_is_commanded
@@ -128,10 +130,13 @@ def gap(
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
     compiled = _compiled(source)
+    suspicions = [] if as_recorded else _suspicions(compiled, model, recordings)
+    as_recorded = as_recorded or any(is_servo_error(one.settings) for _, one in recordings)
     recordings = [(role, with_servo_torque(compiled, one, model.robot.joints)) for role, one in recordings]
     diagnosis = diagnosed(
         model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
     ).diagnosis
+    diagnosis = replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions))
     held, faults, beyond = _sorted(diagnosis)
     runs = tuple(Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT)
     commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
@@ -145,6 +150,23 @@ def gap(
         diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,
         tuple(sentence(one, joints) for one in faults), tuple(sentence(one, joints) for one in beyond),
     )  # fmt: skip
+
+
+def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
+    """What may be wrong with logs of commands alone.
+
+    Asked of the torque that a servo in an arm gives: with what MuJoCo's steps make of its damping, a light
+    joint may have an inertia below zero, which is a mistake in an arm.
+
+    Raises:
+        WrongInput: They are surely in other units or signs than stated.
+    """
+    if not any(is_servo_error(one.settings) for _, one in recordings):
+        return []
+    joints = model.robot.joints
+    return require_plausible(
+        [with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model.robot
+    )
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

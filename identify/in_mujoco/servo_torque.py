@@ -21,10 +21,19 @@ from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
 
 
-def with_servo_torque(model: Any, recording: Recording, joints: Sequence[str]) -> Recording:
+def with_servo_torque(
+    model: Any, recording: Recording, joints: Sequence[str], ahead: float | None = None
+) -> Recording:
     """A recording with the torque of the file's servos in place of their error; another as it is.
 
     So is one whose robot states the law of its servos: there their kp is a drive gain, which is fitted.
+
+    Args:
+        model: What MuJoCo makes of the file.
+        recording: With the error of servos, or a measured effort.
+        joints: Names.
+        ahead: Time by which the velocity that the servos' damping takes is ahead of the positions' [s]; that
+            of the file's integrator by default.
 
     Raises:
         RecordingError: The file has no position servo for every joint.
@@ -41,7 +50,8 @@ def with_servo_torque(model: Any, recording: Recording, joints: Sequence[str]) -
     error, position = recording.signals["current"], recording.signals["position"]
     # Differences of encoder steps: the filter of torques smooths them.
     velocity = np.gradient(position.values, position.time, axis=0)
-    velocity = velocity + lead(model) * np.gradient(velocity, position.time, axis=0)
+    ahead = lead(model) if ahead is None else ahead
+    velocity = velocity + ahead * np.gradient(velocity, position.time, axis=0)
     torque = servo_torque(model, actuators, error.values, velocity)
     return replace(recording, signals=kept | {"torque": Signal(position.time, torque)})
 
