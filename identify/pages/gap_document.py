@@ -163,4 +163,4 @@ def _beside(gap: Gap) -> list[str]:
     said = [f"{one}: taken out of the recordings" for one in gap.taken_out]
     said += [f"{one}: neither MJCF's numbers nor exidyn.mujoco hold it" for one in gap.beyond]
     left = gap.kept.left if gap.kept else ()
-    return said + [f"MJCF does not hold {one}" for one in left]
+    return said + [f"not in the file as it was found: {one}" for one in left]
