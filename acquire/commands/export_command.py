@@ -32,7 +32,6 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
     "Write a model for a simulator, or a recording as a table, and list what that leaves out.",
     (
         "exidyn export exidyn-fit/fit.json --to mjcf",
-        "exidyn export exidyn-fit/fit.json --to isaaclab",
         "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
         "exidyn export exidyn-fit/fit.json --to mjcf --patch arm.xml",
         "exidyn export run.mcap --to csv",
