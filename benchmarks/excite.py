@@ -156,6 +156,8 @@ PARTS: dict[str, Callable[[bool, Kept], dict[str, Any]]] = {
     "first motion": whole("first motion", first_motion.run),
     "discriminate": whole("discriminate", discriminate.run),
 }
+NOT_QUICK = ("seeds", "discriminate")
+"""Parts that a quick run has only when asked: two starts say little, and pairs of models take 12 s."""
 OF_PACKAGE = ("gradient", "peers", "quick start", "seeds")
 """Parts that need the arms of the package."""
 
@@ -164,7 +166,7 @@ def main() -> None:
     chosen = options(__doc__.splitlines()[0], list(PARTS))
     begun, figures, kept = time.perf_counter(), dict[str, Any](), Kept(_cases(chosen))
     absent = why_no_arm()
-    every = [name for name in PARTS if not (chosen.quick and name == "seeds")]  # two starts would say little
+    every = [name for name in PARTS if not (chosen.quick and name in NOT_QUICK)]
     for name in chosen.only or every:
         if absent and name in OF_PACKAGE:
             print(f"{name}: {absent}")
