@@ -193,7 +193,7 @@ def _start(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np
     with any gain, or no payload in it. Such a gain begins as it is stated, at the scale of the others.
     """
     try:
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             found = mixed(equations)
         values, gain = found.values, found.gain
     except (np.linalg.LinAlgError, ValueError):
