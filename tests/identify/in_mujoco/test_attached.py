@@ -310,3 +310,47 @@ def test_threads_of_a_rollout_each_have_their_own_memory(attached):
     together, _ = rollout.rollout(made, threads, start, np.zeros((6, 150, made.nu)))
     alone = [rollout.rollout(made, [data], one[None], np.zeros((1, 150, made.nu)))[0][0] for one in start]
     assert together.tolist() == np.array(alone).tolist()
+
+
+def test_steps_of_a_gymnasium_environment_have_them(attached, tmp_path):
+    """A public environment with the file of the arm: its steps are those of MuJoCo with the effects."""
+    gymnasium = pytest.importorskip("gymnasium")
+    environments = pytest.importorskip("gymnasium.envs.mujoco")
+    model = arm(StribeckFriction(), Hysteresis())
+    made, data = compiled(model)
+    mujoco.mj_saveLastXML(str(tmp_path / "arm.xml"), made)
+
+    class Reaching(environments.MujocoEnv):
+        metadata = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}  # noqa: RUF012
+
+        def __init__(self):
+            place = gymnasium.spaces.Box(-np.inf, np.inf, (made.nq,))
+            self.metadata["render_fps"] = round(1.0 / (5 * made.opt.timestep))
+            super().__init__(str(tmp_path / "arm.xml"), 5, place)
+
+        def reset_model(self):
+            self.set_state(self.init_qpos, np.array([1.0, -1.0]))
+            return self.data.qpos.copy()
+
+        def step(self, action):
+            self.do_simulation(action, self.frame_skip)
+            return self.data.qpos.copy(), 0.0, False, False, {}
+
+    environment = Reaching()
+    action = 0.1 * np.ones(environment.action_space.shape)
+    paths = []
+    for effects in (True, False):
+        one = attached(environment.unwrapped.model, environment.unwrapped.data, model) if effects else None
+        environment.reset(seed=0)
+        paths.append(np.array([environment.step(action)[0] for _ in range(40)]))
+        if one is not None:
+            one.detach()
+    environment.close()
+    attached(made, data, model)
+    data.qvel[:], data.ctrl[:] = (1.0, -1.0), action
+    expected = []
+    for _ in range(40):
+        mujoco.mj_step(made, data, 5)
+        expected.append(data.qpos.copy())
+    np.testing.assert_allclose(paths[0], expected, rtol=0.0, atol=1e-9)
+    assert np.abs(paths[1] - expected).max() > 1e-3
