@@ -1,6 +1,7 @@
 """The gap between a MuJoCo simulation and the real arm: how wide, and what each finding closes of it."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -65,24 +66,60 @@ def gap_html(gap: Gap, written: str = "") -> str:
     return html(gap_document(gap, written))
 
 
+class Compared(NamedTuple):
+    """What of the arm is compared in one number.
+
+    Attributes:
+        name: In a sentence.
+        short: In the head of a table.
+        unit: "mm" or "mrad".
+        joint: The joint; None for the tool point.
+    """
+
+    name: str
+    short: str
+    unit: str
+    joint: int | None
+
+    @classmethod
+    def of(cls, gap: Gap) -> "Compared":
+        """The tool point; where that lies on the axis of all joints, the joint that is farthest off."""
+        if np.any(gap.before.tools > ON_AXIS):
+            return cls("the tool point", "tool", "mm", None)
+        joint = int(np.argmax(gap.before.joints[-1]))
+        name = gap.diagnosis.joints[joint]
+        return cls(f"joint {name}", name, "mrad", joint)
+
+    def values(self, found: Distances) -> list[float]:
+        """After each horizon, and of whole runs."""
+        if self.joint is None:
+            return [*found.tool, found.whole_tool]
+        return [*found.joints[:, self.joint], found.whole[self.joint]]
+
+    def far(self, found: Distances) -> str:
+        """After the longest horizon, in words."""
+        value = self.values(found)[-2]
+        return f"{digits(1e3 * value, 3)} {self.unit}" if np.isfinite(value) else "without bound"
+
+
+ON_AXIS = 1e-9
+"""Distance of tool points that is none [m]: rounding."""
+
+
 def verdict(gap: Gap, written: str = "") -> list[str]:
     """What was gained, in sentences."""
-    longest = f"After {gap.horizons[-1]:g} s"
-    before, after = gap.before.tool[-1], gap.after.tool[-1]
+    compared = Compared.of(gap)
+    longest = f"After {gap.horizons[-1]:g} s {compared.name} of the simulation"
+    before, after = compared.far(gap.before), compared.far(gap.after)
     if gap.kept is None and all(stage.distances is None for stage in gap.stages):
         why = "; ".join(dict.fromkeys(stage.reason for stage in gap.stages))
-        return [
-            f"{longest} the tool point of the simulation is {_far(before)} from the real one. Nothing was "
-            f"written: {why}"
-        ]
+        return [f"{longest} is {before} from the real one. Nothing was written: {why}"]
     if gap.kept is None:
         return [
-            f"{longest} the tool point of the simulation is {_far(before)} from the real one. Nothing was "
-            "written: all that was found makes a joint worse"
+            f"{longest} is {before} from the real one. Nothing was written: all that was found makes a joint "
+            "worse"
         ]
-    first = (
-        f"{longest} the tool point of the simulation was {_far(before)} from the real one, now {_far(after)}"
-    )
+    first = f"{longest} was {before} from the real one, now {after}"
     kept = [stage.name for stage in gap.stages[1:] if not stage.reason]
     said = [first, f"Found and kept: {joined(kept)}" if kept else "Numbers of the file alone are others"]
     if written:
@@ -91,24 +128,22 @@ def verdict(gap: Gap, written: str = "") -> list[str]:
     return said
 
 
-def _far(metres: float) -> str:
-    return f"{digits(1e3 * metres, 3)} mm" if np.isfinite(metres) else "without bound"
-
-
 def _stages(gap: Gap) -> Table:
-    """The tool point by each arm, and whether it is kept."""
-    head = ["added", *(f"tool {one:g} s [mm]" for one in gap.horizons), "whole run [mm]", "written"]
-    rows: list[list[Cell]] = [[AS_IT_WAS, *_tool(gap.before), ""]]
+    """What is compared by each arm, and whether it is kept."""
+    compared = Compared.of(gap)
+    times = [f"{compared.short} {one:g} s [{compared.unit}]" for one in gap.horizons]
+    head = ["added", *times, f"whole run [{compared.unit}]", "written"]
+
+    def numbers(found: Distances) -> list[Cell]:
+        return [Number(1e3 * float(value), 3) for value in compared.values(found)]
+
+    rows: list[list[Cell]] = [[AS_IT_WAS, *numbers(gap.before), ""]]
     for stage in gap.stages:
         tried = f"no: {stage.reason}" if stage.distances else "no: could not be made"
         written = Marked("yes", "good") if not stage.reason else tried
         none: list[Cell] = [Number(np.nan)] * (len(gap.horizons) + 1)
-        rows.append([stage.name, *(_tool(stage.distances) if stage.distances else none), written])
+        rows.append([stage.name, *(numbers(stage.distances) if stage.distances else none), written])
     return Table(head, rows, words=(len(head) - 1,))
-
-
-def _tool(found: Distances) -> list[Cell]:
-    return [Number(1e3 * float(value), 3) for value in (*found.tool, found.whole_tool)]
 
 
 def _joints(gap: Gap, units: Sequence[str]) -> Table:

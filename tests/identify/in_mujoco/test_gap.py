@@ -14,7 +14,7 @@ from exidyn.identify.in_mujoco.distances import Distances
 from exidyn.identify.in_mujoco.gap import Stage, worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
-from exidyn.identify.pages.gap_document import verdict
+from exidyn.identify.pages.gap_document import Compared, verdict
 from exidyn.identify.recordings.mcap.mcap_file import write_recording
 from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
@@ -183,3 +183,17 @@ def test_a_run_that_judges_is_asked_for(tmp_path, monkeypatch, capsys):
     Path("log.csv").write_text(f"t,q1,q2,tau1,tau2\n{rows}\n")
     assert main(["gap", "arm.xml", "log.csv"]) != 0
     assert "no run judges what is gained" in capsys.readouterr().err
+
+
+def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compared():
+    ends = np.array([[[0.01, 0.3]], [[0.02, 0.4]]])
+    before = Distances(ends, np.zeros((2, 1)), np.array([0.1, 0.2]), 0.0, (), np.ones((1, 2)))
+    gap = SimpleNamespace(before=before, diagnosis=SimpleNamespace(joints=("one", "two")))
+    compared = Compared.of(gap)
+    assert (compared.name, compared.unit) == ("joint two", "mrad")
+    assert compared.values(before) == pytest.approx([np.sqrt(0.125), 0.2])
+    assert compared.far(before) == "354 mrad"
+    away = before._replace(tools=np.full((2, 1), 0.003), whole_tool=0.004)
+    compared = Compared.of(SimpleNamespace(before=away, diagnosis=gap.diagnosis))
+    assert compared.values(away) == pytest.approx([0.003, 0.004])
+    assert compared.far(away) == "3.00 mm"
