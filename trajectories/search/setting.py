@@ -37,7 +37,7 @@ class Found:
 
     Attributes:
         series: The trajectories.
-        value: Value of the goal, at samples `FINE` apart.
+        value: Value of the goal, at samples `delivery.FINE` apart.
         seed: Seed of this start.
         history: Seconds and value of the goal as it would have been delivered, as the search went on.
         spread: What is not known of the torque, with the factor by which the series keep to the limits.
