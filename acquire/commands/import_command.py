@@ -147,7 +147,7 @@ def import_command(given: Namespace) -> None:
     for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
-        if model is not None and (suspicion := suspect([recording], recording.robot)) is not None:
+        if model is not None and (suspicion := suspect([recording], recording.model)) is not None:
             print(f"warning: {recording.name}: {suspicion}", file=sys.stderr)
     tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
     page = "\n".join(_line(recording, path) for path, recording in written.items())

@@ -103,7 +103,7 @@ def _diagnosed(
     if not as_recorded:
         used = {run.prepared.name for run in runs}
         likely = [run for _, run in recordings if run.name in used]
-        suspicions = require_plausible(likely, model.robot)
+        suspicions = require_plausible(likely, model)
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")

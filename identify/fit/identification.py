@@ -105,7 +105,7 @@ def _identify(
     doubts: list[str] = []
     if not as_recorded:
         progress("compare units, signs and order of joints with the robot's description")
-        doubts = require_plausible(every, model.robot)
+        doubts = require_plausible(every, model)
     progress("filter and differentiate")
     filtering = common_filtering(every[: len(runs)], filtering)
     prepared = pooled_noise([prepare(run, filtering) for run in every])

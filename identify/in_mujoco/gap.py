@@ -164,9 +164,7 @@ def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, 
     if not any(is_servo_error(one.settings) for _, one in recordings):
         return []
     joints = model.robot.joints
-    return require_plausible(
-        [with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model.robot
-    )
+    return require_plausible([with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model)
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

@@ -17,9 +17,9 @@ STILL = 1e-9
 """Standard deviation of an effort over the largest, up to which it does not change."""
 EXPLAINS = 0.3
 """The same, up to which one set of bodies explains all joints: the gains are about as stated."""
-RIDGES = (1e-5, 1e-6, 1e-7)
+RIDGES = tuple(10.0**-power for power in range(5, 12))
 """Variance of the noise over that of a column, as it may be: bodies of all joints are told apart far better
-than those of one, by differences of columns of a hundredth or, in clean logs, of a thousandth. The one that
+than those of one, by differences of columns of a hundredth, in clean logs of a few millionths. The one that
 predicts best is taken, of each hypothesis: right bodies, held back too much, explain less than wrong ones."""
 
 
@@ -39,13 +39,13 @@ class Coupled:
     weights: np.ndarray
 
     @classmethod
-    def of(cls, rigid: np.ndarray, log: Sampled) -> "Coupled":
-        """Of the bodies' columns (t, n, p), and a log whose efforts are torques by the gains stated."""
+    def of(cls, torque: np.ndarray, log: Sampled) -> "Coupled":
+        """Of columns (t, n, p) of the torque, and a log whose efforts are torques by the gains stated."""
         t, n = log.effort.shape
         spread = log.effort.std(axis=0)
         # An effort that does not change says nothing.
         scale = np.where(spread > STILL * np.abs(log.effort).max(), 1.0 / np.maximum(spread, 1e-300), 0.0)
-        columns = _columns(rigid, log) * (log.sliding * scale)[:, :, None]
+        columns = _columns(torque, log) * (log.sliding * scale)[:, :, None]
         efforts = np.zeros((t, n, n))
         efforts[:, range(n), range(n)] = (log.effort - log.effort.mean(axis=0)) * scale * log.sliding
         missed = np.zeros((len(RIDGES), n, n, n))
@@ -73,14 +73,14 @@ class Coupled:
         return odds_of(np.maximum(left, UNEVEN**2), self.weights)
 
 
-def _columns(rigid: np.ndarray, log: Sampled) -> np.ndarray:
-    """Columns of all bodies, and of each joint's friction and offset, scaled to one, shape (t, n, p)."""
+def _columns(torque: np.ndarray, log: Sampled) -> np.ndarray:
+    """Columns of the torque, and of each joint's friction and offset, scaled to one, shape (t, n, p)."""
     t, n = log.effort.shape
     own = np.zeros((t, n, 4 * n))
     for j in range(n):
         own[:, j, 4 * j : 4 * j + 3] = friction_columns(log.motion, j)
         own[:, j, 4 * j + 3] = 1.0
-    columns = np.concatenate([rigid, own], axis=2)
+    columns = np.concatenate([torque, own], axis=2)
     size = np.sqrt((columns**2).mean(axis=0).max(axis=0))
     return columns[:, :, size > 0] / size[size > 0]
 

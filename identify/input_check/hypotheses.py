@@ -1,6 +1,7 @@
 """What a person may have got wrong in a log: changes of its samples, weighed by what bodies explain."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -9,7 +10,9 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
+from ..model import Model
 from ..proposal.agreement import Sampled, left_in_and_out, odds_of, pieces
+from ..proposal.described_bodies import Stated
 from ..proposal.mounting import Direction, described_direction, direction_words, found_direction, under
 from .coupled import EXPLAINS, Coupled
 
@@ -37,13 +40,13 @@ class Mistake(NamedTuple):
         what: What is wrong, in a clause.
         cure: What to do about it.
         right: The samples without it; None where the samples are right.
-        robot: The arm without it, if the mistake is in its description.
+        model: The arm without it, if the mistake is in its description.
     """
 
     what: str
     cure: str
     right: Sampled | None
-    robot: Robot | None = None
+    model: Model | None = None
 
 
 def mistakes(robot: Robot, log: Sampled) -> Iterator[Mistake]:
@@ -88,7 +91,7 @@ def mistakes(robot: Robot, log: Sampled) -> Iterator[Mistake]:
                 yield Mistake(f"the {words} in {unit}", cure, right)
 
 
-def log_odds(robot: Robot, log: Sampled, stated: np.ndarray | None) -> tuple[dict[int, float], list[Mistake]]:
+def log_odds(model: Model, log: Sampled, stated: np.ndarray | None) -> tuple[dict[int, float], list[Mistake]]:
     """Log of prior times likelihood of each mistake by its place, and of none at place -1.
 
     `stated` (n,) are gains, where they are stated.
@@ -96,18 +99,18 @@ def log_odds(robot: Robot, log: Sampled, stated: np.ndarray | None) -> tuple[dic
     Returns:
         Odds and mistakes.
     """
-    every = list(mistakes(robot, log))
-    explained = {-1: Explained.of(robot, log, stated)}
-    explained |= {place: Explained.of(robot, one.right or log, stated) for place, one in enumerate(every)}
+    every = list(mistakes(model.robot, log))
+    explained = {-1: Explained.of(model, log, stated)}
+    explained |= {place: Explained.of(model, one.right or log, stated) for place, one in enumerate(every)}
     # A direction takes a search: only where something is wrong.
     odds = _better(explained)
     # One joint alone turns about one axis: gravity across it is in any direction as good.
     moving = np.count_nonzero(log.sliding.any(axis=0)) > 1
     if moving and (max(odds.values()) > odds[-1] or explained[-1].poor):
-        direction = found_direction(robot, log)
+        direction = found_direction(model.robot, log)
         if direction is not None:
-            explained[len(every)] = Explained.of(under(robot, direction), log, stated)
-            every.append(_mounting(robot, direction))
+            every.append(_mounting(model, direction))
+            explained[len(every) - 1] = Explained.of(under_gravity(model, direction), log, stated)
     return _better(explained), every
 
 
@@ -135,15 +138,15 @@ class Explained(NamedTuple):
         return by_all or bool(np.any(self.outside > UNEXPLAINED))
 
     @classmethod
-    def of(cls, robot: Robot, log: Sampled, stated: np.ndarray | None) -> "Explained":
-        """By bodies of any mass."""
-        rigid = rigid_regressor(robot.kinematics, log.motion)
-        inside, outside = left_in_and_out(rigid, log)
+    def of(cls, model: Model, log: Sampled, stated: np.ndarray | None) -> "Explained":
+        """By bodies of any mass, and what is stated beside them, of any size."""
+        columns = torque_columns(model, log.motion)
+        inside, outside = left_in_and_out(columns, log)
         weights, ones = pieces(log), np.ones(len(outside))
         fitted, predicted = odds_of(inside, weights), odds_of(outside, weights)
         if stated is None:
             return cls(fitted, predicted, outside, None, 1.0)
-        coupled = Coupled.of(rigid, log._replace(effort=log.effort * stated))
+        coupled = Coupled.of(columns, log._replace(effort=log.effort * stated))
         return cls(fitted, predicted, outside, coupled.odds(ones), coupled.left(ones).mean())
 
 
@@ -168,21 +171,33 @@ def _better(explained: Mapping[int, Explained]) -> dict[int, float]:
     return odds
 
 
-def upside_down(robot: Robot, log: Sampled) -> Mistake | None:
+def torque_columns(model: Model, motion: Motion) -> np.ndarray:
+    """Torque per unit of the ten parameters of each link, and of what is stated beside, shape (t, n, p)."""
+    return np.concatenate(
+        [rigid_regressor(model.robot.kinematics, motion), Stated.of(model, motion).columns], axis=2
+    )
+
+
+def under_gravity(model: Model, direction: Sequence[float]) -> Model:
+    """The model with gravity along a direction of its robot's base."""
+    return replace(model, robot=under(model.robot, direction))
+
+
+def upside_down(model: Model, log: Sampled) -> Mistake | None:
     """An arm that hangs and is described standing, or the other way round; None where that shows nowhere."""
-    described = described_direction(robot)
+    described = described_direction(model.robot)
     if described is None or np.count_nonzero(log.sliding.any(axis=0)) < 2:
         return None
     opposite = [-part for part in described]
     words = f"gravity points along {direction_words(opposite)} of the base, opposite to the description"
-    return Mistake(words, STATE_GRAVITY, None, under(robot, opposite))
+    return Mistake(words, STATE_GRAVITY, None, under_gravity(model, opposite))
 
 
-def _mounting(robot: Robot, direction: Direction) -> Mistake:
+def _mounting(model: Model, direction: Direction) -> Mistake:
     """An arm that stands otherwise."""
     words = f"{direction_words(direction)} or {direction_words([-part for part in direction])}"
     what = f"gravity points along {words} of the base"
-    return Mistake(what, STATE_GRAVITY, None, under(robot, direction))
+    return Mistake(what, STATE_GRAVITY, None, under_gravity(model, direction))
 
 
 def joined(logs: Sequence[Sampled]) -> Sampled:

@@ -4,9 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arm.motion import Motion
 from ..arm.rigid_regressor import rigid_regressor
 from ..arm.robot import Robot
+from ..effects import Effect
 from ..effects.rigid_body import inertial_parameters, inertial_priors
+from ..model import Model
 from .agreement import FEWEST, Sampled, friction_columns
 
 DRAWN = 0.3
@@ -76,10 +79,40 @@ def tool(robot: Robot) -> np.ndarray:
     return mass * np.array([lever**2] * 6 + [lever] * 3 + [1.0])
 
 
-def bodies_of(robot: Robot, log: Sampled, rigid: np.ndarray | None = None) -> list[Bodies]:
+class Stated(NamedTuple):
+    """Torque that a description states beside that of its bodies, such as a spring balancer's.
+
+    Attributes:
+        columns: Torque per unit of each parameter, shape (t, n, p) [N m / unit].
+        torque: By the values stated, shape (t, n) [N m].
+        errors: Of one standard deviation of each parameter, shape (t, n, p) [N m]; 0 where none is stated.
+    """
+
+    columns: np.ndarray
+    torque: np.ndarray
+    errors: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, motion: Motion) -> "Stated":
+        """Of a model's effects other than its links, friction and what is as abrupt as that."""
+        each: list[tuple[Effect, slice]] = [
+            (effect, own)
+            for effect, own in zip(model.effects, model.columns, strict=True)
+            if effect.smooth and not (effect.guessed or effect.of_links)
+        ]
+        columns = [effect.regressor(model.robot, motion) for effect, _ in each]
+        priors = [prior for _, own in each for prior in model.priors[own]]
+        every = np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
+        std = np.array([prior.std if np.isfinite(prior.std) else 0.0 for prior in priors])
+        return cls(every, every @ np.array([prior.value for prior in priors]), every * std)
+
+
+def bodies_of(
+    robot: Robot, log: Sampled, rigid: np.ndarray | None = None, stated: Stated | None = None
+) -> list[Bodies]:
     """What is described of each joint's torque, by columns of the bodies (t, n, 10 n) or the log's motion.
 
-    Bodies are as described but for `DRAWN`, a tool and a balancer.
+    Bodies are as described but for `DRAWN`, a tool and a balancer; `stated` comes on top of them.
     """
     if rigid is None:
         rigid = rigid_regressor(robot.kinematics, log.motion)
@@ -93,6 +126,8 @@ def bodies_of(robot: Robot, log: Sampled, rigid: np.ndarray | None = None) -> li
             angle = log.motion.position[:, j]
             balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)
             errors = np.hstack([errors, balancer])
+        if stated is not None:
+            torque, errors = torque + stated.torque[:, j], np.hstack([errors, stated.errors[:, j]])
         each.append(Bodies(torque, errors, friction_columns(log.motion, j)))
     return each
 

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from ..arm.robot import Robot
 from ..text_table import NORMAL_95, digits
 from .agreement import DECIDED, RIDGE, Guess, Sampled, friction_columns, independent
-from .described_bodies import Bodies, bodies_of, log_likelihood, sliding_rows
+from .described_bodies import Bodies, Stated, bodies_of, log_likelihood, sliding_rows
 
 TOLD = 0.35
 """Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
@@ -60,13 +60,13 @@ def agreed(torque: np.ndarray, log: Sampled) -> float:
     return total
 
 
-def gains(robot: Robot, log: Sampled) -> list[Gain]:
-    """Gain of each drive.
+def gains(robot: Robot, log: Sampled, stated: Stated | None = None) -> list[Gain]:
+    """Gain of each drive; `stated` is what a description states beside bodies.
 
     Effort = torque of the bodies / gain + rotor, drag and dry friction, which all have the sign of the gain,
     + offset. Size: by `log_likelihood`. Sign: which of both fits better when no term may have the other one.
     """
-    return [_gain(bodies, log, j) for j, bodies in enumerate(bodies_of(robot, log))]
+    return [_gain(bodies, log, j) for j, bodies in enumerate(bodies_of(robot, log, stated=stated))]
 
 
 def gain_guesses(joints: Sequence[str], found: Sequence[Gain]) -> list[Guess]:

@@ -13,9 +13,9 @@ from exidyn.identify.fit.identification import identify
 from exidyn.identify.input_check.coupled import Coupled
 from exidyn.identify.input_check.drives import as_stated
 from exidyn.identify.input_check.gate import _sampled, require_plausible, suspect
+from exidyn.identify.input_check.hypotheses import under_gravity
 from exidyn.identify.input_check.suspicion import Suspicion
 from exidyn.identify.proposal.drives import Gain
-from exidyn.identify.proposal.mounting import under
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -43,8 +43,8 @@ def scaled(values, joint, factor):
 
 
 def test_right_recording_passes():
-    assert suspect([recording()], ARM) is None
-    assert require_plausible([recording(), recording()], ARM) == []
+    assert suspect([recording()], LOG.model) is None
+    assert require_plausible([recording(), recording()], LOG.model) == []
 
 
 MISTAKES = {
@@ -61,14 +61,14 @@ MISTAKES = {
 
 @pytest.mark.parametrize("words", MISTAKES)
 def test_mistake_is_named(words):
-    suspicion = suspect([recording(*MISTAKES[words])], ARM)
+    suspicion = suspect([recording(*MISTAKES[words])], LOG.model)
     assert suspicion is not None
     assert words in suspicion.what
     assert suspicion.probability > 0.9
 
 
 def test_an_arm_described_upside_down_is_no_arm_of_wrong_signs():
-    suspicion = suspect([recording()], under(ARM, (0.0, 0.0, 1.0)))
+    suspicion = suspect([recording()], under_gravity(LOG.model, (0.0, 0.0, 1.0)))
     assert suspicion is not None
     assert suspicion.what.startswith("gravity points along 0.00, 0.00, -1.00 of the base, opposite")
     assert suspicion.physical
@@ -82,12 +82,12 @@ def test_joints_that_hold_their_place_are_not_accused():
     motion = LOG.model.loaded(Motion.of(LOG.time, position, velocity, 0.0 * velocity))
     torque = LOG.model.torque(motion, LOG.model.nominal_values)
     torque += 0.02 * LOG.torque.std(axis=0) * rng.normal(size=torque.shape)
-    assert suspect([recording(position, torque / ARM.drive_gain)], ARM) is None
+    assert suspect([recording(position, torque / ARM.drive_gain)], LOG.model) is None
 
 
 def test_another_robot_is_named():
     other = read_model("kr270")
-    suspicion = suspect([recording(model=other)], other.robot)
+    suspicion = suspect([recording(model=other)], other)
     assert suspicion is not None
     assert suspicion.what.startswith("another arm than ") or "unit that is not stated" in suspicion.what
 
@@ -102,14 +102,14 @@ def test_identify_refuses_certain_mistakes_unless_told():
 def test_what_is_likely_of_one_run_is_said_though_not_of_all(monkeypatch):
     module = sys.modules[require_plausible.__module__]
     likely = Suspicion("the efforts are in kgf cm", "state it", 0.8)
-    monkeypatch.setattr(module, "suspect", lambda runs, robot: likely if runs[0].name == "odd" else None)
+    monkeypatch.setattr(module, "suspect", lambda runs, model: likely if runs[0].name == "odd" else None)
     odd = replace(recording(), name="odd")
-    assert require_plausible([recording(), odd], ARM) == [f"odd: {likely}"]
+    assert require_plausible([recording(), odd], LOG.model) == [f"odd: {likely}"]
 
 
 def test_noise_alone_is_no_mistake():
     noise = np.random.default_rng(5).normal(size=LOG.current.shape)
-    suspicion = suspect([recording(current=noise)], ARM)
+    suspicion = suspect([recording(current=noise)], LOG.model)
     assert suspicion is None or not suspicion.certain
 
 
