@@ -8,6 +8,7 @@ import pytest
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import rigid_regressor
+from exidyn.identify.effects.spring_balancer import SpringBalancer
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.input_check.coupled import Coupled
@@ -19,7 +20,7 @@ from exidyn.identify.proposal.drives import Gain
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
 
-from ...parts.runs.logs import cobot_log
+from ...parts.runs.logs import cobot_log, kr270_log
 
 pytestmark = pytest.mark.numerical
 
@@ -72,6 +73,25 @@ def test_an_arm_described_upside_down_is_no_arm_of_wrong_signs():
     assert suspicion is not None
     assert suspicion.what.startswith("gravity points along 0.00, 0.00, -1.00 of the base, opposite")
     assert suspicion.physical
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_balancer_does_not_turn_gravity_round(stated):
+    """Joint 2 has a torque against its weight: described right, it was called upside down."""
+    log = kr270_log()
+    model = log.model if stated else without_balancer(log.model)
+    current = {"current": Signal(log.time, 1.1 * log.current), "position": Signal(log.time, log.position)}
+    run = Recording("log", model, current)
+    assert suspect([run], model) is None
+    suspicion = suspect([run], under_gravity(model, (0.0, 0.0, 1.0)))
+    assert suspicion is not None
+    assert suspicion.what.startswith("gravity points along 0.00, 0.00, -1.00 of the base, opposite")
+
+
+def without_balancer(model):
+    kept = tuple(effect for effect in model.effects if not isinstance(effect, SpringBalancer))
+    names = set(replace(model, effects=kept, stated={}).names)
+    return replace(model, effects=kept, stated={k: v for k, v in model.stated.items() if k in names})
 
 
 def test_joints_that_hold_their_place_are_not_accused():

@@ -11,7 +11,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 
 
 class SimulatedLog(NamedTuple):
-    """20 s of the built-in cobot at 100 Hz: time (t,) [s], the rest (t, n) in SI, current with 2 % noise."""
+    """20 s of a built-in arm at 100 Hz: time (t,) [s], the rest (t, n) in SI, current with 2 % noise."""
 
     model: Model
     time: np.ndarray
@@ -23,13 +23,23 @@ class SimulatedLog(NamedTuple):
 
 @cache
 def cobot_log() -> SimulatedLog:
-    model, rng = read_model("cobot"), np.random.default_rng(3)
+    return _log("cobot", np.array([0.0, -1.5, 0.5, -1.0, 0.5, 0.0]), 0.4)
+
+
+@cache
+def kr270_log() -> SimulatedLog:
+    """With its spring balancer, which holds the most of what joint 2 carries."""
+    return _log("kr270", np.array([0.0, -1.2, 1.1, 0.0, 0.3, 0.0]), 0.3)
+
+
+def _log(name: str, centre: np.ndarray, size: float) -> SimulatedLog:
+    model, rng = read_model(name), np.random.default_rng(3)
     time, rate = np.arange(2000) / 100.0, 2 * np.pi * np.arange(1, 5) / 10.0
-    size = rng.normal(size=(2, 6, 4)) * 0.4 / np.arange(1, 5)
+    sizes = rng.normal(size=(2, 6, 4)) * size / np.arange(1, 5)
     sine, cosine = np.sin(time[:, None] * rate), np.cos(time[:, None] * rate)
-    position = np.array([0.0, -1.5, 0.5, -1.0, 0.5, 0.0]) + sine @ size[0].T + cosine @ size[1].T
-    velocity = cosine @ (size[0] * rate).T - sine @ (size[1] * rate).T
-    acceleration = -sine @ (size[0] * rate**2).T - cosine @ (size[1] * rate**2).T
+    position = centre + sine @ sizes[0].T + cosine @ sizes[1].T
+    velocity = cosine @ (sizes[0] * rate).T - sine @ (sizes[1] * rate).T
+    acceleration = -sine @ (sizes[0] * rate**2).T - cosine @ (sizes[1] * rate**2).T
     motion = model.loaded(Motion.of(time, position, velocity, acceleration))
     torque = model.torque(motion, model.nominal_values)
     torque += 0.02 * torque.std(axis=0) * rng.normal(size=torque.shape)
