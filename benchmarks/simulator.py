@@ -9,6 +9,11 @@ are found on their joint, `false` a count of others, `gap_left` the median of th
 2 s of commands, after over before; `worse` counts joints that are farther off than by the file as it was;
 `refused` logs that the check of units and signs holds for wrong.
 
+gears: an arm of two joints of which one has an elastic gear or play, its teeth a spring of the benchmark's;
+`gears_written` of `gears` are found and written, `gear_error` is the largest relative error of their
+stiffness or play, `gear_gap_left` the largest error of that joint after 0.5 s of commands, with the gear
+over with fitted numbers alone.
+
 sysid: numbers of a file that are others in the real arm, by exidyn's fit, which is told nothing, and by
 mujoco.sysid, which is told which numbers those are: `error_over_sysid` and `cpu_over_sysid` are the
 largest of all arms. recorded: real recordings with Menagerie's models; `recorded_worse` of
@@ -28,11 +33,12 @@ from typing import Any
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: matrices are small
 
 from common import Kept, parser, save
-from parts.simulator import closed, recorded, round_trip, speed, sysid
+from parts.simulator import closed, gears, recorded, round_trip, speed, sysid
 
 PARTS = {
     "round_trip": round_trip.figures,
     "concealed": closed.figures,
+    "gears": gears.figures,
     "sysid": sysid.figures,
     "recorded": recorded.figures,
     "speed": speed.figures,

@@ -14,13 +14,14 @@ from threadpoolctl import threadpool_limits
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.diagnose import diagnosed
 from ..diagnosis.findings.finding import Diagnosis, Finding
-from ..diagnosis.improved.improved import as_nominal, with_finding
+from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.refit import refit, undone
 from ..diagnosis.runs.usable import HELD_OUT
 from ..diagnosis.words.naming import named
 from ..diagnosis.words.sentences import sentence
 from ..errors import ExidynError, RecordingError
 from ..export.mjcf_changes import Change
+from ..export.mjcf_gears import Gear, add_gears
 from ..export.mjcf_patch import patch
 from ..export.portable import Portable
 from ..fit.fit import Fit
@@ -31,7 +32,9 @@ from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
+from ..text_table import NORMAL_95
 from .distances import Distances, distances, horizons_of
+from .gear_torque import without_gears
 from .replay import Run, Simulator, what_is_commanded
 from .servo_torque import with_servo_torque
 
@@ -88,7 +91,7 @@ class Gap:
         after: With all that is kept; `before` where nothing is.
         kept: The arm with that; None where nothing is.
         taken_out: What of the findings is of the measurement, and was taken out of the recordings, in words.
-        beyond: What MuJoCo's structure would have to hold, such as backlash, in words.
+        beyond: What no simulated arm holds, in words.
     """
 
     diagnosis: Diagnosis
@@ -168,14 +171,14 @@ def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, 
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:
-    """Findings that a model holds, those of the measurement, and those that need other structure."""
+    """Findings that a simulated arm holds, those of the measurement, and those that neither is."""
     held, faults, beyond = [], [], []
     nominal = None if diagnosis.evidence is None else as_nominal(diagnosis.evidence)
     for finding in diagnosis.findings:
         kind = kind_of(finding.effect)
         if kind.undo is not None:
             faults.append(finding)
-        elif kind.gear or nominal is None or with_finding(nominal, finding) is None:
+        elif nominal is None or with_finding(nominal, finding) is None:
             beyond.append(finding)
         else:
             held.append(finding)
@@ -240,16 +243,47 @@ class _Ladder:
 
     def _step(self, findings: Sequence[Finding]) -> Step:
         """Numbers fitted beside findings, and the file with what it can hold."""
-        fit = refit(
-            replace(self.diagnosis, findings=(*self.faults, *findings)), self.recordings,
-            filtering=self.filtering,
-        )  # fmt: skip
+        evidence, recordings = self.diagnosis.evidence, self.recordings
+        if evidence is not None:
+            recordings = [(role, without_gears(one, role, evidence, findings)) for role, one in recordings]
+        diagnosis = replace(self.diagnosis, findings=(*self.faults, *findings))
+        fit = refit(diagnosis, recordings, filtering=self.filtering)
         if fit is None:
             raise ExidynError("the diagnosis has no evidence")
         arm = identified(fit)
         source = self.source
         made = patch(Portable.of(arm), standard_parameters(fit), source.text, source.folder, source.where)
-        return Step(fit, arm, made.text, made.changes, made.left)
+        gears = gears_of(self.diagnosis, findings)
+        text, more = add_gears(made.text, source.folder, source.where, gears)
+        return Step(fit, arm, text, (*made.changes, *more), made.left)
+
+
+def gears_of(diagnosis: Diagnosis, findings: Sequence[Finding]) -> list[Gear]:
+    """Gears that give way by some of a diagnosis' findings."""
+    if diagnosis.evidence is None:
+        return []
+    gears = as_found(diagnosis.evidence, findings).transmission
+    return [
+        Gear(
+            diagnosis.joints[joint],
+            float(gears.stiffness[joint]),
+            float(gears.damping[joint]),
+            float(gears.backlash[joint]),
+            float(gears.stiffness[joint]) * _relative_half(findings, joint, "stiffness", "share"),
+            float(gears.backlash[joint]) * _relative_half(findings, joint, "gap"),
+        )
+        for joint in gears.elastic.tolist()
+    ]
+
+
+def _relative_half(findings: Sequence[Finding], joint: int, *names: str) -> float:
+    """Half of the 95 % interval of a product of what was found of a gear, over it; infinite without."""
+    for one in findings:
+        if kind_of(one.effect).gear and joint in one.joints and names[0] in one.parameters:
+            found = [one.parameters[name] for name in names]
+            half = NORMAL_95 * float(np.linalg.norm([each.std / each.value for each in found]))
+            return half if np.isfinite(half) else np.inf
+    return np.inf
 
 
 def worse_joints(

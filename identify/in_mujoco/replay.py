@@ -6,13 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RecordingError, RobotError
+from ..export.mjcf_gears import TWIST
 from ..model import Model
 from ..preparation.prepare import Filtering, prepare
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of
+from ..robot_files.mjcf_names import enum_of, joint_name
 from .attached import Attached
 from .callbacks import PURPOSE, optional
 
@@ -102,10 +103,17 @@ class Simulator:
         joints = [self.model.joint(name) for name in arm.robot.joints]
         self._places = [int(joint.qposadr[0]) for joint in joints]
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
+        self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
         if commands == TORQUE:
             self._silence([int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
+
+    def _twists_of(self, joints: Sequence[str]) -> list[tuple[int, int]]:
+        """Joints with a gear that gives way, by their place among all, and the numbers of their twists."""
+        names = [joint_name(self.model, joint) for joint in range(self.model.njnt)]
+        twists = [TWIST.format(joint) for joint in joints]
+        return [(place, names.index(name)) for place, name in enumerate(twists) if name in names]
 
     def _silence(self, joints: Sequence[int]) -> None:
         """Take the file's actuators off these joints: what was measured acts in their place."""
@@ -132,6 +140,8 @@ class Simulator:
         mujoco, model, data = self._mujoco, self.model, self._data
         mujoco.mj_resetData(model, data)
         data.qpos[self._places], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        if self._twists:
+            self._bend(run, first)
         step, wanted = model.opt.timestep, run.time[first + 1 : last + 1] - run.time[first]
         time = step * np.arange(int(np.ceil(wanted[-1] / step)) + 1)
         commands = self._along(run, run.time[first] + time[:-1], step)
@@ -149,6 +159,20 @@ class Simulator:
             seen[row + 1] = position
         with np.errstate(invalid="ignore"):
             return np.nan_to_num(_between(wanted, time, seen), nan=np.inf)
+
+    def _bend(self, run: Run, row: int) -> None:
+        """Twist gears by what they carry at a sample of a run, as if they did not swing."""
+        model, data = self.model, self._data
+        rows = slice(max(row - 1, 0), row + 2)
+        data.qacc[:] = 0.0
+        data.qacc[self._dofs] = np.gradient(run.velocity[rows], run.time[rows], axis=0)[min(row, 1)]
+        self._mujoco.mj_inverse(model, data)
+        for _, twist in self._twists:
+            place, dof = int(model.jnt_qposadr[twist]), int(model.jnt_dofadr[twist])
+            load, stiffness = data.qfrc_inverse[dof], model.jnt_stiffness[twist]
+            half = model.jnt_range[twist][1] if model.jnt_limited[twist] else 0.0
+            data.qpos[place] = -load / stiffness if stiffness else -half * np.sign(load)
+        data.qacc[:] = 0.0
 
     def _along(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
         """What is commanded in each step, on lines between samples: controllers interpolate; shape (k, n)."""

@@ -95,29 +95,35 @@ def with_effects(model: Model, *effects: tuple[Effect, float]) -> Model:
 def record(case: Case, seconds: float, seed: int, name: str) -> Recording:
     """A log of the real arm on a random motion."""
     arm = mujoco.MjModel.from_xml_path(str(case.path))
+    data = mujoco.MjData(arm)
+    with Attached(arm, data, case.real) if case.real else nullcontext():
+        return recorded(arm, data, case.nominal, seconds, seed, name)
+
+
+def recorded(
+    arm: mujoco.MjModel, data: mujoco.MjData, nominal: Model, seconds: float, seed: int, name: str
+) -> Recording:
+    """A log of an arm as it is in MuJoCo, on a random motion, by the joints of its nominal model."""
     arm.opt.timestep, arm.opt.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    data, joints = mujoco.MjData(arm), case.nominal.robot.joints
+    joints = nominal.robot.joints
     places = [int(arm.joint(joint).qposadr[0]) for joint in joints]
     dofs = [int(arm.joint(joint).dofadr[0]) for joint in joints]
     motors = servos(arm, joints)
-    motion = random_fourier(case.nominal.robot.limits, seconds, seed=seed).at(np.arange(0.0, seconds, TICK))
+    motion = random_fourier(nominal.robot.limits, seconds, seed=seed).at(np.arange(0.0, seconds, TICK))
     position, effort = np.empty_like(motion.position), np.empty_like(motion.position)
-    with Attached(arm, data, case.real) if case.real else nullcontext():
-        data.qpos[places] = motion.position[0]
-        data.ctrl[motors] = motion.position[0]
-        mujoco.mj_step(arm, data, round(1.0 / STEP))
-        for row, command in enumerate(motion.position):
-            position[row] = data.qpos[places]
-            effort[row] = _tick(arm, data, motors, dofs, command, motion.velocity[row])
+    data.qpos[places] = motion.position[0]
+    data.ctrl[motors] = motion.position[0]
+    mujoco.mj_step(arm, data, round(1.0 / STEP))
+    for row, command in enumerate(motion.position):
+        position[row] = data.qpos[places]
+        effort[row] = _tick(arm, data, motors, dofs, command, motion.velocity[row])
     random = np.random.default_rng(seed)
     # A sample's torque is the mean of the cycle behind it; that of two is at the position.
     effort[1:] = 0.5 * (effort[1:] + effort[:-1])
     effort += TORQUE_NOISE * np.sqrt(np.mean(effort**2, axis=0)) * random.normal(size=effort.shape)
     position = np.round(position / ENCODER) * ENCODER
     signals = {"position": position, "torque": effort, "command": motion.position}
-    return Recording(
-        name, case.nominal, {key: Signal(motion.time, values) for key, values in signals.items()}
-    )
+    return Recording(name, nominal, {key: Signal(motion.time, values) for key, values in signals.items()})
 
 
 def _tick(arm, data, motors, dofs, command, velocity) -> np.ndarray:  # noqa: ANN001

@@ -197,3 +197,12 @@ def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compare
     compared = Compared.of(SimpleNamespace(before=away, diagnosis=gap.diagnosis))
     assert compared.values(away) == pytest.approx([0.003, 0.004])
     assert compared.far(away) == "3.00 mm"
+
+
+@pytest.mark.slow
+def test_play_in_a_gear_is_written_as_structure_and_gains():
+    gears = pytest.importorskip("parts.simulator.gears")
+    answer = gears.answered(gears.CASES["play of 6 mrad"])
+    assert answer["written"] == pytest.approx(0.006, rel=0.05)
+    _, by_numbers, with_play = answer["distances"]
+    assert with_play < 0.5 * by_numbers

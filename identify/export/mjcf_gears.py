@@ -1,0 +1,135 @@
+"""Gears that give way, as MJCF has them: a second hinge on a joint's axis, by which its link leads the motor.
+
+The joint itself, with its name, armature, friction and actuator, is the motor, where encoders are. The twist
+has no inertia of its own. An elastic gear is its stiffness and damping; play is its range, and the teeth are
+the range's ends, on which the link strikes as on a spring and rests as on a rigid stop: MuJoCo's constraints
+take an acceleration from `solreflimit`, so that their stiffness is in proportion to the link's inertia.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import RobotError
+from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_names import joint_name
+from .mjcf_changes import DIGITS, Change
+from .mjcf_elements import Elements
+from .xml_text import Edits, Tag, read_tags
+
+TWIST = "{}_twist"
+"""Name of the second hinge of a joint."""
+PLAIN = (
+    'frictionloss="0" armature="0" ref="0" springref="0" springdamper="0 0" margin="0" '
+    'actuatorfrclimited="false"'
+)
+"""What a default class might give a twist, and it has not."""
+STOP = "0.95 0.99 0.001"
+"""MuJoCo's impedance of the teeth: little of the load is left to them while they strike."""
+
+
+class Gear(NamedTuple):
+    """A gear that gives way.
+
+    Attributes:
+        joint: Its name.
+        stiffness: [N m/rad]; of the teeth, where it has play.
+        damping: [N m s/rad].
+        play: Whole width [rad]; 0 for none.
+        stiffness_half: Half of its 95 % interval [N m/rad]; infinite where nothing is known of it.
+        play_half: The same of the play [rad].
+    """
+
+    joint: str
+    stiffness: float
+    damping: float
+    play: float = 0.0
+    stiffness_half: float = np.inf
+    play_half: float = np.inf
+
+
+def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tuple[bytes, list[Change]]:
+    """The text with a twist for each gear, and what is new in it.
+
+    Args:
+        text: Of the MJCF.
+        folder: In which its files lie.
+        where: What errors call it.
+        gears: Of different joints.
+
+    Raises:
+        RobotError: A joint has no armature, so that its motor could not move by itself; or a twist already.
+    """
+    for gear in gears:  # one after the other: addresses and keyframes move
+        root, compiled = read_tags(text, where), compile_mjcf(text.decode(), folder)
+        edits, joint, elements = (
+            Edits(text),
+            _joint(compiled, gear.joint, where),
+            Elements(root, compiled, where),
+        )
+        body = elements.body(int(compiled.jnt_bodyid[joint]))
+        edits.add_inside(body, _element(compiled, joint, gear, elements.degrees))
+        first = int(compiled.body_jntadr[compiled.jnt_bodyid[joint]])
+        _lengthen(root, edits, "qpos", int(compiled.jnt_qposadr[first]))
+        _lengthen(root, edits, "qvel", int(compiled.jnt_dofadr[first]))
+        text = edits.text()
+        compile_mjcf(text.decode(), folder)
+    return text, [change for gear in gears for change in _changes(gear)]
+
+
+def _joint(compiled: Any, name: str, where: str) -> int:
+    """Number of a joint that can have a twist."""
+    names = [joint_name(compiled, joint) for joint in range(compiled.njnt)]
+    if name not in names:
+        raise RobotError(f"{where}: no joint is called '{name}'; give the joint a name")
+    joint = names.index(name)
+    if TWIST.format(name) in names:
+        raise RobotError(f"{where}: joint '{name}' has a gear that gives way already, '{TWIST.format(name)}'")
+    if not compiled.dof_armature[compiled.jnt_dofadr[joint]] > 0.0:
+        raise RobotError(
+            f"{where}: joint '{name}' has no armature, and a motor without inertia cannot move apart from "
+            "its link. Give the joint an armature"
+        )
+    return joint
+
+
+def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
+    """The second hinge; numbers of the compiled joint are in its body's frame."""
+    axis, anchor = (
+        " ".join(f"{value:.{DIGITS}g}" for value in one[joint])
+        for one in (compiled.jnt_axis, compiled.jnt_pos)
+    )
+    name = TWIST.format(gear.joint)
+    kind = f'<joint name="{name}" type="hinge" axis="{axis}" pos="{anchor}" {PLAIN}'
+    if not gear.play:
+        spring = f'stiffness="{gear.stiffness:.{DIGITS}g}" damping="{gear.damping:.{DIGITS}g}"'
+        return f'{kind} limited="false" {spring}/>'
+    dof = int(compiled.jnt_dofadr[joint])
+    link = float(compiled.dof_M0[dof] - compiled.dof_armature[dof])
+    angular = np.sqrt(gear.stiffness / link)
+    ratio = gear.damping / (2.0 * link * angular)
+    half = 0.5 * gear.play * (np.degrees(1.0) if degrees else 1.0)
+    stop = f'solreflimit="{1.0 / (ratio * angular):.{DIGITS}g} {ratio:.{DIGITS}g}" solimplimit="{STOP}"'
+    limits = f'limited="true" range="{-half:.{DIGITS}g} {half:.{DIGITS}g}"'
+    return f'{kind} {limits} stiffness="0" damping="0" {stop}/>'
+
+
+def _lengthen(root: Tag, edits: Edits, attribute: str, place: int) -> None:
+    """Put a zero into the keyframes' positions or velocities."""
+    for frames in (child for child in root.children if child.name == "keyframe"):
+        for key in frames.children:
+            numbers = key.attributes.get(attribute, "").split()
+            if numbers:
+                edits.set(key, **{attribute: " ".join([*numbers[:place], "0", *numbers[place:]])})
+
+
+def _changes(gear: Gear) -> list[Change]:
+    """A rigid gear has no play, and no bound to its stiffness."""
+    where = f"joint '{TWIST.format(gear.joint)}', new"
+    if gear.play:
+        return [Change(where, "range", "rad", 0.0, gear.play, gear.play_half)]
+    return [
+        Change(where, "stiffness", "N m/rad", np.inf, gear.stiffness, gear.stiffness_half),
+        Change(where, "damping", "N m s/rad", 0.0, gear.damping, np.inf),
+    ]
