@@ -7,7 +7,6 @@ import numpy as np
 
 from ...effects import Shape
 from ...model import Model
-from ...simulation.plant.typical import typical_size
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
@@ -101,7 +100,7 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     """A gear with play, and teeth that spring back."""
     joint, known = finding.joints[0], finding.parameters
     angular = 2 * np.pi * TEETH
-    inertia = float(typical_size(arm.model)[0][joint])
+    inertia = float(link_size(arm.model)[0][joint])
     damping = 2 * known["damping_ratio"].value * inertia * angular
     return arm.with_gear(joint, inertia * angular**2, damping, known["gap"].value)
 
