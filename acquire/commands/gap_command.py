@@ -12,7 +12,8 @@ from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.fit_file import write_fit
 from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.gap import Gap, Source, Stage, gap
+from exidyn.identify.in_mujoco.gap import Gap, gap
+from exidyn.identify.in_mujoco.ladder import Source, Stage
 from exidyn.identify.in_mujoco.replay import POSITION, TORQUE
 from exidyn.identify.model import Model
 from exidyn.identify.pages.gap_document import gap_html, gap_text, verdict

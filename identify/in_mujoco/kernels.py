@@ -6,6 +6,7 @@
 from ctypes import CFUNCTYPE, c_int, c_size_t, c_void_p, cast
 from functools import cache
 from types import FunctionType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import carray, cfunc, njit, types, uintp, void
@@ -31,6 +32,7 @@ from .native import (
 )  # fmt: skip
 from .torques import SLOWEST
 
+_slid_here = njit(slid)
 ADDRESS = TABLE.ctypes.data
 COLUMNS = TABLE.shape[1]
 
@@ -86,89 +88,158 @@ def _size(n, size, terms):
     return 1 + 5 * n + size + terms
 
 
+class Arm(NamedTuple):
+    """What is known of an arm: counts, places in the struct of a data, and terms."""
+
+    table: Any
+    head: Any
+    dofs: Any
+    places: Any
+    codes: Any
+    joints: Any
+    constants: Any
+    values: Any
+    temperature: Any
+
+
+class Memory(NamedTuple):
+    """What is kept of one of its data: see `State` of `Attached`; `at` and `hold` are hysteresis'."""
+
+    clock: Any
+    before: Any
+    speed: Any
+    drag: Any
+    at: Any
+    load: Any
+    bias: Any
+    hold: Any
+
+
+class Moving(NamedTuple):
+    """Arrays of a data, over all of its degrees of freedom."""
+
+    position: Any
+    velocity: Any
+    acceleration: Any
+    forces: Any
+
+
+@njit
+def _arm(row):
+    table = _whole(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
+    head = _whole(table[INTS], BEFORE)
+    n, terms = head[0], head[1]
+    ints = _whole(table[INTS], BEFORE + 3 * n + 2 * terms)
+    codes, joints = ints[BEFORE + 3 * n : BEFORE + 3 * n + terms], ints[BEFORE + 3 * n + terms :]
+    floats = _numbers(table[FLOATS], 2 * CONSTANTS * terms)
+    dofs, places = ints[BEFORE : BEFORE + n], ints[BEFORE + n : BEFORE + 2 * n]
+    constants, values = floats[: CONSTANTS * terms], floats[CONSTANTS * terms :]
+    return Arm(table, head, dofs, places, codes, joints, constants, values, _numbers(table[TEMPERATURE], n))
+
+
+@njit
+def _memory(arm, place):
+    n, terms, size = arm.head[0], arm.head[1], arm.head[3]
+    length = _size(n, size, terms)
+    state = _numbers(arm.table[STATES] + 8 * place * length, length)
+    kept = state[1:]
+    return Memory(
+        state[:1], kept[:n], kept[n : 2 * n], kept[2 * n : 3 * n], kept[3 * n : 4 * n], kept[4 * n : 5 * n],
+        kept[5 * n : 5 * n + size], kept[5 * n + size :],
+    )  # fmt: skip
+
+
+@njit
+def _moving(arm, data):
+    head, size = arm.head, arm.head[3]
+    return Moving(
+        _array(data, head[5], 1 + size * 2), _array(data, head[6], size), _array(data, head[7], size),
+        _array(data, head[8], size),
+    )  # fmt: skip
+
+
+@njit
+def _go_on(arm, memory, moving, now):
+    """Remember where the arm is now; after a reset, begin anew."""
+    last = memory.clock[0]
+    again = now < last
+    for j in range(len(arm.dofs)):
+        v = moving.velocity[arm.dofs[j]]
+        memory.speed[j] = moving.acceleration[arm.dofs[j]] if again else (v - memory.before[j]) / (now - last)
+        memory.before[j] = v
+    for k in range(len(arm.codes)):
+        if arm.codes[k] == REMEMBERS:
+            j = arm.joints[k]
+            way = moving.position[arm.places[j]] - memory.at[j]
+            memory.hold[k] = 0.0 if again else _slid_here(memory.hold[k], way, arm.constants[CONSTANTS * k])
+    for j in range(len(arm.dofs)):
+        memory.at[j] = moving.position[arm.places[j]]
+    memory.clock[0] = now
+
+
+@njit
+def _carry(arm, memory, moving, model, data, place, rne):
+    """Torque that the gears carry, at the acceleration of the step before, or else as it is given."""
+    same = True
+    for j in range(len(arm.dofs)):
+        same = same and moving.velocity[arm.dofs[j]] == memory.before[j]
+    for j in range(len(arm.dofs)):
+        memory.load[j] = moving.acceleration[arm.dofs[j]]
+        if same:
+            moving.acceleration[arm.dofs[j]] = memory.speed[j]
+    n, terms, size = arm.head[0], arm.head[1], arm.head[3]
+    rne(model, data, 1, arm.table[STATES] + 8 * (place * _size(n, size, terms) + 1 + 5 * n))
+    spring, carried = _array(data, arm.head[9], size), _array(data, arm.head[10], size)
+    for j in range(n):
+        dof = arm.dofs[j]
+        moving.acceleration[dof] = memory.load[j]
+        memory.load[j] = memory.bias[dof] - spring[dof] - carried[dof]
+
+
 def _kernels(torque, rne, factor):
     """What passive and control forces are, for a row of the table and a place of a state."""
-    slid_here = njit(slid)
+
+    @njit
+    def add(arm, memory, moving, step, k):
+        """Take the torque of a term, which is linear in speed over this step."""
+        j = arm.joints[k]
+        v, q = moving.velocity[arm.dofs[j]], moving.position[arm.places[j]]
+        speed = v if abs(v) >= SLOWEST else SLOWEST
+        constants = (arm.constants[CONSTANTS * k], arm.constants[CONSTANTS * k + 1])
+        first, second = arm.values[CONSTANTS * k], arm.values[CONSTANTS * k + 1]
+        if arm.codes[k] == REMEMBERS:
+            here = _slid_here(memory.hold[k], q - memory.at[j], constants[0])
+            rest, there = first * here, first * _slid_here(here, step * speed, constants[0])
+        else:
+            load, warmth = memory.load[j], arm.temperature[j]
+            rest = torque(arm.codes[k], first, second, q, 0.0, load, warmth, constants)
+            there = torque(arm.codes[k], first, second, q, speed, load, warmth, constants)
+        secant = (there - rest) / speed
+        moving.forces[arm.dofs[j]] -= rest + secant * v
+        memory.drag[j] += secant
 
     @njit
     def passive(row, place, model, data):
-        table = _whole(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
-        head = _whole(table[INTS], BEFORE)
-        n, terms, loaded, size = head[0], head[1], head[2], head[3]
-        ints = _whole(table[INTS], BEFORE + 3 * n + 2 * terms)
-        dofs, places = ints[BEFORE : BEFORE + n], ints[BEFORE + n : BEFORE + 2 * n]
-        codes, joints = ints[BEFORE + 3 * n :], ints[BEFORE + 3 * n + terms :]
-        floats = _numbers(table[FLOATS], 2 * CONSTANTS * terms)
-        values = floats[CONSTANTS * terms :]
-        length = _size(n, size, terms)
-        state = _numbers(table[STATES] + 8 * place * length, length)
-        before, speed, drag = state[1 : 1 + n], state[1 + n : 1 + 2 * n], state[1 + 2 * n : 1 + 3 * n]
-        at, load = state[1 + 3 * n : 1 + 4 * n], state[1 + 4 * n : 1 + 5 * n]
-        bias, memory = state[1 + 5 * n :], state[1 + 5 * n + size :]
-        temperature, step = _numbers(table[TEMPERATURE], n), _numbers(table[STEP], 1)[0]
-        position, velocity = _array(data, head[5], 1 + size * 2), _array(data, head[6], size)
-        acceleration, forces = _array(data, head[7], size), _array(data, head[8], size)
-        now = _numbers(data + head[4], 1)[0]
-        if now != state[0]:
-            again = now < state[0]
-            for j in range(n):
-                v = velocity[dofs[j]]
-                speed[j] = acceleration[dofs[j]] if again else (v - before[j]) / (now - state[0])
-                before[j] = v
-            for k in range(terms):
-                if codes[k] == REMEMBERS:
-                    j = joints[k]
-                    way = position[places[j]] - at[j]
-                    memory[k] = 0.0 if again else slid_here(memory[k], way, floats[CONSTANTS * k])
-            for j in range(n):
-                at[j] = position[places[j]]
-            state[0] = now
-        if loaded:
-            same = True
-            for j in range(n):
-                same = same and velocity[dofs[j]] == before[j]
-            for j in range(n):
-                load[j] = acceleration[dofs[j]]
-                if same:
-                    acceleration[dofs[j]] = speed[j]
-            rne(model, data, 1, table[STATES] + 8 * (place * length + 1 + 5 * n))
-            spring, carried = _array(data, head[9], size), _array(data, head[10], size)
-            for j in range(n):
-                acceleration[dofs[j]] = load[j]
-                load[j] = bias[dofs[j]] - spring[dofs[j]] - carried[dofs[j]]
-        for j in range(n):
-            drag[j] = 0.0
-        for k in range(terms):
-            j = joints[k]
-            v, q = velocity[dofs[j]], position[places[j]]
-            moving = v if abs(v) >= SLOWEST else SLOWEST
-            constants = (floats[CONSTANTS * k], floats[CONSTANTS * k + 1])
-            first, second = values[CONSTANTS * k], values[CONSTANTS * k + 1]
-            if codes[k] == REMEMBERS:
-                way = q - at[j]
-                here = slid_here(memory[k], way, constants[0])
-                rest = first * here
-                there = first * slid_here(here, step * moving, constants[0])
-            else:
-                rest = torque(codes[k], first, second, q, 0.0, load[j], temperature[j], constants)
-                there = torque(codes[k], first, second, q, moving, load[j], temperature[j], constants)
-            secant = (there - rest) / moving
-            forces[dofs[j]] -= rest + secant * v
-            drag[j] += secant
-        for j in range(n):
-            drag[j] = max(drag[j], 0.0)
+        arm = _arm(row)
+        memory, moving, now = _memory(arm, place), _moving(arm, data), _numbers(data + arm.head[4], 1)[0]
+        if now != memory.clock[0]:
+            _go_on(arm, memory, moving, now)
+        if arm.head[2]:
+            _carry(arm, memory, moving, model, data, place, rne)
+        memory.drag[:] = 0.0
+        for k in range(len(arm.codes)):
+            add(arm, memory, moving, _numbers(arm.table[STEP], 1)[0], k)
+        for j in range(len(memory.drag)):
+            memory.drag[j] = max(memory.drag[j], 0.0)
 
     @njit
     def control(row, place, model, data):
-        table = _whole(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
-        head = _whole(table[INTS], BEFORE)
-        n, terms, size = head[0], head[1], head[3]
-        ints = _whole(table[INTS], BEFORE + 3 * n)
-        length = _size(n, size, terms)
-        drag = _numbers(table[STATES] + 8 * (place * length + 1 + 2 * n), n)
-        step, pointer = _numbers(table[STEP], 1)[0], _whole(data + head[11], 1)[0]
-        for j in range(n):
-            _numbers(pointer + 8 * ints[BEFORE + 2 * n + j], 1)[0] += step * drag[j]
+        arm = _arm(row)
+        memory, step = _memory(arm, place), _numbers(arm.table[STEP], 1)[0]
+        ints, pointer = _whole(arm.table[INTS], BEFORE + 3 * arm.head[0]), _whole(data + arm.head[11], 1)[0]
+        for j in range(len(memory.drag)):
+            diagonal = ints[BEFORE + 2 * arm.head[0] + j]
+            _numbers(pointer + 8 * diagonal, 1)[0] += step * memory.drag[j]
         factor(model, data)
 
     return passive, control

@@ -13,7 +13,8 @@ from common import Kept, show
 
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import WrongInput
-from exidyn.identify.in_mujoco.gap import Gap, Source, gap
+from exidyn.identify.in_mujoco.gap import Gap, gap
+from exidyn.identify.in_mujoco.ladder import Source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 

@@ -14,7 +14,8 @@ import numpy as np
 from common import Kept, show
 
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.in_mujoco.gap import Source, gap
+from exidyn.identify.in_mujoco.gap import gap
+from exidyn.identify.in_mujoco.ladder import Source
 from exidyn.identify.model import Model
 
 from .concealed import described, recorded

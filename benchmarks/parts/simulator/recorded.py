@@ -17,7 +17,8 @@ from common import Kept, show
 
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import WrongInput
-from exidyn.identify.in_mujoco.gap import Gap, Source, gap
+from exidyn.identify.in_mujoco.gap import Gap, gap
+from exidyn.identify.in_mujoco.ladder import Source
 from exidyn.identify.in_mujoco.replay import TORQUE
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.importers import import_source

@@ -11,7 +11,7 @@ from exidyn.acquire.command_line import main
 from exidyn.identify.effects import Prior, StribeckFriction
 from exidyn.identify.errors import RecordingError, RobotError
 from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.gap import Stage, worse_joints
+from exidyn.identify.in_mujoco.ladder import Stage, worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
 from exidyn.identify.pages.gap_document import Compared, verdict
