@@ -11,7 +11,7 @@ from exidyn.identify.file_names import distinct_stems
 from exidyn.identify.input_check.gate import suspect
 from exidyn.identify.recordings.align import aligned
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
-from exidyn.identify.recordings.importers.tables.import_table import preset_names
+from exidyn.identify.recordings.importers.tables.preset import preset_names
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
 from exidyn.identify.recordings.servo_error import COMMAND

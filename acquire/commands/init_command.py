@@ -29,7 +29,7 @@ from exidyn.identify.proposal.proposal_text import (
 )
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identify.recordings.importers.tables.import_table import BESIDE
+from exidyn.identify.recordings.importers.tables.preset import BESIDE
 from exidyn.identify.recordings.importers.tables.table import Table
 from exidyn.identify.recordings.optional_signals import NEEDED
 from exidyn.identify.recordings.recording import EFFORT, Recording

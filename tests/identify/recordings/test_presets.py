@@ -8,7 +8,7 @@ import pytest
 
 from exidyn.identify.errors import BadUnit, RecordingError, RobotError, WrongShape
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.import_table import preset_names, read_preset
+from exidyn.identify.recordings.importers.tables.preset import preset_names, read_preset
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 
