@@ -171,9 +171,7 @@ def test_a_motion_too_poor_is_refused(folder, capsys):
 
 
 def test_a_joint_that_hardly_moves_gives_a_warning(folder, capsys):
-    position = RUN.signals["position"]
-    nearly = Signal(position.time, position.values * [1.0, 0.01])
-    [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": nearly}))
+    [path] = write(folder, run("nearly", reach=(1.0, 0.01)))
     assert main(["identify", path]) == 0
     assert "- elbow moves by only" in capsys.readouterr().out
 

@@ -18,9 +18,16 @@ NOMINAL = two_joints.model(gain=WRONG * two_joints.GAIN)
 
 
 def run(
-    name: str, motion_seed: int = 0, noise_seed: int = 1, payload: KnownPayload | None = None
+    name: str,
+    motion_seed: int = 0,
+    noise_seed: int = 1,
+    payload: KnownPayload | None = None,
+    reach: tuple[float, float] = (1.0, 1.0),
 ) -> Recording:
+    """A run of 20 s, in which each joint uses a share `reach` of its motion."""
     motion = two_joints.trajectory(20.0, motion_seed).at(np.arange(0.0, 20.0, 0.004))
+    moved = {one: reach * getattr(motion, one) for one in ("position", "velocity", "acceleration")}
+    motion = replace(motion, **moved)
     values = dict(zip(PLANT.names, two_joints.true_values(PLANT, 3.0), strict=True)) | {"ML": 3.0}
     return simulate(
         PLANT,
