@@ -1,0 +1,143 @@
+"""Presets: what the columns of one kind of log are called, their units and signs, as TOML files."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct, defstruct
+
+from ....errors import RobotError
+from ....robot_files.toml_fields import parse_toml, read_text
+from ....schema import Name, Number, Size, checked
+from ....schema import check as check_field
+from ...recording import SIGNALS
+from ...units import unit_named
+from .columns import Columns, Names
+
+BESIDE = "preset.toml"
+"""Name under which a log's own preset is found beside it."""
+
+
+class Reading(Struct, frozen=True, forbid_unknown_fields=True):
+    """How one signal is read: what its columns are called, their unit and their sign, one of each a joint."""
+
+    column: Name | Annotated[list[Name], Meta(min_length=1)]
+    unit: str | Annotated[list[str], Meta(min_length=1)] = ""
+    sign: Number | Annotated[list[Number], Meta(min_length=1)] = 1.0
+
+    def __post_init__(self) -> None:
+        expected = "1 or -1, or one of them for each joint"
+        check_field(set(self.signs) <= {1.0, -1.0}, "sign", self.sign, expected)
+
+    @property
+    def signs(self) -> list[float]:
+        """One for all joints, or one each."""
+        return self.sign if isinstance(self.sign, list) else [self.sign]
+
+
+_FILE: Any = defstruct(
+    "Preset",
+    [
+        ("rate", Size, 0.0),
+        ("still", dict[str, tuple[Number, Number]], {}),
+        *((name, Reading | None, None) for name in ("time", "effort", *SIGNALS)),
+    ],
+    forbid_unknown_fields=True,
+)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """How a kind of log is read.
+
+    Attributes:
+        name: Name of the preset, or its path.
+        signals: Signal, "effort" or "time" -> how it is read.
+        rate: Samples a second, of logs without time; 0 with a column of time [Hz].
+        still: Column of the position of a joint that the model holds -> between what it stays.
+    """
+
+    name: str = ""
+    signals: Mapping[str, Reading] = field(default_factory=dict)
+    rate: float = 0.0
+    still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def of_log(self, columns: Columns, chosen: Mapping[str, Names], effort: str) -> "Preset":
+        """The same where "effort" is that signal; one of exidyn's also without signals that a log lacks.
+
+        Time and positions are always needed; `chosen` are columns that were named for this log.
+        """
+        signals = {effort if name == "effort" else name: one for name, one in self.signals.items()}
+        if self.name in preset_names():
+            signals = {
+                name: one
+                for name, one in signals.items()
+                if name in ("time", "position") or columns.has(name, chosen.get(name, one.column))
+            }
+        return replace(self, signals=signals)
+
+    @property
+    def in_degrees(self) -> bool:
+        """Whether it reads positions, of a joint at least, in degrees."""
+        unit = self.signals.get("position", Reading("")).unit
+        units = [unit] if isinstance(unit, str) else unit
+        return any(unit_named(one or "rad") == unit_named("deg") for one in units)
+
+
+@cache
+def preset_names() -> tuple[str, ...]:
+    """Names of the presets that come with exidyn."""
+    files = resources.files(__package__).joinpath("presets").iterdir()
+    return tuple(sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml")))
+
+
+def read_preset(source: str | Path) -> Preset:
+    """A preset from a file, or by the name of one that comes with exidyn.
+
+    Raises:
+        RobotError: There is no such preset or file, or it is wrong; the message names the valid keys.
+    """
+    if str(source) in preset_names():
+        text = resources.files(__package__).joinpath("presets", f"{source}.toml").read_text("utf-8")
+        return parse_preset(text, str(source))
+    if not Path(source).is_file():
+        raise RobotError(
+            f"no preset or file called '{source}'. Presets: {', '.join(preset_names())}; or give the path "
+            "of a TOML file"
+        )
+    return parse_preset(read_text(Path(source)), str(source))
+
+
+def parse_preset(text: str, where: str) -> Preset:
+    """A preset from its text; `where` is what errors call it.
+
+    Raises:
+        RobotError: The text is wrong; the message names the key, what was found and what is valid.
+    """
+    table = parse_toml(text, where)
+    if not isinstance(still := table.get("still", {}), dict):
+        raise RobotError(f"{where}: [still] is {still!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
+    given = checked(table, _FILE, where, RobotError)
+    if given.rate and given.time:
+        raise RobotError(f"{where}: rate is for logs without time; give it or [time], not both")
+    signals = {name: one for name in ("time", "effort", *SIGNALS) if (one := getattr(given, name))}
+    return Preset(where, signals, given.rate, given.still)
+
+
+def preset_for(source: Path, columns: Columns) -> Preset:
+    """The preset in a log's folder; else that of exidyn's which has its time and first joint; else none.
+
+    Raises:
+        RobotError: It is wrong.
+    """
+    path = (source if source.is_dir() else source.parent) / BESIDE
+    if path.is_file():
+        return read_preset(path)
+    for preset in map(read_preset, preset_names()):
+        time, position = (preset.signals[name].column for name in ("time", "position"))
+        if columns.has("time", time) and columns.has("position", position, 1):
+            return preset
+    return Preset()
