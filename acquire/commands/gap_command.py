@@ -165,6 +165,7 @@ def _stage(stage: Stage) -> dict[str, Any]:
         "written": not stage.reason,
         "reason": stage.reason,
         "worse": [joint + 1 for joint in stage.worse],
+        "nearer": [joint + 1 for joint in stage.nearer],
         **({} if stage.distances is None else _distances(stage.distances)),
     }
 

@@ -46,12 +46,14 @@ class Stage(NamedTuple):
         name: In words.
         distances: With it; None where it could not be simulated.
         worse: Joints that are worse for it, from 0.
+        nearer: Joints that are nearer to the real arm for it, with 95 %, from 0.
         reason: Why it is not written; empty where it is.
     """
 
     name: str
     distances: Distances | None
     worse: tuple[int, ...] = ()
+    nearer: tuple[int, ...] = ()
     reason: str = ""
 
 
@@ -106,13 +108,14 @@ class Ladder:
             step = self._step(findings)
             found = simulated(self.source, step.text, step.arm, self.runs, self.commands, attach=True)
         except ExidynError as error:
-            self.stages.append(Stage(name, None, (), " ".join(str(error).split())))
+            self.stages.append(Stage(name, None, reason=" ".join(str(error).split())))
             return False
         worse = worse_joints(self.before, self.last, found, self._noise(), own)
+        nearer = nearer_joints(self.last, found)
         if not worse:
             self.last, self.kept = found, step
         words = ", ".join(self.diagnosis.joints[joint] for joint in worse)
-        self.stages.append(Stage(name, found, worse, f"{words} would be worse" if worse else ""))
+        self.stages.append(Stage(name, found, worse, nearer, f"{words} would be worse" if worse else ""))
         return not worse
 
     def _noise(self) -> np.ndarray:
@@ -173,11 +176,21 @@ def worse_joints(
     worse, as long as findings are missing.
     """
     every = np.arange(len(noise))
-    squares = [one.ends[:, last.telling, every] ** 2 for one in (last, now)]
-    with np.errstate(invalid="ignore"):
-        more = squares[1] - squares[0]
-        error = np.std(more, axis=0) / np.sqrt(len(more))
-        surely = np.nan_to_num(np.mean(more, axis=0) - SURE * error) > 0.0
-    acting = np.isin(every, own)
+    acting, surely = np.isin(every, own), _farther(last, now) > SURE
     beyond = ~(now.joints[first.telling, every] <= first.joints[first.telling, every] + noise)
     return tuple(int(joint) for joint in np.flatnonzero(acting & surely | beyond))
+
+
+def nearer_joints(last: Distances, now: Distances) -> tuple[int, ...]:
+    """Joints that are nearer to the real arm, from 0, by more than the starts vary, with 95 %."""
+    return tuple(int(joint) for joint in np.flatnonzero(_farther(last, now) < -SURE))
+
+
+def _farther(last: Distances, now: Distances) -> np.ndarray:
+    """By how many standard errors each joint's mean square has grown, shape (n,); 0 where it diverged."""
+    every = np.arange(last.ends.shape[2])
+    before, after = (one.ends[:, last.telling, every] ** 2 for one in (last, now))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        more = after - before
+        error = np.std(more, axis=0) / np.sqrt(len(more))
+        return np.asarray(np.nan_to_num(np.mean(more, axis=0) / error, posinf=np.inf, neginf=-np.inf))

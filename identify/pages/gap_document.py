@@ -120,8 +120,11 @@ def verdict(gap: Gap, written: str = "") -> list[str]:
             "worse"
         ]
     first = f"{longest} was {before} from the real one, now {after}"
-    kept = [stage.name for stage in gap.stages[1:] if not stage.reason]
-    said = [first, f"Found and kept: {joined(kept)}" if kept else "Numbers of the file alone are others"]
+    kept = [stage for stage in gap.stages[1:] if not stage.reason]
+    said = [first] if kept else [first, "Numbers of the file alone are others"]
+    for words, gains in (("Found and kept", True), ("Found, and of no difference in these runs", False)):
+        names = [stage.name for stage in kept if bool(stage.nearer) == gains]
+        said += [f"{words}: {joined(names)}"] if names else []
     if written:
         attached = "; from exidyn.mujoco import attach adds what MJCF cannot hold" if gap.kept.left else ""
         said.append(f"Written: {written}{attached}")
@@ -140,7 +143,8 @@ def _stages(gap: Gap) -> Table:
     rows: list[list[Cell]] = [[AS_IT_WAS, *numbers(gap.before), ""]]
     for stage in gap.stages:
         tried = f"no: {stage.reason}" if stage.distances else "no: could not be made"
-        written = Marked("yes", "good") if not stage.reason else tried
+        gained = Marked("yes", "good") if stage.nearer else "yes, makes no difference here"
+        written = gained if not stage.reason else tried
         none: list[Cell] = [Number(np.nan)] * (len(gap.horizons) + 1)
         rows.append([stage.name, *(numbers(stage.distances) if stage.distances else none), written])
     return Table(head, rows, words=(len(head) - 1,))

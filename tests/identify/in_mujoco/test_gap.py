@@ -11,7 +11,7 @@ from exidyn.acquire.command_line import main
 from exidyn.identify.effects import Prior, StribeckFriction
 from exidyn.identify.errors import RecordingError, RobotError
 from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.ladder import Stage, worse_joints
+from exidyn.identify.in_mujoco.ladder import Stage, nearer_joints, worse_joints
 from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
 from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
 from exidyn.identify.pages.gap_document import Compared, verdict
@@ -115,6 +115,18 @@ def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
     assert worse_joints(first, last, distances(np.inf, 0.1), noise, own=()) == (0,)
 
 
+def test_nearer_is_what_starts_agree_upon():
+    """Both joints are nearer on average; the second by one start in forty."""
+    rng, ends = np.random.default_rng(2), np.full((40, 1, 2), 1.0)
+    nearer = ends * [0.8, 1.0] + 0.05 * rng.normal(size=ends.shape)
+    nearer[:, :, 1] = ends[:, :, 1] + 0.01 * rng.normal(size=(40, 1))
+    nearer[0, 0, 1] = 0.2
+    tools = np.ones((40, 1))
+    last, now = (Distances(one, tools, np.ones(2), 1.0, (), np.full((1, 2), 9.0)) for one in (ends, nearer))
+    assert nearer_joints(last, now) == (0,)
+    assert nearer_joints(last, last) == ()
+
+
 def test_what_is_farther_off_than_an_arm_at_rest_judges_nothing():
     first = distances([0.5, 2.0], [9.0, 11.0], moved=10.0)
     assert list(first.telling) == [1, 0]
@@ -153,8 +165,8 @@ def test_damping_of_servos_is_taken_as_the_integrator_takes_it(integrator):
 def test_why_nothing_could_be_written_is_said_first():
     before = distances(1.0, 1.0)
     stages = [
-        Stage("numbers", None, (), "State drive gains"),
-        Stage("hysteresis", None, (), "State drive gains"),
+        Stage("numbers", None, reason="State drive gains"),
+        Stage("hysteresis", None, reason="State drive gains"),
     ]
     [said] = verdict(SimpleNamespace(horizons=(2.0,), before=before, after=before, kept=None, stages=stages))
     assert said.endswith("Nothing was written: State drive gains")
