@@ -185,7 +185,7 @@ class Problem:
 
     def bearing(self, found: Sequence[Answer]) -> "tuple[Problem, list[Answer]]":
         """This problem, and the findings, with the load that gears transmit beside what was found."""
-        unsettled = any(one.candidate.carried or one.candidate.reloads for one in found)
+        unsettled = any(one.candidate.carried or one.candidate.loaded for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
         known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)
