@@ -53,9 +53,12 @@ class Coupled:
         for rows in np.array_split(np.arange(t), FOLDS):
             rest = normal - _products(columns[rows], columns[rows])
             known = right - _products(columns[rows], efforts[rows])
+            # By eigenvalues: columns of bodies that nothing tells apart leave a matrix that is singular.
+            sizes, vectors = np.linalg.eigh(rest)
+            along, seen = vectors.T @ known, columns[rows] @ vectors
             for place, ridge in enumerate(RIDGES):
-                held_back = rest + ridge * (t - len(rows)) * np.eye(len(rest))
-                left = efforts[rows] - columns[rows] @ np.linalg.solve(held_back, known)
+                held_back = np.maximum(sizes, 0.0) + ridge * (t - len(rows))
+                left = efforts[rows] - seen @ (along / held_back[:, None])
                 missed[place] += np.einsum("tja,tjb->jab", left, left)
         return cls(missed, (efforts**2).sum(axis=(0, 2)), pieces(log))
 

@@ -7,6 +7,7 @@ unit of an effort by the described masses and by friction, which brakes.
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..errors import WrongInput
 from ..model import Model
@@ -45,6 +46,11 @@ def require_plausible(runs: Sequence[Recording], model: Model) -> list[str]:
 
 def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
     """The likeliest mistake that all of these recordings have, if one is likelier than none."""
+    with threadpool_limits(limits=1):  # hundreds of small systems: threads would wait for one another
+        return _suspect(runs, model)
+
+
+def _suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
     logs = [log for log in map(_sampled, runs) if log is not None]
     if not logs:
         return None
