@@ -46,7 +46,8 @@ class Stage(NamedTuple):
         name: In words.
         distances: With it; None where it could not be simulated.
         worse: Joints that are worse for it, from 0.
-        nearer: Joints that are nearer to the real arm for it, with 95 %, from 0.
+        nearer: Of the joints on which it acts, or of all, those that are nearer to the real arm for it, with
+            95 %, from 0.
         reason: Why it is not written; empty where it is.
     """
 
@@ -111,7 +112,7 @@ class Ladder:
             self.stages.append(Stage(name, None, reason=" ".join(str(error).split())))
             return False
         worse = worse_joints(self.before, self.last, found, self._noise(), own)
-        nearer = nearer_joints(self.last, found)
+        nearer = tuple(one for one in nearer_joints(self.last, found) if one in own or not len(own))
         if not worse:
             self.last, self.kept = found, step
         words = ", ".join(self.diagnosis.joints[joint] for joint in worse)
