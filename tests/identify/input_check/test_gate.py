@@ -141,6 +141,14 @@ def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
     assert np.all(left[1:3] < 2 * 0.02**2)
 
 
+def test_columns_that_nothing_tells_apart_change_nothing():
+    log = _sampled(recording())
+    efforts, ones = log._replace(effort=log.effort * ARM.drive_gain), np.ones(ARM.dof)
+    rigid = rigid_regressor(ARM.kinematics, log.motion)
+    once, twice = (Coupled.of(np.concatenate([rigid] * times, axis=2), efforts) for times in (1, 2))
+    np.testing.assert_allclose(twice.left(ones), once.left(ones), rtol=0.2)
+
+
 def test_a_description_that_tells_fewer_gains_is_not_the_likelier_for_it():
     """Upside down, a KR270 told nothing of its gains, so none was off: 99 % for a false direction."""
     log = _sampled(recording())
