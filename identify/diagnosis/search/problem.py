@@ -185,6 +185,7 @@ class Problem:
 
     def bearing(self, found: Sequence[Answer]) -> "tuple[Problem, list[Answer]]":
         """This problem, and the findings, with the load that gears transmit beside what was found."""
+        # A fit without friction by load takes it for gravity, by which its load is wrong.
         unsettled = any(one.candidate.carried or one.candidate.loaded for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
