@@ -34,6 +34,8 @@ from .torques import SLOWEST
 
 _slid_here = njit(slid)
 ADDRESS = TABLE.ctypes.data
+_inline = njit(inline="always")
+"""Parts of one step: as calls, with their arrays, they take a fifth of it."""
 COLUMNS = TABLE.shape[1]
 
 
@@ -124,7 +126,7 @@ class Moving(NamedTuple):
     forces: Any
 
 
-@njit
+@_inline
 def _arm(row):
     table = _whole(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
     head = _whole(table[INTS], BEFORE)
@@ -137,7 +139,7 @@ def _arm(row):
     return Arm(table, head, dofs, places, codes, joints, constants, values, _numbers(table[TEMPERATURE], n))
 
 
-@njit
+@_inline
 def _memory(arm, place):
     n, terms, size = arm.head[0], arm.head[1], arm.head[3]
     length = _size(n, size, terms)
@@ -149,7 +151,7 @@ def _memory(arm, place):
     )  # fmt: skip
 
 
-@njit
+@_inline
 def _moving(arm, data):
     head, size = arm.head, arm.head[3]
     return Moving(
@@ -158,7 +160,7 @@ def _moving(arm, data):
     )  # fmt: skip
 
 
-@njit
+@_inline
 def _go_on(arm, memory, moving, now):
     """Remember where the arm is now; after a reset, begin anew."""
     last = memory.clock[0]
@@ -177,7 +179,7 @@ def _go_on(arm, memory, moving, now):
     memory.clock[0] = now
 
 
-@njit
+@_inline
 def _carry(arm, memory, moving, model, data, place, rne):
     """Torque that the gears carry, at the acceleration of the step before, or else as it is given."""
     same = True
@@ -199,7 +201,7 @@ def _carry(arm, memory, moving, model, data, place, rne):
 def _kernels(torque, rne, factor):
     """What passive and control forces are, for a row of the table and a place of a state."""
 
-    @njit
+    @_inline
     def add(arm, memory, moving, step, k):
         """Take the torque of a term, which is linear in speed over this step."""
         j = arm.joints[k]
