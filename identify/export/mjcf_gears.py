@@ -1,4 +1,4 @@
-"""Gears that give way, as MJCF has them: a second hinge on a joint's axis, by which its link leads the motor.
+"""Gears that give way, as MJCF has them: a second joint on a joint's axis, by which its link leads the motor.
 
 The joint itself, with its name, armature, friction and actuator, is the motor, where encoders are. The twist
 has no inertia of its own. An elastic gear is its stiffness and damping; play is its range, and the teeth are
@@ -13,13 +13,13 @@ import numpy as np
 
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_names import joint_name
+from ..robot_files.mjcf_names import joint_name, turns
 from .mjcf_changes import DIGITS, Change
 from .mjcf_elements import Elements
 from .xml_text import Edits, Tag, read_tags
 
 TWIST = "{}_twist"
-"""Name of the second hinge of a joint."""
+"""Name of the second joint."""
 PLAIN = (
     'frictionloss="0" armature="0" ref="0" springref="0" springdamper="0 0" margin="0" '
     'actuatorfrclimited="false"'
@@ -34,7 +34,7 @@ class Gear(NamedTuple):
 
     Attributes:
         joint: Its name.
-        stiffness: [N m/rad]; of the teeth, where it has play.
+        stiffness: [N m/rad, N/m where the joint slides]; of the teeth, where it has play.
         damping: [N m s/rad].
         play: Whole width [rad]; 0 for none.
         stiffness_half: Half of its 95 % interval [N m/rad]; infinite where nothing is known of it.
@@ -61,13 +61,11 @@ def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tu
     Raises:
         RobotError: A joint has no armature, so that its motor could not move by itself; or a twist already.
     """
+    changes: list[Change] = []
     for gear in gears:  # one after the other: addresses and keyframes move
         root, compiled = read_tags(text, where), compile_mjcf(text.decode(), folder)
-        edits, joint, elements = (
-            Edits(text),
-            _joint(compiled, gear.joint, where),
-            Elements(root, compiled, where),
-        )
+        edits, elements = Edits(text), Elements(root, compiled, where)
+        joint = _joint(compiled, gear.joint, where)
         body = elements.body(int(compiled.jnt_bodyid[joint]))
         edits.add_inside(body, _element(compiled, joint, gear, elements.degrees))
         first = int(compiled.body_jntadr[compiled.jnt_bodyid[joint]])
@@ -75,7 +73,8 @@ def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tu
         _lengthen(root, edits, "qvel", int(compiled.jnt_dofadr[first]))
         text = edits.text()
         compile_mjcf(text.decode(), folder)
-    return text, [change for gear in gears for change in _changes(gear)]
+        changes += _changes(gear, turns(compiled, joint))
+    return text, changes
 
 
 def _joint(compiled: Any, name: str, where: str) -> int:
@@ -95,13 +94,14 @@ def _joint(compiled: Any, name: str, where: str) -> int:
 
 
 def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
-    """The second hinge; numbers of the compiled joint are in its body's frame."""
+    """The second joint; numbers of the compiled joint are in its body's frame."""
     axis, anchor = (
         " ".join(f"{value:.{DIGITS}g}" for value in one[joint])
         for one in (compiled.jnt_axis, compiled.jnt_pos)
     )
     name = TWIST.format(gear.joint)
-    kind = f'<joint name="{name}" type="hinge" axis="{axis}" pos="{anchor}" {PLAIN}'
+    hinge = turns(compiled, joint)
+    kind = f'<joint name="{name}" type="{"hinge" if hinge else "slide"}" axis="{axis}" pos="{anchor}" {PLAIN}'
     if not gear.play:
         spring = f'stiffness="{gear.stiffness:.{DIGITS}g}" damping="{gear.damping:.{DIGITS}g}"'
         return f'{kind} limited="false" {spring}/>'
@@ -109,7 +109,7 @@ def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
     link = float(compiled.dof_M0[dof] - compiled.dof_armature[dof])
     angular = np.sqrt(gear.stiffness / link)
     ratio = gear.damping / (2.0 * link * angular)
-    half = 0.5 * gear.play * (np.degrees(1.0) if degrees else 1.0)
+    half = 0.5 * gear.play * (np.degrees(1.0) if degrees and hinge else 1.0)
     stop = f'solreflimit="{1.0 / (ratio * angular):.{DIGITS}g} {ratio:.{DIGITS}g}" solimplimit="{STOP}"'
     limits = f'limited="true" range="{-half:.{DIGITS}g} {half:.{DIGITS}g}"'
     return f'{kind} {limits} stiffness="0" damping="0" {stop}/>'
@@ -124,12 +124,13 @@ def _lengthen(root: Tag, edits: Edits, attribute: str, place: int) -> None:
                 edits.set(key, **{attribute: " ".join([*numbers[:place], "0", *numbers[place:]])})
 
 
-def _changes(gear: Gear) -> list[Change]:
+def _changes(gear: Gear, hinge: bool) -> list[Change]:
     """A rigid gear has no play, and no bound to its stiffness."""
     where = f"joint '{TWIST.format(gear.joint)}', new"
+    units = ("rad", "N m/rad", "N m s/rad") if hinge else ("m", "N/m", "N s/m")
     if gear.play:
-        return [Change(where, "range", "rad", 0.0, gear.play, gear.play_half)]
+        return [Change(where, "range", units[0], 0.0, gear.play, gear.play_half)]
     return [
-        Change(where, "stiffness", "N m/rad", np.inf, gear.stiffness, gear.stiffness_half),
-        Change(where, "damping", "N m s/rad", 0.0, gear.damping, np.inf),
+        Change(where, "stiffness", units[1], np.inf, gear.stiffness, gear.stiffness_half),
+        Change(where, "damping", units[2], 0.0, gear.damping, np.inf),
     ]

@@ -93,6 +93,14 @@ def test_keyframes_have_every_position_at_its_joint():
     assert text.count(b"_twist") == 2
 
 
+def test_a_joint_that_slides_has_a_twist_that_slides():
+    slides = DEGREES.replace(b'joint name="lift"', b'joint type="slide" name="lift"')
+    model, _, changes = with_gears(Gear("lift", 9000.0, 60.0, 0.002), text=slides)
+    assert model.joint("lift_twist").type[0] == mujoco.mjtJoint.mjJNT_SLIDE
+    np.testing.assert_allclose(model.joint("lift_twist").range, [-0.001, 0.001])
+    assert changes[0].unit == "m"
+
+
 UNNAMED = RADIANS.replace(b'joint name="lift"', b"joint").replace(b'joint="lift"', b'joint="turn"')
 
 
