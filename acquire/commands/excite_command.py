@@ -94,7 +94,7 @@ MOTION = (
     Option("--joints JOINT...", "for the other kinds; default: all"),
     Option("--length S", "seconds", any_number, 40.0),
     Option("--period S", "base period; default: several are tried", any_number),
-    Option("--harmonics N", "of each joint", integer, 5),
+    Option("--harmonics N", "of each joint", integer, 12),
     Option("--tick S", "controller cycle", any_number, 0.002),
     Option("--start Q...", "pose to begin and end at [rad]", any_number),
 )

@@ -15,7 +15,7 @@ from ..limits.usable_limits import Margins
 THERE_AND_BACK = (4.0, 3.0, 2.0)
 """Base periods to try where none is given, in times that the slowest joint takes across its range: there
 and back at half its speed, so that faster harmonics have room, at two thirds of it, and at full speed."""
-MOST = {"harmonics": 15, "trajectories": 6}
+MOST = {"harmonics": 25, "trajectories": 6}
 """A step of the search takes as the cube of what is searched, and cannot be interrupted: with these it still
 is a matter of seconds."""
 ROWS = 2.0
@@ -50,7 +50,7 @@ class Wishes:
     """
 
     criterion: str = "condition"
-    harmonics: int = 5
+    harmonics: int = 12
     period: float | None = None
     seconds: float = 40.0
     series: int = 1

@@ -41,12 +41,13 @@ class Delivery:
 
     Attributes:
         takes: Time of the last `offer` [s].
+        miss: Why nothing that was offered fits inside the limits; empty once something does.
     """
 
     def __init__(self, goal: Goal, setting: Setting, basis: Basis, report: Callable[[float], None]) -> None:
         self._goal, self._setting, self._basis, self._report = goal, setting, basis, report
         self._begun, self._aside = time.monotonic(), 0.0
-        self.takes = OFFER
+        self.takes, self.miss = OFFER, ""
         self._best: Found | None = None
         self._history: list[tuple[float, float]] = []
         self._objective = goal.objectives(setting.limits, FINE)[-1]
@@ -57,24 +58,19 @@ class Delivery:
         return time.monotonic() - self._begun
 
     def offer(self, coefficients: np.ndarray) -> None:
-        """Bring series inside all limits, and keep them if they are the best.
-
-        Raises:
-            Infeasible: They do not fit, nor did any before.
-        """
+        """Bring series inside all limits, and keep them if they are the best."""
         begun = self.seconds
         try:
             kept, spread = self._kept(coefficients)
-        except Infeasible:
-            if self._best is None:
-                raise
+        except Infeasible as reason:
+            self.miss = "" if self._best else str(reason)
             return
         finally:
             self.takes = self.seconds - begun
             self._aside += self.takes
         value = self._objective.value(_joined(kept))
         if self._best is None or value < self._best.value:
-            self._best = Found(kept, value, 0, spread=spread)
+            self._best, self.miss = Found(kept, value, 0, spread=spread), ""
             self._history.append((self.seconds, value))
             self._report(value)
 
@@ -116,17 +112,13 @@ class Delivery:
 
         def receive(search: Search) -> None:
             if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.seconds:
-                try:
-                    self.offer(problem.coefficients(search.unknowns))
-                except Infeasible:  # as yet
-                    return
+                self.offer(problem.coefficients(search.unknowns))
 
         return receive
 
-    def best(self, seed: int) -> Found:
-        """The best of all; `offer` raised if there is none."""
-        assert self._best is not None
-        return replace(self._best, seed=seed, history=self._history)
+    def best(self, seed: int) -> "Found | str":
+        """The best of all, or why there is none."""
+        return replace(self._best, seed=seed, history=self._history) if self._best else self.miss
 
 
 def _joined(series: Sequence[Fourier]) -> Motion:

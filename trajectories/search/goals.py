@@ -19,7 +19,13 @@ from .unknowns import design_model
 
 
 class Objective(Protocol):
-    """A number that a motion makes, to be minimised."""
+    """A number that a motion makes, to be minimised.
+
+    Attributes:
+        smooth: Whether a search can follow its gradient; what is not smooth judges what its stand-ins find.
+    """
+
+    smooth: bool = True
 
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         """Value, and what computes its gradient by the motion: a line search asks for the value alone."""
@@ -46,6 +52,10 @@ class Informative(Objective):
     size: np.ndarray
     rows: float = 1.0
 
+    @property
+    def smooth(self) -> bool:  # type: ignore[override]
+        return self.criterion is not condition
+
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         share = self.rows / len(motion)
         columns = self.experiment.columns(motion)
@@ -55,11 +65,11 @@ class Informative(Objective):
 
 
 LADDER: dict[Criterion, tuple[Criterion, ...]] = {
-    condition: (partial(condition, power=8.0), partial(condition, power=32.0))
+    condition: tuple(partial(condition, power=2.0**k) for k in range(2, 8))
 }
 """Stand-ins for a criterion that is not smooth: where several eigenvalues are nearly the smallest, they pull
-together, with a power of 8 all within some ten per cent of it, with 32 within two or three. Before any other
-criterion comes the volume, which all parameters move."""
+together, with a power of 4 all that are within some tens of per cent of it, with 128 within one. Before any
+other criterion comes the volume, which all parameters move."""
 
 
 class Goal(Protocol):

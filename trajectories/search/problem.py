@@ -5,7 +5,7 @@ Coefficients are the rows centre, sines, cosines of every series, shape (k, n) w
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -110,6 +110,11 @@ class Problem:
         """Inverse of `coefficients`."""
         return np.asarray((coefficients / self.scale).ravel())
 
+    def last(self) -> "Problem":
+        """The last smooth objective alone, and the goal that judges it where that is another."""
+        first = max(place for place, one in enumerate(self.objectives) if one.smooth)
+        return replace(self, objectives=self.objectives[first:])
+
     def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
         """Objective, and what computes its gradient by the unknowns, shape (k n,)."""
         value, gradient = objective(self._motion(unknowns))
@@ -128,19 +133,24 @@ class Problem:
     def _last(self) -> dict[str, Any]:
         return {}
 
-    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
-        """Margins of all bounds, (r,), and what computes their derivatives by the unknowns, (r, k n)."""
+    def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        """Margins of all bounds, (r,), and what computes derivatives of some by the unknowns, (m, k n)."""
         matrices = [matrix[:: self.every] for matrix in self.basis.matrices]
         coefficients = self.coefficients(unknowns)
         states = States(self.basis.time[:: self.every], *(matrix @ coefficients for matrix in matrices))
         found = [bound.margins(states) for bound in self.bounds]
+        ends = np.cumsum([one.value.size for one in found])
 
-        def slopes(one: Margins) -> np.ndarray:
-            used = [(m, by) for m, by in zip(matrices, one.slopes(), strict=True) if by is not None]
-            by = np.stack([by for _, by in used], axis=-1)
-            slope = by.reshape(len(by), -1, len(used)) @ np.stack([m for m, _ in used], axis=1)
-            slope = slope.reshape(*by.shape[:3], -1).swapaxes(2, 3) * self.scale
-            return slope.reshape(one.value.size, -1)
+        def slopes(one: Margins, rows: np.ndarray) -> np.ndarray:
+            sample, place = np.divmod(rows, one.value.shape[1])
+            by = [(m, each) for m, each in zip(matrices, one.slopes(), strict=True) if each is not None]
+            parts = [matrix[sample, :, None] * each[sample, place][:, None] for matrix, each in by]
+            return np.asarray((sum(parts) * self.scale).reshape(len(rows), unknowns.size))
 
-        values = np.concatenate([one.value.ravel() for one in found])
-        return values, lambda: np.concatenate([slopes(one) for one in found])
+        def chosen(rows: np.ndarray) -> np.ndarray:
+            groups = np.split(rows, np.searchsorted(rows, ends[:-1]))
+            starts = ends - [one.value.size for one in found]
+            every = zip(found, groups, starts, strict=True)
+            return np.concatenate([slopes(one, group - first) for one, group, first in every])
+
+        return np.concatenate([one.value.ravel() for one in found]), chosen

@@ -1,19 +1,17 @@
-"""One start of the optimisation: sequential quadratic programming with exact gradients.
+"""One start of the optimisation: a problem's objectives, minimised one after the other.
 
-The solver is SciPy's SLSQP, which handles the thousands of rows of a sampled limit in milliseconds. What it
-has found so far is kept at every step, so that there is an answer whenever it is stopped.
+What has been found so far is kept at every step, so that there is an answer whenever it is stopped.
 """
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from .problem import Problem
+from .sqp import Function, minimise
 
 TOLERANCE = 0.01
 """Margin by which a sample may miss a bound and still count as kept, as a share of its room; the exact
@@ -21,9 +19,11 @@ check afterwards takes it back, with the few per cent that a series rises betwee
 STEPS = 150
 """Iterations of a stand-in; what it gains after that is less than what the next objective gains."""
 LAST_STEPS = 400
-"""Iterations of the goal itself: it nearly always ends by `GAIN` before."""
-GAIN = 1e-5
-"""Change of an objective, a logarithm, at which it is left: a thousandth of a per cent of what it is of."""
+"""Iterations of the last smooth objective: it nearly always ends by `GAIN` before."""
+ROUGH = 1e-3
+"""Fall of a stand-in, a logarithm, at which it is left for the next."""
+GAIN = 1e-4
+"""The same of the last: going on takes as long again for one or two per cent; another start gains more."""
 
 
 class _Stopped(Exception):
@@ -35,16 +35,16 @@ class Search:
     """What one start found.
 
     Attributes:
+        curvature: Of the Lagrangian at the end, as learnt, shape (k n, k n).
         unknowns: The best that keeps to the bounds at all samples, shape (k n,); None if nothing did.
         value: Value of the last objective there.
         history: Seconds since the start and best value so far.
-        evaluations: Evaluations of objectives.
     """
 
+    curvature: np.ndarray
     unknowns: np.ndarray | None = None
     value: float = np.inf
     history: list[tuple[float, float]] = field(default_factory=list)
-    evaluations: int = 0
 
 
 def solve(
@@ -54,8 +54,9 @@ def solve(
     stop: Callable[[], bool] = lambda: False,
     report: Callable[[Search], None] = lambda _: None,
     most: int = LAST_STEPS,
+    curvature: np.ndarray | None = None,
 ) -> Search:
-    """Minimise a problem's objectives one after the other from a start, shape (k n,).
+    """Minimise a problem's smooth objectives one after the other from a start, shape (k n,).
 
     Args:
         problem: Objectives and bounds.
@@ -63,11 +64,13 @@ def solve(
         seconds: Time after which it ends with what there is [s].
         stop: Asked at every step whether to end.
         report: Called whenever something better is found.
-        most: Steps of the last objective at most.
+        most: Steps of the last of them at most.
+        curvature: As an earlier search has learnt it in the same unknowns.
     """
-    search, begun = Search(), time.monotonic()
-    margins, unknowns = _Remembered(problem.margins), np.array(start)
-    values = [_Remembered(partial(problem.value, objective=one)) for one in problem.objectives]
+    begun, margins, unknowns = time.monotonic(), Function(problem.margins), np.array(start)
+    search = Search(np.eye(len(unknowns)) if curvature is None else curvature)
+    values = [Function(partial(problem.value, objective=one)) for one in problem.objectives]
+    smooth = [value for value, one in zip(values, problem.objectives, strict=True) if one.smooth]
 
     def note(at: np.ndarray) -> None:
         """Keep what is best by the last objective; end when asked."""
@@ -82,53 +85,11 @@ def solve(
 
     try:
         note(unknowns)
-        for objective in values:
-            steps = most if objective is values[-1] else STEPS
-            unknowns = _minimise(objective, margins, unknowns, note, search, steps)
+        for objective in smooth:
+            steps, gain = (most, GAIN) if objective is smooth[-1] else (STEPS, ROUGH)
+            for iterate in minimise(objective, margins, unknowns, search.curvature, steps, gain):
+                unknowns, search.curvature = iterate
+                note(unknowns)
     except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
         pass
     return search
-
-
-def _minimise(
-    objective: "_Remembered",
-    margins: "_Remembered",
-    start: np.ndarray,
-    note: Callable[[np.ndarray], None],
-    search: Search,
-    steps: int,
-) -> np.ndarray:
-    """Minimum of one objective; what `note` is given is every iterate."""
-
-    def value(at: np.ndarray) -> float:
-        search.evaluations += 1
-        return objective.value(at)
-
-    rows = {"type": "ineq", "fun": margins.value, "jac": margins.slope}
-    options = {"maxiter": steps, "ftol": GAIN}
-    found = minimize(
-        value, start, jac=objective.slope, method="SLSQP", constraints=[rows], options=options, callback=note
-    )
-    return np.asarray(found.x) if np.all(np.isfinite(found.x)) else start
-
-
-class _Remembered:
-    """A function of one array and its slope, computed once where value and slope are asked for in turn.
-
-    The solver wants slopes at its iterates alone, and values at every step of its line searches too.
-    """
-
-    def __init__(self, function: Callable[[np.ndarray], tuple[Any, Callable[[], np.ndarray]]]) -> None:
-        self._function, self._at = function, np.empty(0)
-
-    def value(self, at: np.ndarray) -> Any:
-        """Value there."""
-        if not np.array_equal(at, self._at):
-            self._value, self._slope = self._function(at)
-            self._at = at.copy()
-        return self._value
-
-    def slope(self, at: np.ndarray) -> np.ndarray:
-        """Slope there."""
-        self.value(at)
-        return self._slope()

@@ -19,7 +19,7 @@ from .goals import Goal
 from .problem import Basis, Problem
 from .setting import Found, Setting
 from .shrink import inside_kinematics, tightened, violations_of
-from .solve import solve
+from .solve import Search, solve
 from .torque_bound import TorqueBound
 from .unknowns import design_model
 
@@ -31,15 +31,15 @@ EVERY = 2
 1 / cos(pi / 10), five per cent, which is taken back afterwards."""
 SETTLED = 2
 """Searches within limits tightened by what a series passed between samples: one leaves a tenth of it."""
-FIRST = 0.6
+FIRST = 0.5
 """Share of the time after which the first of these begins, whatever the search has come to."""
 TRIES = 3
 """Random coefficients that a start tries: where two of them end differs by a fifth."""
-TRY_STEPS = 15
+TRY_STEPS = 12
 """Steps of a try, by the smoothest objective: after them it shows which of two ends a tenth better."""
 APART = 1_000_000
 """Between the seeds of two tries: more than there are starts."""
-TRYING = 0.15
+TRYING = 0.2
 """Share of the time within which a try must be expected to end: the search itself begins anew after it."""
 
 
@@ -58,38 +58,54 @@ def one_start(
     problem = problem_of(goal, setting, setting.periods[seed % len(setting.periods)])
     delivery = Delivery(goal, setting, problem.basis, report)
     try:
-        start = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
-        coarse = FIRST * seconds - delivery.seconds
-        search = solve(problem, problem.unknowns(start), coarse, stop, delivery.now_and_then(problem))
-        best = start if search.unknowns is None else problem.coefficients(search.unknowns)
-        delivery.offer(best)
-        limits, narrower = setting.limits, False
-        if search.unknowns is not None:
-            goal, narrower = delivery.narrowed()
-        for again in range(SETTLED if search.unknowns is not None else 0):
-            left = seconds - delivery.seconds - delivery.takes
-            beyond = _violations(problem.basis.fourier(best), goal, setting)
-            if left <= 0.0 or stop() or not (beyond or (narrower and again == 0)):
-                break
-            limits = tightened(limits, beyond)
-            within = problem_of(goal, replace(setting, limits=limits), problem.basis.period)
-            within = replace(within, objectives=within.objectives[-1:])
-            search = solve(within, within.unknowns(best), left, stop, delivery.now_and_then(within))
-            if search.unknowns is not None:
-                best = within.coefficients(search.unknowns)
-                delivery.offer(best)
-        return delivery.best(seed)
-    except Infeasible as reason:
+        start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
+    except Infeasible as reason:  # no pose is clear of everything
         return str(reason)
+    coarse, note = FIRST * seconds - delivery.seconds, delivery.now_and_then(problem)
+    search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature)
+    delivery.offer(start if search.unknowns is None else problem.coefficients(search.unknowns))
+    if search.unknowns is not None:
+        _settle(problem, search, delivery, setting, seconds, stop)
+    return delivery.best(seed)
+
+
+def _settle(
+    problem: Problem,
+    search: Search,
+    delivery: Delivery,
+    setting: Setting,
+    seconds: float,
+    stop: Callable[[], bool],
+) -> None:
+    """Search on within limits tightened by what a series passed between samples, in the time that is left."""
+    assert search.unknowns is not None
+    (goal, narrower), limits = delivery.narrowed(), setting.limits
+    best = problem.coefficients(search.unknowns)
+    for again in range(SETTLED):
+        left = seconds - delivery.seconds - delivery.takes
+        beyond = _violations(problem.basis.fourier(best), goal, setting)
+        if left <= 0.0 or stop() or not (beyond or (narrower and again == 0)):
+            return
+        limits = tightened(limits, beyond)
+        within = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
+        within = replace(within, scale=problem.scale)  # in whose units the curvature was learnt
+        note, learnt = delivery.now_and_then(within), search.curvature
+        search = solve(within, within.unknowns(best), left, stop, note, curvature=learnt)
+        if search.unknowns is not None:
+            best = within.coefficients(search.unknowns)
+            delivery.offer(best)
 
 
 def best_of_tries(
     goal: Goal, setting: Setting, problem: Problem, seed: int, seconds: float, stop: Callable[[], bool]
-) -> np.ndarray:
-    """Where the most promising of `TRIES` random starts has come to in a few steps, shape (k, n)."""
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Where the most promising of `TRIES` random starts has come to in a few steps, shape (k, n).
+
+    With it goes the curvature that it has learnt, None for nothing.
+    """
     smooth, begun = replace(problem, objectives=problem.objectives[:1]), time.monotonic()
     first = best = random_start(goal, setting, problem.basis, seed)
-    least, takes = np.inf, 0.0
+    least, takes, curvature = np.inf, 0.0, None
     for number in range(TRIES):
         left = seconds - (time.monotonic() - begun)
         if left <= takes or stop():
@@ -98,8 +114,8 @@ def best_of_tries(
         found = solve(smooth, smooth.unknowns(start), left, stop, most=TRY_STEPS)
         takes = max(takes, left - (seconds - (time.monotonic() - begun)))
         if found.unknowns is not None and found.value < least:
-            best, least = problem.coefficients(found.unknowns), found.value
-    return best
+            best, least, curvature = problem.coefficients(found.unknowns), found.value, found.curvature
+    return best, curvature
 
 
 def _violations(series: Sequence[Fourier], goal: Goal, setting: Setting) -> list[Violation]:

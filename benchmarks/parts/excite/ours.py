@@ -12,6 +12,7 @@ from exidyn.identify.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.setting import Setting
@@ -20,7 +21,7 @@ from exidyn.trajectories.search.solve import Search, solve
 from exidyn.trajectories.search.start import problem_of, random_start
 
 from .arm import RATE, Arm, States
-from .peers import DURATION, HARMONICS, Best, Clock, PeerResult
+from .peers import DURATION, Best, Clock, PeerResult
 
 FAR = 1e4
 """Acceleration and jerk limits that bind nowhere [rad/s^2, rad/s^3]: the other tools know none."""
@@ -36,7 +37,7 @@ def setting_of(arm: Arm, collisions: bool) -> tuple[Identify, Setting]:
         geometry = read_geometry(arm.urdf, [arm.packages])
         if geometry is not None:
             clearances.append(Collision.of(arm.model.robot, geometry))
-    setting = Setting(limits, HARMONICS, (DURATION,), clearances)
+    setting = Setting(limits, Wishes().harmonics, (DURATION,), clearances)
     return Identify(Experiment.of(arm.model)), setting
 
 

@@ -1,7 +1,8 @@
 """What finds an exciting trajectory without our optimiser: random search, and plain SLSQP.
 
-Both search the same Fourier series, as long as FIGAROH's trajectory, with the same limits, criterion and
-clock. Every candidate that counts is judged afterwards, densely, off the clock.
+Both search Fourier series as we do, as long as FIGAROH's trajectory, with the same limits, criterion and
+clock, and with few harmonics as well as with many. Every candidate that counts is judged afterwards,
+densely, off the clock.
 """
 
 import time
@@ -17,12 +18,12 @@ from .arm import RATE, Arm, States, Verdict
 
 DURATION = 12.0
 """Length of every trajectory: six moves of two seconds in FIGAROH's UR10 example [s]."""
-HARMONICS = 5
+HARMONICS = (5, 12)
+"""Few, with which differences are quick, and as many as exidyn takes."""
 SEARCH_RATE = 20.0
 """Samples a second while searching, as in FIGAROH's UR10 example [Hz]."""
-CONSTRAINT_RATE = 10.0
-"""Samples a second at which SLSQP sees the limits: 24 a period of the highest harmonic, so that a peak
-between them is at most 0.9 % higher [Hz]."""
+CONSTRAINT_SAMPLES = 24
+"""Of the limits that SLSQP sees, a period of the highest harmonic: a peak between is at most 0.9 % higher."""
 CLEARANCE_RATE = 5.0
 """Samples a second at which SLSQP sees the clearance of the links [Hz]; FIGAROH sees one a way-point."""
 CLEARANCE = 0.01
@@ -91,12 +92,12 @@ class Series:
     Coefficients are one vector: for each of 1 + 2 harmonics functions, n values, one a joint.
     """
 
-    def __init__(self, joints: int, rate: float, duration: float = DURATION) -> None:
-        time_axis = np.arange(round(duration * rate)) / rate
-        w = 2 * np.pi / duration * np.arange(1, HARMONICS + 1)
+    def __init__(self, joints: int, harmonics: int, rate: float) -> None:
+        time_axis = np.arange(round(DURATION * rate)) / rate
+        w = 2 * np.pi / DURATION * np.arange(1, harmonics + 1)
         sine, cosine = np.sin(np.outer(time_axis, w)), np.cos(np.outer(time_axis, w))
         one = np.ones((len(time_axis), 1))
-        self.joints = joints
+        self.joints, self.harmonics = joints, harmonics
         self._position = np.hstack([one, sine, cosine])
         self._velocity = np.hstack([0 * one, w * cosine, -w * sine])
         self._acceleration = np.hstack([0 * one, -(w**2) * sine, -(w**2) * cosine])
@@ -111,12 +112,13 @@ def random_search(
     arm: Arm,
     budget_seconds: float,
     seed: int,
+    harmonics: int,
     *,
     collisions: bool = False,
     clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """Best of as many random series, scaled into the limits, as the budget allows."""
-    random, grid = np.random.default_rng(seed), Series(arm.dof, SEARCH_RATE)
+    random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
     found, best, tried, start = [], np.inf, 0, clock()
     while clock() - start < budget_seconds:
         tried += 1
@@ -128,13 +130,13 @@ def random_search(
         if condition < best and not (collisions and not arm.clear(states.position)):
             best = condition
             found.append((clock() - start, coefficients))
-    return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], collisions)
+    return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], grid, collisions)
 
 
 def random_coefficients(arm: Arm, grid: Series, random: np.random.Generator) -> np.ndarray | None:
     """A random series scaled to the largest amplitude that the limits allow; none if torque forbids it."""
     limits, n = arm.limits, arm.dof
-    wave = random.normal(size=(2, HARMONICS, n)) / np.arange(1, HARMONICS + 1)[:, None]
+    wave = random.normal(size=(2, grid.harmonics, n)) / np.arange(1, grid.harmonics + 1)[:, None]
     table = np.concatenate([np.zeros((1, n)), wave.reshape(-1, n)])
     trial = grid.at(table.ravel())
     half = 0.5 * (limits.position_upper - limits.position_lower)
@@ -159,6 +161,7 @@ def slsqp(
     arm: Arm,
     budget_seconds: float,
     seed: int,
+    harmonics: int,
     *,
     collisions: bool = False,
     clock: Clock = time.perf_counter,
@@ -168,7 +171,7 @@ def slsqp(
     Position, velocity and torque limits are sampled inequality constraints, and so is, if `collisions`
     count, the clearance of every pair of links; starts are clear then.
     """
-    random, grid = np.random.default_rng(seed), Series(arm.dof, SEARCH_RATE)
+    random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
     found: list[tuple[float, np.ndarray]] = []
     start = clock()
 
@@ -183,7 +186,7 @@ def slsqp(
     def keep(coefficients: np.ndarray) -> None:
         found.append((clock() - start, coefficients.copy()))
 
-    limits, starts, finished = _Limits(arm, collisions), 0, 0
+    limits, starts, finished = _Limits(arm, harmonics, collisions), 0, 0
     try:
         while clock() - start < budget_seconds:
             guess = random_coefficients(arm, grid, random)
@@ -203,7 +206,7 @@ def slsqp(
     except _Expired:
         pass
     notes = [f"{starts} starts, {finished} of them ended, {len(found) - starts} iterations"]
-    return _judged("finite-difference SLSQP", arm, found, clock() - start, notes, collisions)
+    return _judged("finite-difference SLSQP", arm, found, clock() - start, notes, grid, collisions)
 
 
 class _Limits:
@@ -213,8 +216,10 @@ class _Limits:
     `collisions` count.
     """
 
-    def __init__(self, arm: Arm, collisions: bool) -> None:
-        self.arm, self.grid, self.collisions = arm, Series(arm.dof, CONSTRAINT_RATE), collisions
+    def __init__(self, arm: Arm, harmonics: int, collisions: bool) -> None:
+        rate = CONSTRAINT_SAMPLES * harmonics / DURATION
+        self.arm, self.grid, self.collisions = arm, Series(arm.dof, harmonics, rate), collisions
+        self.clearances = slice(None, None, round(rate / CLEARANCE_RATE))
         limits = arm.limits
         self.middle = 0.5 * (limits.position_lower + limits.position_upper)
         self.half = 0.5 * (limits.position_upper - limits.position_lower)
@@ -228,7 +233,7 @@ class _Limits:
         ]
         rows = [side.ravel() for share in shares for side in (1 - share, 1 + share)]
         if self.collisions:
-            seen = states.position[:: round(CONSTRAINT_RATE / CLEARANCE_RATE)]
+            seen = states.position[self.clearances]
             apart = np.minimum(self.arm.clearance(seen), SCREEN)
             rows.append((apart - CLEARANCE) / SCREEN)
         return np.concatenate(rows)
@@ -240,9 +245,10 @@ def _judged(
     found: list[tuple[float, np.ndarray]],
     seconds: float,
     notes: list[str],
+    grid: Series,
     collisions: bool,
 ) -> PeerResult:
-    best, dense = Best(arm, collisions), Series(arm.dof, RATE)
+    best, dense = Best(arm, collisions), Series(arm.dof, grid.harmonics, RATE)
     for when, coefficients in found:
         best.offer(when, dense.at(coefficients))
     return best.result(name, seconds, notes)

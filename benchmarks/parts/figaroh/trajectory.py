@@ -22,10 +22,10 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from ..excite.arm import RATE, Arm, States
-from ..excite.peers import Clock
+from ..excite.peers import DURATION, Clock
 
-SEGMENT = 2.0
-"""Between two way-points of FIGAROH's UR10 example [s]."""
+WAY_POINTS = 7
+"""Of FIGAROH's UR10 example, two seconds apart."""
 TICK = 0.5
 """Between looks at the clock [s]."""
 
@@ -36,6 +36,7 @@ class FigarohSettings(NamedTuple):
     Attributes:
         collisions: With the collision geometry, at exact distances only below the `screen`.
         screen: Clearance above which a pair counts as clear; FIGAROH offers it for speed [m].
+        way_points: In the same time; more give it more freedom.
         unit_columns: Minimise the condition number that is judged here, of our base columns scaled to
             unit length, in place of FIGAROH's own of its base columns as they are.
     """
@@ -43,6 +44,7 @@ class FigarohSettings(NamedTuple):
     collisions: bool = False
     screen: float | None = 0.02
     unit_columns: bool = False
+    way_points: int = WAY_POINTS
 
     @property
     def name(self) -> str:
@@ -50,6 +52,8 @@ class FigarohSettings(NamedTuple):
         parts = ["FIGAROH"]
         if self.unit_columns:
             parts.append("with this criterion")
+        if self.way_points != WAY_POINTS:
+            parts.append(f"{self.way_points} way-points")
         if self.collisions:
             parts.append("clear of itself")
         return ", ".join(parts)
@@ -222,7 +226,8 @@ def _configuration(joints: list[str], margin: float, settings: FigarohSettings) 
     problem: dict[str, Any] = {"soft_lim": margin, "max_attempts": 500, "max_iterations": 100}
     if settings.collisions:
         problem["collision_screen"] = settings.screen
-    trajectory = {"waypoints": 7, "frequency": 20, "segment_duration": SEGMENT}
+    apart = DURATION / (settings.way_points - 1)
+    trajectory = {"waypoints": settings.way_points, "frequency": 20, "segment_duration": apart}
     unknown = [0.0] * len(joints)
     mechanics = {
         "friction_coefficients": {"viscous": unknown, "static": unknown},

@@ -263,7 +263,7 @@ def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
 
     def reached(tries):
         monkeypatch.setattr("exidyn.trajectories.search.start.TRIES", tries)
-        best = best_of_tries(goal(), setting(), problem, 5, NEVER, never)
+        best, _ = best_of_tries(goal(), setting(), problem, 5, NEVER, never)
         return problem.value(problem.unknowns(best), problem.objectives[0])[0]
 
     alone = random_start(goal(), setting(), problem.basis, 5)
@@ -275,7 +275,8 @@ def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
 
 def test_without_time_for_a_try_a_start_is_as_drawn():
     problem = problem_of(goal(), setting(), 4.0)
-    found = best_of_tries(goal(), setting(), problem, 5, 0.0, never)
+    found, curvature = best_of_tries(goal(), setting(), problem, 5, 0.0, never)
+    assert curvature is None
     np.testing.assert_array_equal(found, random_start(goal(), setting(), problem.basis, 5))
 
 

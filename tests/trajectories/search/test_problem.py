@@ -174,11 +174,15 @@ def test_margins_and_their_slopes(series):
     states = problem.basis.states(problem.coefficients(unknowns))
     expected = [bound.margins(type(states)(*(part[::4] for part in states))).value for bound in bounds]
     np.testing.assert_allclose(value, np.concatenate([part.ravel() for part in expected]), atol=1e-12)
-    assert slope().shape == (value.size, unknowns.size)
+    every = np.arange(value.size)
+    assert slope(every).shape == (value.size, unknowns.size)
+    some = np.array([0, 3, value.size - 1])
+    np.testing.assert_array_equal(slope(some), slope(every)[some])
+    assert slope(some[:0]).shape == (0, unknowns.size)
     direction = np.random.default_rng(3).normal(size=unknowns.size)
     differences = along(lambda u: problem.margins(u)[0], unknowns, direction, 1e-7)
     np.testing.assert_allclose(
-        slope() @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
+        slope(every) @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
     )
 
 
