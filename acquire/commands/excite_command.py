@@ -92,10 +92,10 @@ MOTION = (
         OPTIMISED,
     ),
     Option("--joints JOINT...", "for the other kinds; default: all"),
-    Option("--length S", "seconds", any_number, 40.0),
+    Option("--length S", "seconds", any_number, Wishes.seconds),
     Option("--period S", "base period; default: several are tried", any_number),
-    Option("--harmonics N", "of each joint", integer, 12),
-    Option("--tick S", "controller cycle", any_number, 0.002),
+    Option("--harmonics N", "of each joint", integer, Wishes.harmonics),
+    Option("--tick S", "controller cycle", any_number, Wishes.tick),
     Option("--start Q...", "pose to begin and end at [rad]", any_number),
 )
 LIMITS = (
@@ -106,7 +106,7 @@ LIMITS = (
         "--sure SHARE",
         "share of possible arms (priors, fit) that must keep to the torque limits; 0: the nominal arm",
         any_number,
-        0.95,
+        Wishes.sure,
     ),
     CELL,
     Option("--collision-distance M", "between bodies", positive, 0.02),

@@ -11,6 +11,7 @@ from exidyn.identify.fit.fit import Fit
 from ..clearances.clearance import Clearance
 from ..errors import BadLimits
 from ..limits.usable_limits import Margins
+from ..search.setting import Setting
 
 THERE_AND_BACK = (4.0, 3.0, 2.0)
 """Base periods to try where none is given, in times that the slowest joint takes across its range: there
@@ -50,7 +51,7 @@ class Wishes:
     """
 
     criterion: str = "condition"
-    harmonics: int = 12
+    harmonics: int = Setting.harmonics
     period: float | None = None
     seconds: float = 40.0
     series: int = 1

@@ -24,7 +24,7 @@ class Setting:
     """
 
     limits: Limits
-    harmonics: int = 5
+    harmonics: int = 12
     periods: tuple[float, ...] = (10.0,)
     clearances: Sequence[Clearance] = ()
     series: int = 1

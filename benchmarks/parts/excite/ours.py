@@ -13,12 +13,13 @@ from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.search.excite import SETTLES
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.shrink import shrink_inside
 from exidyn.trajectories.search.solve import Search, solve
-from exidyn.trajectories.search.start import problem_of, random_start
+from exidyn.trajectories.search.start import TRYING, best_of_tries, problem_of, random_start
 
 from .arm import RATE, Arm, States
 from .peers import DURATION, Best, Clock, PeerResult
@@ -27,7 +28,7 @@ FAR = 1e4
 """Acceleration and jerk limits that bind nowhere [rad/s^2, rad/s^3]: the other tools know none."""
 
 
-def setting_of(arm: Arm, collisions: bool) -> tuple[Identify, Setting]:
+def setting_of(arm: Arm, collisions: bool, harmonics: int = Wishes().harmonics) -> tuple[Identify, Setting]:
     """Goal and setting for the arm, without limits of acceleration and jerk."""
     n, given = arm.dof, arm.limits
     far = np.full(n, FAR)
@@ -37,7 +38,7 @@ def setting_of(arm: Arm, collisions: bool) -> tuple[Identify, Setting]:
         geometry = read_geometry(arm.urdf, [arm.packages])
         if geometry is not None:
             clearances.append(Collision.of(arm.model.robot, geometry))
-    setting = Setting(limits, Wishes().harmonics, (DURATION,), clearances)
+    setting = Setting(limits, harmonics, (DURATION,), clearances)
     return Identify(Experiment.of(arm.model)), setting
 
 
@@ -45,23 +46,32 @@ def ours(
     arm: Arm,
     budget_seconds: float,
     seed: int,
+    harmonics: int = Wishes().harmonics,
     *,
     collisions: bool = False,
     clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """One start after another while the budget lasts, in one process; the best after the exact check."""
-    goal, setting = setting_of(arm, collisions)
+    goal, setting = setting_of(arm, collisions, harmonics)
     best, begun, starts, found = Best(arm, collisions), clock(), 0, []
     while clock() - begun < budget_seconds:
-        problem = problem_of(goal, setting, DURATION)
-        start = problem.unknowns(random_start(goal, setting, problem.basis, 1000 * seed + starts))
+        problem, left = problem_of(goal, setting, DURATION), budget_seconds - (clock() - begun)
+        drawn, curvature = best_of_tries(
+            goal, setting, problem, 1000 * seed + starts, min(TRYING * left, SETTLES), lambda: False
+        )
         steps: list[tuple[float, np.ndarray]] = []
 
         def note(search: Search, steps: list[tuple[float, np.ndarray]] = steps) -> None:
             if search.unknowns is not None:
                 steps.append((clock() - begun, search.unknowns))
 
-        solve(problem, start, stop=lambda: clock() - begun > budget_seconds, report=note)
+        solve(
+            problem,
+            problem.unknowns(drawn),
+            stop=lambda: clock() - begun > budget_seconds,
+            report=note,
+            curvature=curvature,
+        )
         found += [(when, problem.basis.fourier(problem.coefficients(at))[0]) for when, at in steps]
         starts += 1
     seconds = clock() - begun
