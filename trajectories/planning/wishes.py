@@ -13,9 +13,9 @@ from ..errors import BadLimits
 from ..limits.usable_limits import Margins
 from ..search.setting import Setting
 
-THERE_AND_BACK = (4.0, 3.0, 2.0)
+THERE_AND_BACK = (4.0, 3.0)
 """Base periods to try where none is given, in times that the slowest joint takes across its range: there
-and back at half its speed, so that faster harmonics have room, at two thirds of it, and at full speed."""
+and back at half its speed, so that faster harmonics have room, and at two thirds of it."""
 MOST = {"harmonics": 25, "trajectories": 6}
 """A step of the search takes as the cube of what is searched, and cannot be interrupted: with these it still
 is a matter of seconds."""

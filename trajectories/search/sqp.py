@@ -19,6 +19,8 @@ NEAR = 0.5
 of rows of a sampled limit some hundreds are; one that comes nearer is a row of the next step."""
 LONGEST = 1.0
 """Change of a variable in one step at most: in a search's units, the most it may be within its limits."""
+FARTHER = 3.0
+"""How much longer a step may be than the one before: one that was shortened shows how far the model holds."""
 PENALTY = 1.5
 """Penalty on a violation, over the sum of the multipliers: above one the minimum keeps to the bounds."""
 FALL = 1e-4
@@ -124,10 +126,10 @@ def minimise(
         steps: At most.
         gain: Fall of the function in a step that is little.
     """
-    here, penalty, fresh = Point.of(function, margins, start), 1.0, False
+    here, penalty, reach, fresh = Point.of(function, margins, start), 1.0, LONGEST, False
     falls: deque[float] = deque(maxlen=PATIENCE)
     for _ in range(steps):
-        step = _proposed(here, curvature, penalty)
+        step = _proposed(here, curvature, penalty, reach)
         there = step and _shortened(function, margins, here, step)
         if not step or not there:  # rounding, or a model that is far off: once more without what it learnt
             if fresh:
@@ -136,13 +138,14 @@ def minimise(
             continue
         curvature, fresh = _learnt(curvature, here, there, step.multipliers), False
         falls.append(_merit(here, step.penalty) - _merit(there, step.penalty))
+        reach = min(LONGEST, FARTHER * float(np.max(np.abs(there.at - here.at))))
         here, penalty = there, step.penalty
         yield here.at, curvature
         if len(falls) == PATIENCE and max(falls) < gain and _worst(here.margin) < KEPT:
             break
 
 
-def _proposed(here: Point, curvature: np.ndarray, penalty: float) -> Step | None:
+def _proposed(here: Point, curvature: np.ndarray, penalty: float, reach: float) -> Step | None:
     """Minimum of the model. One more variable is the worst violation that is left, at the penalty's price.
 
     None where rounding leaves the solver without an answer.
@@ -153,8 +156,8 @@ def _proposed(here: Point, curvature: np.ndarray, penalty: float) -> Step | None
     hessian, gradient = np.eye(size), np.append(here.gradient, penalty)
     hessian[:count, :count] = curvature
     relief = np.full(len(margin), float(worst > 0.0))
-    lower = np.concatenate([np.full(count, -LONGEST), [0.0], -margin])
-    upper = np.concatenate([np.full(count, LONGEST), [worst or FAR], np.full(len(margin), FAR)])
+    lower = np.concatenate([np.full(count, -reach), [0.0], -margin])
+    upper = np.concatenate([np.full(count, reach), [worst or FAR], np.full(len(margin), FAR)])
     table = np.column_stack([here.slopes, relief])
     found, _, flag, more = daqp.solve(hessian, gradient, table, upper, lower, np.zeros(len(lower), np.int32))
     if flag < 1 or not np.all(np.isfinite(found)):
