@@ -17,8 +17,8 @@ from exidyn.identify.model import Model
 from ..errors import UnknownChoice
 
 WIDEST = 0.03
-"""Velocity over which friction reverses in a design at most [rad/s]: where it is wider, a search makes a joint
-creep within it, whose friction then seems small."""
+"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search makes a joint
+creep, whose friction then seems small."""
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
