@@ -20,7 +20,7 @@ of rows of a sampled limit some hundreds are; one that comes nearer is a row of 
 LONGEST = 1.0
 """Change of a variable in one step at most: in a search's units, the most it may be within its limits."""
 FARTHER = 3.0
-"""How much longer a step may be than the one before: one that was shortened shows how far the model holds."""
+"""How much longer a step may be than the last: one that was shortened shows how far the model holds."""
 PENALTY = 1.5
 """Penalty on a violation, over the sum of the multipliers: above one the minimum keeps to the bounds."""
 FALL = 1e-4
@@ -148,7 +148,7 @@ def minimise(
 def _proposed(here: Point, curvature: np.ndarray, penalty: float, reach: float) -> Step | None:
     """Minimum of the model. One more variable is the worst violation that is left, at the penalty's price.
 
-    None where rounding leaves the solver without an answer.
+    None where nothing is left to gain, or rounding leaves the solver without an answer.
     """
     margin, count = here.margin[here.rows], len(here.at)
     worst = _worst(here.margin)
@@ -160,13 +160,13 @@ def _proposed(here: Point, curvature: np.ndarray, penalty: float, reach: float) 
     upper = np.concatenate([np.full(count, reach), [worst or FAR], np.full(len(margin), FAR)])
     table = np.column_stack([here.slopes, relief])
     found, _, flag, more = daqp.solve(hessian, gradient, table, upper, lower, np.zeros(len(lower), np.int32))
-    if flag < 1 or not np.all(np.isfinite(found)):
+    if flag < 1:
         return None
     multipliers = np.zeros(len(here.margin))
     multipliers[here.rows] = -np.asarray(more["lam"])[size:]
     penalty = max(penalty, PENALTY * float(np.sum(multipliers)))
     fall = penalty * (worst - found[count]) - here.gradient @ found[:count]
-    return Step(found[:count], multipliers, penalty, fall)
+    return Step(found[:count], multipliers, penalty, fall) if fall > 0.0 else None
 
 
 def _worst(margin: np.ndarray) -> float:

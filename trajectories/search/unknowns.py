@@ -17,7 +17,7 @@ from exidyn.identify.model import Model
 from ..errors import UnknownChoice
 
 WIDEST = 0.03
-"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search makes a joint
+"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search lets joints
 creep, whose friction then seems small."""
 
 
