@@ -137,7 +137,8 @@ def minimise(
             curvature, fresh = np.eye(len(start)), True
             continue
         curvature, fresh = _learnt(curvature, here, there, step.multipliers), False
-        falls.append(_merit(here, step.penalty) - _merit(there, step.penalty))
+        held = float(np.max(np.abs(step.change))) > 0.99 * reach  # a longer step might have brought more
+        falls.append(np.inf if held else _merit(here, step.penalty) - _merit(there, step.penalty))
         reach = min(LONGEST, FARTHER * float(np.max(np.abs(there.at - here.at))))
         here, penalty = there, step.penalty
         yield here.at, curvature
