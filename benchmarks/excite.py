@@ -58,17 +58,18 @@ def against_peers(
     arm: Arm, budget: float, seeds: Sequence[int], collisions: bool, kept: Kept
 ) -> dict[str, Any]:
     """Condition number of every tool within the same time, and how long it took to reach it."""
+    quick = budget <= QUICK_BUDGET
     searches = {"exidyn": ours, "random search": random_search, "SLSQP, differences": slsqp}
     tools: dict[str, Callable[[int], PeerResult]] = {
         f"{name}, {many} harmonics": partial(_search, search, arm, budget, many, collisions)
         for name, search in searches.items()
-        for many in (OURS if search is ours else HARMONICS)
+        for many in (OURS if search is ours else HARMONICS)[: 1 if quick else None]
     }
     absent = figaroh_excitation.why_absent()
     if absent:
         print(absent)
     else:
-        for settings in FIGAROH if budget > QUICK_BUDGET else FIGAROH[:1]:
+        for settings in FIGAROH[: 1 if quick else None]:
             settings = settings._replace(collisions=collisions)
             tools[settings.name] = partial(_figaroh, arm, budget, settings)
     how = "with self-collision" if collisions else "without self-collision"

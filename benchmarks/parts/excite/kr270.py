@@ -68,7 +68,7 @@ def deviations(motion: Motion, noise: np.ndarray) -> tuple[np.ndarray, float]:
 
 def run(quick: bool) -> dict[str, Any]:
     """Figures and a table."""
-    length, seconds, randoms = (10.0, 3.0, 2) if quick else (36.0, 120.0, 10)
+    length, seconds, randoms = (10.0, 2.0, 2) if quick else (36.0, 120.0, 10)
     best = optimised(length, seconds)
     duration, limits = float(best.time[-1]), plant().robot.limits
     motions = [random_fourier(limits, duration, seed=seed).at(best.time) for seed in range(randoms)]

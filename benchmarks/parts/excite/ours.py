@@ -38,7 +38,7 @@ def setting_of(arm: Arm, collisions: bool, harmonics: int = Wishes().harmonics) 
         geometry = read_geometry(arm.urdf, [arm.packages])
         if geometry is not None:
             clearances.append(Collision.of(arm.model.robot, geometry))
-    setting = Setting(limits, harmonics, (DURATION,), clearances)
+    setting = Setting(limits, harmonics, (DURATION,), clearances, tick=1.0 / RATE)
     return Identify(Experiment.of(arm.model)), setting
 
 
