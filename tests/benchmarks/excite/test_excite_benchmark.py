@@ -35,7 +35,7 @@ def result(name, *history):
 def test_speedup_is_of_the_time_at_which_the_best_of_the_others_ended(capsys):
     mine = [result("exidyn", (0.5, 9.0), (1.0, 5.0), (4.0, 3.0)), result("exidyn", (2.0, 4.0), (3.0, 2.5))]
     peers = {"slow": [result("slow", (10.0, 8.0), (30.0, 5.0))], "bad": [result("bad", (1.0, 7.0))]}
-    ratio, speedup = _compare("peer", mine, peers)
+    ratio, speedup = _compare("peer", "exidyn", mine, peers)
     assert ratio == pytest.approx(0.5)
     assert speedup == pytest.approx(30.0 / 1.5)  # the median of our seeds
     assert "best peer: slow" in capsys.readouterr().out
