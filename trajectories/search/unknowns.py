@@ -4,7 +4,7 @@ Unknowns are effects whose columns are first derivatives.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,13 +16,12 @@ from exidyn.identify.model import Model
 
 from ..errors import UnknownChoice
 
-WIDEST = 0.03
-"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search lets joints
-creep, whose friction then seems small."""
+WIDEST = 0.1
+"""Velocity over which friction reverses in a design at most [rad/s]: beyond, viscous friction is like it."""
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
-    """The model with every reversal, also within its effects, as wide as a velocity changes between samples.
+    """The model with every reversal as wide as what a velocity changes between two samples.
 
     Friction that reverses within milliradians a second is a step between two samples, whose gradient is zero
     everywhere else. A row of the equations is a mean over its time, in which it reverses as gradually as
@@ -34,29 +33,15 @@ def design_model(model: Model, limits: Limits, spacing: float) -> Model:
         spacing: Time between samples [s].
     """
     change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half of it: a sinusoid's mean
-    return _gradual(model, min(change, WIDEST))
-
-
-def _gradual(model: Model, width: float) -> Model:
-    return replace(model, effects=tuple(_gradual_effect(effect, width) for effect in model.effects))
-
-
-def _gradual_effect(effect: Effect, width: float) -> Effect:
-    """An effect with what it contains.
-
-    Else a drive gain, whose column is a model's torque, would seem to be known from the difference between
-    sharp and gradual friction.
-    """
-    changed: dict[str, object] = {}
-    for name in (field.name for field in fields(effect)):
-        part = getattr(effect, name)
-        if isinstance(part, Model):
-            changed[name] = _gradual(part, width)
-        elif isinstance(part, Effect):
-            changed[name] = _gradual_effect(part, width)
-        elif name == "reversal":
-            changed[name] = max(float(part), min(width, effect.shapes()[name].high))
-    return replace(effect, **changed)
+    effects = []
+    for effect in model.effects:
+        shapes = effect.shapes()
+        if "reversal" in shapes:
+            stated = float(getattr(effect, "reversal"))  # noqa: B009
+            width = max(stated, min(change, WIDEST, shapes["reversal"].high))
+            effect = replace(effect, reversal=width)  # type: ignore[call-arg]
+        effects.append(effect)
+    return replace(model, effects=tuple(effects))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.model import Model
 from exidyn.trajectories.errors import UnknownChoice
-from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, volume, worst
+from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, worst
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.unknowns import (
@@ -126,32 +126,6 @@ def test_friction_turns_over_what_a_sample_covers():
     assert design_model(of, limits(), 10.0).effects[1].reversal == WIDEST
     assert design_model(of, limits(), 10.0).effects[0] == RigidBody()
     assert design_model(of, limits(), 1e-5).robot is of.robot
-
-
-def test_friction_within_an_effect_turns_with_it():
-    """Else a gain would seem to be known from the difference between the two."""
-    of = with_drive_gains(with_shapes(two_joints.model(), ["coulomb_friction"]))
-    gains, shapes = of.effects[-1], next(e for e in of.effects if isinstance(e, ShapesOf))
-    seen = design_model(of, limits(), 0.005)
-    assert seen.effects[-1].model.effects[2].reversal == pytest.approx(0.0285)
-    assert next(e for e in seen.effects if isinstance(e, ShapesOf)).effect.reversal == pytest.approx(0.0285)
-    assert gains.model.effects[2].reversal == shapes.effect.reversal < 0.0285
-
-
-def test_a_gain_is_known_as_well_however_gradual_friction_is():
-    """Its column without what the others explain of it is what the known payload makes, and no friction."""
-    loaded = replace(two_joints.model(Payload("L", two_joints.MASS)), stated=FRICTION)
-    of = Experiment.of(with_drive_gains(loaded), payloads=("", "L"))
-    at, place = motion(samples=400), list(of.base.names).index("gain1")
-
-    def left(spacing):
-        (objective,) = Identify(of, criterion=volume).objectives(limits(), spacing)
-        columns = np.concatenate(objective.experiment.columns(at)).reshape(-1, len(of.base.names))
-        others = np.delete(columns, place, axis=1)
-        fit = np.linalg.lstsq(others, columns[:, place], rcond=None)[0]
-        return np.linalg.norm(columns[:, place] - others @ fit)
-
-    assert left(0.005) == pytest.approx(left(1e-5), rel=0.02)
 
 
 def test_friction_that_turns_more_gradually_stays_as_it_is():
