@@ -16,8 +16,9 @@ from exidyn.identify.model import Model
 
 from ..errors import UnknownChoice
 
-WIDEST = 0.1
-"""Velocity over which friction reverses in a design at most [rad/s]: beyond, viscous friction is like it."""
+WIDEST = 0.03
+"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search lets joints
+creep, whose friction then seems small."""
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
