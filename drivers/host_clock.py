@@ -1,4 +1,4 @@
-"""The host's clock: ticks at absolute deadlines, what time it is, and how long answers usually take."""
+"""The host's clock: ticks at absolute deadlines, what time it is, its pauses, how long answers usually take."""
 
 import time
 from typing import NamedTuple
@@ -44,6 +44,52 @@ class HostClock:
         self._deadline += skipped * self._cycle
         self._number += 1 + skipped
         return Tick(self._number, late * 1e-9, skipped)
+
+
+BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+"""Of Linux, which counts the time in which a laptop was suspended too."""
+EARLY = 0.8
+"""Share of the drives' patience after which a pause counts [-]: they may have heard the host last a while before
+it paused, such as by a heartbeat that is sent eight times in that time."""
+
+
+class Pause:
+    """Notices when the host has sent nothing for so long that drives stop by themselves: it was paused, suspended
+    or too busy. What it would send next could switch them on again.
+
+    Args:
+        patience: Silence of the host after which drives stop by themselves [s].
+
+    Attributes:
+        seconds: Length of the first such pause [s]; 0.0 for none.
+    """
+
+    def __init__(self, patience: float) -> None:
+        self.patience, self.seconds = patience, 0.0
+        self._limit, self._last = EARLY * patience * 1e9, 0
+
+    def begin(self) -> None:
+        """From here on the time until the next sending counts, and no pause before."""
+        self.seconds, self._last = 0.0, time.clock_gettime_ns(BOOT_CLOCK)
+
+    def noticed(self) -> bool:
+        """Call right before something is sent: whether it must not be, since the host was silent for too long.
+
+        It is said of the first sending after a pause only, so that a stop can follow.
+        """
+        now = time.clock_gettime_ns(BOOT_CLOCK)
+        silent, self._last = now - self._last, now
+        if silent <= self._limit or silent == now:
+            return False
+        self.seconds = self.seconds or 1e-9 * silent
+        return True
+
+    def text(self) -> str:
+        """The pause as a fault."""
+        return (
+            f"this computer sent nothing for {self.seconds:.2f} s, and drives stop by themselves after "
+            f"{self.patience:g} s: they are not switched on again, and nothing more is commanded"
+        )
 
 
 LONGER, SHORTER = 20e-6, 2e-6

@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from threading import Thread
 
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.identify.model import Model
@@ -14,16 +13,21 @@ from exidyn.identify.recordings.recording import KnownPayload
 
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
 from ..arguments.parser import complaint
+from ..run.announcer import BLOCKED, Announcer
 from ..run.errors import print_line
 from ..run.frames import END, text_frame
 from ..run.perform import Job, Outcome, perform
 from ..run.pipe import PipeSink, Sink
 from ..run.realtime import realtime
 from ..run.recorder import RunHead, part_of, start_recorder
-from ..run.stopping.standstill import Standstill
+from ..run.stopping.standstill import unknown_at_end
 from ..run.stopping.stop import StopRequests
 from ..terminal import run_summary
 from ..terminal.json_output import print_written
+
+
+BLOCKED_LOOP = f"the driver or this computer has been blocked for {BLOCKED:g} s"
+"""What is not known then, while it lasts."""
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:
@@ -103,7 +107,8 @@ def run_recorded(
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
-        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings, _alarm_at_once)
+        announcer = stack.enter_context(Announcer(alarm, unknown_at_end(BLOCKED_LOOP).text))
+        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings, announcer)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
@@ -115,14 +120,8 @@ def _print_warnings(info: Info) -> None:
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
-def _alarm_at_once(standstill: Standstill) -> None:
-    """Print that the arm moves, or may, in a thread: a stopped terminal must not hold up the driver."""
-    if not standstill.stands:
-        Thread(target=alarm, args=(standstill.text,), daemon=True).start()
-
-
 def alarm(text: str) -> None:
-    """Print, as the last line of a command too, that the arm moves, or may."""
+    """Print what a person must know at once, and as the last line of a command that the arm moves, or may."""
     if text:
         print_line(complaint(f"exidyn: {text}"))
 

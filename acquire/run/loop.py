@@ -12,6 +12,7 @@ from exidyn.drivers import Command, Driver, DriverError, Sample, StopLevel
 from exidyn.drivers.values import any_of, checked
 from exidyn.trajectories.trajectory import Trajectory
 
+from .announcer import Silent
 from .frames import STAGES, Event, event_frame, sample_frame
 from .pipe import Nobody, Sink
 from .player import BRAKING, LISTENING, Player
@@ -40,6 +41,7 @@ class Counts:
         lateness: Lateness of each exchange [s].
         work: Processor time of this thread in each cycle, from one exchange to the next [s].
         driver_work: Processor time within each exchange [s].
+        block: By how much longer than a cycle the loop took to come round, at most [s].
     """
 
     cycles: int = 0
@@ -48,6 +50,7 @@ class Counts:
     lateness: list[float] = field(default_factory=list)
     work: list[float] = field(default_factory=list)
     driver_work: list[float] = field(default_factory=list)
+    block: float = 0.0
 
     def add(self, sample: Sample) -> None:
         """Count one sample."""
@@ -68,6 +71,7 @@ class Loop:
         head: The frame that explains the run to them, ready but for the time of the first sample.
         asked: What a person asks for.
         signs: Signs that a stop does not work; None where something else moves the arm.
+        announcer: Tells a person at once what happens.
 
     Attributes:
         counts: What happened to the cycles.
@@ -84,6 +88,7 @@ class Loop:
         head: Callable[[Sample], bytes] | None = None,
         asked: Callable[[], Stop | None] = lambda: None,
         signs: Signs | None = None,
+        announcer: Silent | None = None,
     ) -> None:
         self._driver, self._watch, self._cycle_time = driver, watch, cycle
         self._sinks, self._head, self._asked, self._signs = [*sinks], head, asked, signs
@@ -92,9 +97,10 @@ class Loop:
         self._unsent: Command | None = None
         self._stage = -1
         self._lost, self._failures = "", 0
-        self._listened, self._used = 0, 0
+        self._listened, self._used, self._began = 0, 0, 0.0
+        self._announcer = announcer or Silent()
         self.counts = Counts()
-        self.stops = Stops(driver, self.report)
+        self.stops = Stops(driver, self.report, self._announcer.say)
         self.last: Sample | None = None
 
     def listen(self, until: Callable[[], bool]) -> None:
@@ -141,6 +147,8 @@ class Loop:
         why = self._lost or ("nothing was received" if self.last is None else "")
         seen = unknown_at_end(why) if why else self._signs.at_end()
         self.report("standstill", seen.text, seen.details())
+        if not seen.stands:
+            self._announcer.say(seen.text)
         return seen
 
     def _next(self) -> Command | None:
@@ -160,6 +168,7 @@ class Loop:
 
     def _cycle(self, command: Command | None) -> bool:
         """One exchange, handed over and looked at; whether there is an answer."""
+        self._come_round()
         sample = self._exchanged(command)
         if sample is None:
             return False
@@ -188,6 +197,14 @@ class Loop:
         self._used = used
         return True
 
+    def _come_round(self) -> None:
+        """Begin a cycle: how long the one before took."""
+        self._announcer.come_round()
+        now = time.monotonic()
+        if self._began:
+            self.counts.block = max(self.counts.block, now - self._began - self._cycle_time)
+        self._began = now
+
     def _exchanged(self, command: Command | None) -> Sample | None:
         """What is measured in the cycle; None where the link is lost or the driver fails."""
         used = time.thread_time_ns()
@@ -209,7 +226,9 @@ class Loop:
             self.lose(text)
         found = Stop(StopLevel.QUICK, "link lost" if lost else "driver failed", text)
         if not self.begin_stop(found) and lost:
-            self.report("driver", f"whether the stop works is no longer known: {text}")
+            unknown = f"whether the stop works is no longer known: {text}"
+            self._announcer.say(unknown)
+            self.report("driver", unknown)
 
     def begin_stop(self, found: Stop | None) -> bool:
         """Stop for a reason, unless a stop as hard is under way; whether it is begun."""

@@ -15,6 +15,7 @@ from exidyn.identify.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 
+from .announcer import Silent
 from .before import StartRules, plan_start
 from .errors import CannotStart
 from .loop import Counts, Loop, of_failure
@@ -77,6 +78,11 @@ class Outcome:
     standstill: Standstill | None = None
 
     @property
+    def told(self) -> str:
+        """What a person must know of the arm at the end; empty where it stands where it should."""
+        return "" if self.standstill is None or self.standstill.expected else self.standstill.text
+
+    @property
     def unsafe(self) -> str:
         """What a person must be told: that the arm still moves, or may; empty where it stands."""
         return "" if self.standstill is None or self.standstill.stands else self.standstill.text
@@ -89,7 +95,7 @@ def perform(
     head: Callable[[Info], Callable[[Sample], bytes]] | None = None,
     asked: Callable[[], Stop | None] = lambda: None,
     opened: Callable[[Info], None] = lambda info: None,
-    ended: Callable[[Standstill], None] = lambda standstill: None,
+    announcer: Silent | None = None,
 ) -> Outcome:
     """Run the job and hand over every cycle of it; the driver is closed in the end, come what may.
 
@@ -102,7 +108,7 @@ def perform(
         head: What explains the run to them: made before anything is exchanged, ready with the first sample.
         asked: What a person asks for while it goes on.
         opened: Called with the driver's metadata, before its drives are powered.
-        ended: Called once it is known whether the arm stands, before the driver is closed.
+        announcer: Tells a person at once of stops, and whether the arm stands before the driver is closed.
 
     Raises:
         DriverError: The driver could not be opened or armed.
@@ -114,16 +120,16 @@ def perform(
         explain = head(info) if head else None
         watch = Watch(work.robot, info, work.watch, work.current)
         signs = None if info.listens else _signs(work, info, watch)
-        loop = Loop(driver, watch, info.cycle, sinks, explain, asked, signs)
+        loop = Loop(driver, watch, info.cycle, sinks, explain, asked, signs, announcer)
         driver.arm_drives()
         if info.listens:
             return Outcome(info, loop.counts, _listened(loop, work, info))
         _play_to_rest(loop, work, info, driver)
         standstill = loop.standstill()
-        if standstill is not None:
-            ended(standstill)
         return Outcome(info, loop.counts, loop.stops.reason, tuple(loop.stops.escalated), standstill)
     finally:
+        if announcer is not None:
+            announcer.leave()
         driver.close()
 
 

@@ -131,6 +131,7 @@ def table(outcome: Outcome) -> dict[str, object]:
         **percentiles("lateness", counts.lateness),
         **percentiles("work", counts.work),
         **percentiles("driver_work", counts.driver_work),
+        "longest_block": counts.block,
         "warnings": list(outcome.info.warnings),
     }
 
@@ -158,8 +159,8 @@ def after(outcome: Outcome) -> str:
             f"processor time per cycle: median {median:.3f} ({by_driver:.3f} in the driver), "
             f"99 % {1e3 * work['work_p99']:.3f}, largest {most:.3f} ms"
         )
-    if outcome.unsafe:
-        lines += paragraph(outcome.unsafe)
+    if outcome.told:
+        lines += paragraph(outcome.told)
     return "\n".join(lines)
 
 

@@ -11,14 +11,16 @@ from typing import Any
 import can
 
 from ..errors import BadSettings, LinkLost
+from ..host_clock import Pause
 from ..settings import setting
+from .claim import Claim
 from .transports import ERROR, IDENTIFIER, Frame, message, transport_of
 
 PATIENCE = 0.1
 """How long reading or sending may fail without an end before the bus is given up [s]."""
 
 SENT_WITHIN = 0.002
-"""A bus that does not take a frame within this time has failed to send it [s]."""
+"""A bus that does not take the frames of a cycle within this time has failed to send them [s]."""
 
 BUS_OFF = 0x40
 """Bit of an error frame's identifier: the CAN controller has switched itself off (Linux, error.h)."""
@@ -91,17 +93,20 @@ class CanBus:
 
     Raises:
         BadSettings: No such interface, or options that are none.
+        NotReady: Another exidyn uses the bus.
         LinkLost: The bus cannot be opened.
     """
 
     def __init__(self, interface: str, channel: str, bitrate: int, options: str = "") -> None:
         require_interface(interface)
         more = read_options(options)
+        self._claim = Claim(f"CAN bus {interface} {channel} {more.get('port', '')}".strip())
         try:
             self._bus = can.Bus(
                 channel=channel, interface=interface, ignore_config=True, bitrate=bitrate, **more
             )
         except Exception as error:  # each of python-can's back-ends has errors of its own
+            self._claim.release()
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
         self._transport = transport_of(self._bus, interface, channel, more)
         self.trouble = ""
@@ -110,6 +115,10 @@ class CanBus:
         self._failing = {"read": 0.0, "sent": 0.0}
         self._reported: set[str] = set()
         self._events: list[str] = []
+
+    def watch_for(self, pause: Pause) -> None:
+        """From here on send nothing right after this computer was silent for too long."""
+        self._transport.pause = pause
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
         """Send frames of data with 11-bit identifiers, in this order; a failure shows in `trouble`."""
@@ -167,6 +176,7 @@ class CanBus:
             self._bus.shutdown()
         except Exception as error:  # likewise
             self._report(f"CAN bus could not be closed: {error}")
+        self._claim.release()
 
     def _failed(self, what: str, error: Exception) -> None:
         now = time.monotonic()

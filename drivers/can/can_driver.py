@@ -11,16 +11,17 @@ import numpy as np
 
 from ..driver import Arm, Driver, StopLevel
 from ..errors import LinkLost, NotReady
-from ..host_clock import AnswerTime, HostClock, Tick
+from ..host_clock import AnswerTime, HostClock, Pause, Tick
 from ..samples import HostSamples
 from ..values import Command, Sample
+from .answers import Answers
 from .can_bus import CanBus
 from .transports import STANDARD, Frame
 
 MOST_EVENTS = 50
 """Events that are kept at most for one sample."""
 MOST = 500
-"""Frames that are read at most before a question is asked: more are a flood, and can wait."""
+"""Frames that are read at most before a question is asked or after its cycle: more are a flood, and can wait."""
 FORGET = 0.1
 """How long what came unread may be read away [s]."""
 
@@ -28,20 +29,29 @@ FORGET = 0.1
 class CanRound(ABC):
     """A question to all joints and their answers, once a cycle.
 
+    Args:
+        bus: Open.
+        names: Names of the joints, for messages.
+        may_skip: Whether a joint can be left out of a cycle.
+
     Attributes:
-        fresh: Whether each joint answered the last question.
         fault: The first reason why the arm can no longer be commanded.
         received: Time of the last answer of any joint [s].
     """
 
-    def __init__(self, bus: CanBus, names: list[str]) -> None:
+    def __init__(self, bus: CanBus, names: list[str], may_skip: bool) -> None:
         self._bus, self._names = bus, names
-        self.fresh = [False] * len(names)
+        self._answers = Answers(names, self.report, may_skip)
         self.fault = ""
         self.received = time.monotonic()
-        self._waiting = 0
         self._answer_time = AnswerTime()
         self._events: list[str] = []
+        self._data = b""
+
+    @property
+    def fresh(self) -> list[bool]:
+        """Whether each joint answered the last question."""
+        return self._answers.fresh
 
     @abstractmethod
     def cycle(self, patience: float) -> int:
@@ -51,8 +61,13 @@ class CanRound(ABC):
     def _understand(self, identifier: int, data: bytes) -> bool:
         """Take a frame with an 11-bit identifier for what it is; whether it was of a joint."""
 
+    @abstractmethod
+    def _commanded_by(self, identifier: int) -> str:
+        """What a frame with this identifier commands, where only this program may; empty for other frames."""
+
     def begin(self) -> None:
         """Forget what came unread, and what was wrong."""
+        self._answers.begin()
         end = time.monotonic() + FORGET
         while self._bus.receive(0.0) is not None and time.monotonic() < end:
             pass
@@ -76,23 +91,22 @@ class CanRound(ABC):
         events, self._events = tuple(self._events), []
         return events
 
-    def _read_late(self) -> None:
-        """Read what came after the last wait; late answers do not count for the next question."""
+    def _ask(self) -> list[bool]:
+        """Read what came after the last cycle, and begin another; which joints are to be asked."""
         for _ in range(MOST):
             unreadable, received = self._bus.unreadable, self._bus.receive(0.0)
             if received is not None:
                 self._read(received)
             elif self._bus.unreadable == unreadable:
                 break
-        self.fresh = [False] * len(self._names)
-        self._waiting = len(self._names)
+        return self._answers.ask()
 
     def _collect(self, end: float) -> None:
         """Read until everybody has answered or time is up; what is there already is read in any case."""
         self._answer_time.sleep()
-        waited = False
-        while self._waiting:
-            received = self._bus.receive(0.0)
+        waited, read = False, 0
+        while self._answers.waiting and (read < MOST or time.monotonic() < end):
+            received, read = self._bus.receive(0.0), read + 1
             if received is None:
                 waited, left = True, end - time.monotonic()
                 received = self._bus.receive(max(left, 0.0))
@@ -102,20 +116,27 @@ class CanRound(ABC):
                 self._read(received)
         else:
             self._answer_time.adjust(waited)
+        self._answers.end()
         for text in self._bus.events():
             self.report(text)
         if self._bus.trouble and not self.fault:
             self.fail(self._bus.trouble)
 
     def _answered(self, joint: int) -> None:
-        if not self.fresh[joint]:
-            self.fresh[joint] = True
-            self._waiting -= 1
+        """The frame that is read completes an answer of a joint."""
+        self._answers.take(joint, self._data)
 
     def _read(self, received: Frame) -> None:
-        identifier, data = received
-        if identifier <= STANDARD and self._understand(identifier, data):
+        identifier, self._data = received
+        if identifier > STANDARD:
+            return
+        if self._understand(identifier, self._data):
             self.received = time.monotonic()
+        elif not self.fault and (what := self._commanded_by(identifier)):
+            self.fail(
+                f"another program sends {what} (identifier 0x{identifier:03X}) on this bus: two programs that command "
+                "one arm disturb each other. End the other one"
+            )
 
 
 PATIENCE = 0.85
@@ -146,6 +167,7 @@ class CanDriver(Driver, Generic[Round]):
         self._armed = False
         self._level = 0
         self._samples = HostSamples(arm.dof)
+        self._pause = Pause(settings.dead_man)
 
     @abstractmethod
     def _aim(self, talk: Round, command: Command) -> None:
@@ -180,7 +202,7 @@ class CanDriver(Driver, Generic[Round]):
         commanding = self._armed and not self._level
         if command is not None and commanding:
             self._aim(talk, command)
-        sent = talk.cycle(self._patience)
+        sent = self._turn(talk)
         if commanding and not talk.fault:
             self._look(talk)
         if time.monotonic() - talk.received > SILENCE:
@@ -216,8 +238,19 @@ class CanDriver(Driver, Generic[Round]):
         return self._bus
 
     def _begin(self, talk: Round) -> None:
+        assert self._bus is not None
         self._clock = HostClock(self.settings.cycle)
+        self._pause.begin()
+        self._bus.watch_for(self._pause)
         talk.begin()
+
+    def _turn(self, talk: Round) -> int:
+        """A cycle of the bus, as `CanRound.cycle`; after a pause of this computer, a quick stop."""
+        sent = talk.cycle(self._patience)
+        if self._pause.seconds and self._armed and not self._level:
+            talk.fail(self._pause.text())
+            self.stop(StopLevel.QUICK)
+        return sent
 
     def _tick(self) -> Tick:
         assert self._clock is not None
@@ -226,7 +259,7 @@ class CanDriver(Driver, Generic[Round]):
     def _cycles(self, talk: Round, count: int) -> None:
         for _ in range(count):
             self._tick()
-            talk.cycle(self._patience)
+            self._turn(talk)
 
     def _come_to_rest(self, talk: Round) -> None:
         """Quick stop, wait until all joints rest or there is no use in waiting, and switch off if wanted."""

@@ -17,6 +17,8 @@ from typing import Any
 
 import can
 
+from ..host_clock import Pause
+
 Frame = tuple[int, bytes]
 """Identifier and data. Flags above the identifier's bits mark all that is not a classic frame of data with an
 11-bit identifier."""
@@ -32,11 +34,17 @@ IDENTIFIER = 0x1FFFFFFF
 
 
 class Transport(ABC):
-    """Frames to an adapter and from it; what the adapter or the system raises is raised."""
+    """Frames to an adapter and from it; what the adapter or the system raises is raised.
+
+    Attributes:
+        pause: Looked at right before frames are handed over; after a pause none is.
+    """
+
+    pause = Pause(float("inf"))
 
     @abstractmethod
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """Hand frames over, each within a time-out [s]; after one that fails the others are tried."""
+        """Hand frames over, all within a time-out [s]; after one that fails the others are tried."""
 
     @abstractmethod
     def receive(self, timeout: float) -> Frame | None:
@@ -53,7 +61,12 @@ class PythonCanTransport(Transport):
         self._bus = bus
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        send_each(frames, lambda identifier, data: self._bus.send(message(identifier, data), timeout))
+        end = time.monotonic() + timeout
+
+        def send(identifier: int, data: bytes) -> None:
+            self._bus.send(message(identifier, data), max(end - time.monotonic(), 0.0))
+
+        send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
         received = self._bus.recv(timeout)
@@ -63,10 +76,12 @@ class PythonCanTransport(Transport):
         pass
 
 
-def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None]) -> None:
-    """Send every frame, also after one that fails; the first failure is raised at the end."""
+def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None], pause: Pause) -> None:
+    """Send every frame, also after one that fails, but none after a pause; the first failure is raised at the end."""
     failure: Exception | None = None
     for identifier, data in frames:
+        if pause.noticed():
+            return
         try:
             send(identifier, data)
         except Exception as error:  # each of python-can's interfaces has errors of its own
@@ -113,13 +128,21 @@ class SlcanTransport(Transport):
     """An adapter on a serial port, of which python-can's has the file descriptor of POSIX systems."""
 
     def __init__(self, port: Any) -> None:
-        self._port, self._waited_for = port, [port.fd]
-        self._text, self._lines = b"", deque[bytes]()
+        self._waited_for = [port.fd]
+        self._text, self._lines, self._unsent = b"", deque[bytes](), b""
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """As in `Transport`, in one writing; the time-out is that of the port."""
+        """As in `Transport`, in one writing. A line of which the port took a part is completed by the next call."""
+        if self.pause.noticed():
+            return
         lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]
-        self._port.write("".join(lines).encode())
+        text, sent, end = self._unsent + "".join(lines).encode(), 0, time.monotonic() + timeout
+        while sent < len(text) and select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))[1]:
+            sent += os.write(self._waited_for[0], text[sent:])
+        inside_line = text[sent - 1] != ord("\r") if sent else bool(self._unsent)
+        self._unsent = text[sent : text.find(b"\r", sent) + 1] if inside_line else b""
+        if sent < len(text):
+            raise OSError("the adapter does not take what it is sent")
 
     def receive(self, timeout: float) -> Frame | None:
         end = time.monotonic() + timeout
@@ -159,6 +182,8 @@ def _frame(line: str) -> Frame | None:
     return identifier, data
 
 
+FLOOD = 500
+"""Datagrams that are passed over at most in one call."""
 LONGEST = 400
 """Bytes of a datagram that are read: more than any has. Python has objects of up to 512 bytes quickly."""
 
@@ -183,27 +208,30 @@ class SocketTransport(Transport):
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
 
+        end = time.monotonic() + timeout
+
         def send(identifier: int, data: bytes) -> None:
             datagram = self._encode(identifier, data)
             try:
                 self._hand_over(datagram)
             except BlockingIOError:
-                select.select([], self._waited_for, [], timeout)
+                select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))
                 self._hand_over(datagram)
 
-        send_each(frames, send)
+        send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
         if timeout > 0.0 and not select.select(self._waited_for, [], [], timeout)[0]:
             return None
-        frame = None
-        while frame is None:
+        for _ in range(FLOOD):
             try:
                 datagram = self._socket.recv(LONGEST, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return None
             frame = self._decode(datagram)
-        return frame
+            if frame is not None:
+                return frame
+        return None
 
 
 FRAME = struct.Struct("=IB2xB8s")

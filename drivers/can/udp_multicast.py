@@ -2,6 +2,7 @@
 
 import os
 import socket
+from collections import Counter
 from typing import Any
 
 import can
@@ -27,7 +28,7 @@ class UdpMulticastTransport(SocketTransport):
     def __init__(self, descriptor: int, group: str, port: int | None) -> None:
         super().__init__(socket.socket(fileno=os.dup(descriptor)))
         self._address = group, port or PORT
-        self._sent = set[bytes]()
+        self._sent = Counter[bytes]()  # the same datagram may be on its way twice
         self._received: dict[bytes, tuple[int, bytes]] = {}
         self._around: dict[tuple[int, int], tuple[bytes, bytes]] = {}
 
@@ -46,7 +47,9 @@ class UdpMulticastTransport(SocketTransport):
 
     def _decode(self, datagram: bytes) -> Frame | None:
         if datagram in self._sent:
-            self._sent.discard(datagram)
+            self._sent[datagram] -= 1
+            if not self._sent[datagram]:
+                del self._sent[datagram]
             return None
         begin = datagram.find(DATA) + len(DATA) + 1
         known = self._received.get(datagram[:begin])
@@ -79,7 +82,7 @@ class UdpMulticastTransport(SocketTransport):
     def _hand_over(self, datagram: bytes) -> None:
         if len(self._sent) > REMEMBERED:
             self._sent.clear()
-        self._sent.add(datagram)
+        self._sent[datagram] += 1
         self._socket.sendto(datagram, socket.MSG_DONTWAIT, self._address)
 
     def close(self) -> None:

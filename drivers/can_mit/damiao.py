@@ -14,8 +14,8 @@ from .mit_frame import Motor
 
 TO_ALL = 0x7FF
 """Identifier of requests."""
-READ, WRITE, REFRESH = 0x33, 0x55, 0xCC
-"""Third byte of a request: read a register, write one, answer with the state."""
+READ, WRITE, STORE, REFRESH = 0x33, 0x55, 0xAA, 0xCC
+"""Third byte of a request: read a register, write one, store all of them, answer with the state."""
 TRIES, ANSWER = 3, 0.1
 """How often a register is asked for, and how long each answer is waited for [s]."""
 
@@ -44,6 +44,14 @@ TIMEOUT_UNIT = 50e-6
 def refresh(motor: int) -> bytes:
     """The request that makes a motor answer with its state and do nothing else."""
     return struct.pack("<HBx4x", motor, REFRESH)
+
+
+def is_register(motor: int, data: bytes) -> bool:
+    """Whether an answer of a motor has a register, as another program may have asked for, and no state.
+
+    A state with the same bytes would be of a motor that is off, at a two-hundredth of its range from the end.
+    """
+    return len(data) == 8 and data[:2] == struct.pack("<H", motor) and data[2] in (READ, WRITE, STORE)
 
 
 def read(bus: CanBus, motor: int, master: int, register: Register) -> float | None:

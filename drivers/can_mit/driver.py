@@ -12,6 +12,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
+from ..resting import APART, Resting
 from ..values import Command
 from .damiao import MotorData, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
@@ -41,7 +42,7 @@ class CanMit(CanDriver[MotorRound]):
         self._sign, self._zero = np.array(settings.sign, float), np.array(settings.zero)
         self._to_torque, self._to_current = self._scales()
         self._found: list[MotorData] = []
-        self._attempts = [0] * arm.dof
+        self._attempts, self._resting = [0] * arm.dof, Resting(arm.dof)
 
     def open(self) -> Info:
         return self._open(self.settings.dead_man)
@@ -101,6 +102,7 @@ class CanMit(CanDriver[MotorRound]):
         talk = self._opened()
         self._begin(talk)
         self._level, self._attempts, self._armed = 0, [0] * self.arm.dof, True
+        self._resting = Resting(self.arm.dof)
         talk.watching = False
         talk.request = [
             request
@@ -125,10 +127,11 @@ class CanMit(CanDriver[MotorRound]):
         return np.array(self._opened().target) * self._sign + self._zero
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK holds where each joint was last seen, OFF switches the motors off.
+        """QUICK holds the position that was last commanded, OFF switches the motors off.
 
         A held joint is braked by its damper and carried by its spring. Damping alone would let an arm sink
-        under its weight, with nothing to end it.
+        under its weight, with nothing to end it. Where a joint was last seen is no goal: a wrong measurement
+        would set it in motion.
         """
         talk = self._round
         if talk is None or not self._armed or level <= max(self._level, StopLevel.BRAKE):
@@ -138,7 +141,6 @@ class CanMit(CanDriver[MotorRound]):
         if level == StopLevel.OFF:
             talk.request = [Request.DISABLE] * self.arm.dof
         else:
-            talk.target = [state.position for state in talk.state]
             talk.velocity = [0.0] * self.arm.dof
         talk.cycle(self._patience)
 
@@ -175,12 +177,15 @@ class CanMit(CanDriver[MotorRound]):
         motor, state = self._motors[joint], talk.state[joint]
         if talk.request[joint] is Request.COMMAND or not talk.fresh[joint]:
             return
+        self._resting.add(joint, state.position)
+        if not self._resting.known(joint):
+            return
         self._attempts[joint] += 1
         damiao = motor.family is DAMIAO
         if error_text(motor.family, state.error):
             talk.request[joint], self._attempts[joint] = Request.CLEAR, 0
         elif (damiao and state.error == ON) or (not damiao and self._attempts[joint] > LIMP + BLIND):
-            talk.target[joint], talk.velocity[joint] = state.position, 0.0
+            talk.target[joint], talk.velocity[joint] = self._resting.position(joint), 0.0
             talk.request[joint] = Request.COMMAND
         else:
             talk.request[joint] = Request.LIMP if self._attempts[joint] <= LIMP else Request.ENABLE
@@ -190,6 +195,11 @@ class CanMit(CanDriver[MotorRound]):
         motor, state = self._motors[joint], talk.state[joint]
         if not talk.fresh[joint]:
             return f"{motor.name} does not answer any more. Is it still there?"
+        if not self._resting.known(joint):
+            return (
+                f"{motor.name} is not switched on: its last positions differ by {self._resting.spread(joint):.3g} rad, "
+                f"limit {APART:g}. Let the arm stand still, and look at its encoder"
+            )
         why = error_text(motor.family, state.error) or "it stays off"
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"
 

@@ -3,12 +3,14 @@
 import time
 from enum import Enum
 
+import numpy as np
+
 from ..can.can_bus import CanBus
 from ..can.can_driver import CanRound
 from ..can.transports import Frame
 from ..host_clock import host_time
 from . import mit_frame as mit
-from .damiao import TO_ALL, refresh
+from .damiao import TO_ALL, is_register, refresh
 from .mit_frame import DAMIAO, Family, Motor, State, answering, error_text
 
 
@@ -23,6 +25,8 @@ class Request(Enum):
     DISABLE = "switch off"
 
 
+SATURATED = 1.0 - 1e-6
+"""Share of its range at which a position is the end of the scale, and not measured [-]."""
 UNKNOWN = State(0, *[float("nan")] * 4)
 """Before the first answer."""
 
@@ -39,7 +43,7 @@ class MotorRound(CanRound):
     """
 
     def __init__(self, bus: CanBus, motors: list[Motor]) -> None:
-        super().__init__(bus, [motor.name for motor in motors])
+        super().__init__(bus, [motor.name for motor in motors], may_skip=True)
         self._motors = motors
         count = len(motors)
         self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
@@ -47,23 +51,32 @@ class MotorRound(CanRound):
         self.watching = False
         self._constant = [_constant_frames(motor) for motor in motors]
         self._gains = [mit.gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
-        self._answers: dict[Family, dict[tuple[int, int], int]] = {}
+        self._joints: dict[Family, dict[tuple[int, int], int]] = {}
         for joint, m in enumerate(motors):
-            answers = self._answers.setdefault(m.family, {})
-            answers[m.master, answering(m.family, bytes([m.number & 0xFF]))] = joint
+            joints = self._joints.setdefault(m.family, {})
+            joints[m.master, answering(m.family, bytes([m.number & 0xFF]))] = joint
+        masters = {motor.master for motor in motors}
+        self._commands = {motor.number: motor.name for motor in motors if motor.number not in masters}
 
     def cycle(self, patience: float) -> int:
         """A motor measures when it is reached by its question."""
-        self._read_late()
+        asked = self._ask()
         now = host_time()
         self._bus.send_frames(
             [
                 self._command(joint) if request is Request.COMMAND else self._constant[joint][request]
                 for joint, request in enumerate(self.request)
+                if asked[joint]
             ]
         )
         self._collect(time.monotonic() + patience)
         return now
+
+    def _commanded_by(self, identifier: int) -> str:
+        if identifier == TO_ALL:
+            return "requests to Damiao motors"
+        name = self._commands.get(identifier)
+        return f"commands to {name}" if name else ""
 
     def _command(self, joint: int) -> Frame:
         motor = self._motors[joint]
@@ -71,16 +84,22 @@ class MotorRound(CanRound):
         return motor.number, mit.with_motion(motor.commanded, *motion, self._gains[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
-        for family, answers in self._answers.items():
+        for family, answers in self._joints.items():
             joint = answers.get((identifier, answering(family, data))) if data else None
-            if joint is not None:
-                state = mit.unpack(self._motors[joint].answered, family, data)
-                if state is not None:
-                    self._take(joint, state)
-                    return True
+            if joint is None:
+                continue
+            motor = self._motors[joint]
+            if family.registers and is_register(motor.number, data):
+                return True
+            state = mit.unpack(motor.answered, family, data)
+            if state is not None:
+                self._take(joint, state)
+                return True
         return False
 
     def _take(self, joint: int, state: State) -> None:
+        if abs(state.position) >= SATURATED * self._motors[joint].answered.position:
+            state = self._at_the_end(joint, state)
         before, self.state[joint] = self.state[joint], state
         self._answered(joint)
         family = self._motors[joint].family
@@ -95,6 +114,13 @@ class MotorRound(CanRound):
             self.fail(f"{self._names[joint]}: has switched itself off")
         else:
             self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
+
+
+    def _at_the_end(self, joint: int, state: State) -> State:
+        """The state without its position, which is the end of the scale."""
+        if np.isfinite(self.state[joint].position) or self.state[joint] is UNKNOWN:
+            self.report(f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; not used")
+        return state._replace(position=float("nan"))
 
 
 def _constant_frames(motor: Motor) -> dict[Request, Frame]:

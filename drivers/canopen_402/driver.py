@@ -12,6 +12,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
+from ..resting import APART, Resting
 from ..values import Command
 from . import cia402 as c
 from .frames import Frames
@@ -39,6 +40,7 @@ class Canopen402(CanDriver[Frames]):
         self._network: DriveNetwork | None = None
         self._unit = self._samples.unknown
         self._kind = ""
+        self._resting = Resting(arm.dof)
 
     def open(self) -> Info:
         """Set all drives up and start the network; motors stay without power."""
@@ -69,17 +71,23 @@ class Canopen402(CanDriver[Frames]):
         """From any state to operation enabled, holding where each joint stands."""
         frames = self._opened()
         self._begin(frames)
-        self._level = 0
+        self._level, self._resting = 0, Resting(self.arm.dof)
         end = time.monotonic() + ENABLING
         while not _all_enabled(frames):
             self._cycles(frames, 1)
+            self._see_rest(frames)
             if frames.fault or time.monotonic() > end:
                 why = frames.fault or self._not_enabled(frames)
                 self.stop(StopLevel.OFF)
                 raise NotReady(why)
             if all(status >= 0 for status in frames.status):
-                self._lead_on(frames)
                 self._armed = True
+                self._lead_on(frames)
+
+    def held(self) -> np.ndarray | None:
+        if not self._armed:
+            return None
+        return self.settings.from_counts(np.array(self._opened().target, float))
 
     @property
     def sent_to_read(self) -> str:
@@ -147,24 +155,37 @@ class Canopen402(CanDriver[Frames]):
             explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(one.facts)}"
         return explained
 
+    def _see_rest(self, frames: Frames) -> None:
+        position = self._position(frames)
+        for joint in np.flatnonzero(frames.fresh):
+            self._resting.add(int(joint), float(position[joint]))
+
     def _lead_on(self, frames: Frames) -> None:
         """Send each drive the word that leads towards enabled, and to stay where it is until then."""
-        frames.commanding = True
+        if not all(map(self._resting.known, range(self.arm.dof))):
+            return
+        counts = self.settings.to_counts(np.array([self._resting.position(j) for j in range(self.arm.dof)]))
         for joint in range(self.arm.dof):
             state = frames.state(joint)
-            if state != c.ENABLED:
-                frames.target[joint] = frames.position[joint]
+            if state != c.ENABLED or not frames.commanding:
+                frames.target[joint] = round(counts[joint])
             if state == c.FAULT:  # what resets it is the rising bit
                 again = frames.control[joint] == c.RESET_FAULT
                 frames.control[joint] = c.NO_VOLTAGE if again else c.RESET_FAULT
             else:
                 frames.control[joint] = c.TOWARDS_ENABLED.get(state, frames.control[joint])
+        frames.commanding = True
 
     def _not_enabled(self, frames: Frames) -> str:
         joint = next(j for j in range(self.arm.dof) if not _enabled(frames.status[j]))
         name, word, state = self._names[joint], frames.status[joint], frames.state(joint)
         if word < 0:
             return f"{name} does not answer SYNC, though its PDOs are set up. Is it still there?"
+        if not self._resting.known(joint):
+            return (
+                f"{name} is not enabled: its last positions differ by {self._resting.spread(joint):.3g} rad, limit "
+                f"{APART:g}. Let the arm stand still, and look at its encoder"
+            )
         text = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
         if state == c.FAULT and self._network is not None:
             return f"{text}: {self._network.error_of(joint)}. Remove the cause, then try again"

@@ -69,7 +69,7 @@ class Frames(CanRound):
         efforts: Sequence[c.Entry],
         beating: Sequence[bool],
     ) -> None:
-        super().__init__(bus, names)
+        super().__init__(bus, names, may_skip=False)  # a drive without SYNC may take it for a fault
         self._nodes = nodes
         count = len(nodes)
         self.control, self.target = [c.SHUT_DOWN] * count, [0] * count
@@ -102,7 +102,7 @@ class Frames(CanRound):
     def cycle(self, patience: float) -> int:
         """Targets, then SYNC, which makes them valid and everybody measure."""
         self.send()
-        self._read_late()
+        self._ask()
         self._missing = list(self._parts)
         now = host_time()
         self._bus.send_frames(self._sync)
@@ -123,6 +123,7 @@ class Frames(CanRound):
 
     def synchronise(self) -> None:
         """A SYNC out of turn, which makes valid what was sent."""
+        self._answers.add_question()
         self._bus.send_frames(self._sync)
 
     def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
@@ -144,6 +145,12 @@ class Frames(CanRound):
             return False
         reader[0](reader[1], data)
         return True
+
+    def _commanded_by(self, identifier: int) -> str:
+        fixed = {c.NMT: "network management", c.SYNC: "SYNC", self._beat[0][0]: "the host's heartbeat"}
+        if identifier in self._commands:
+            return f"targets of {self._names[self._commands.index(identifier)]}"
+        return fixed.get(identifier, "")
 
     def _measured(self, joint: int, data: bytes) -> None:
         form = self._measured_form[joint]

@@ -185,8 +185,12 @@ class Dynamixel(ServoDriver):
             temperature,
         )
 
-    def _begin(self, where: np.ndarray) -> None:
-        super()._begin(where)
+    @property
+    def patience(self) -> float:
+        return self._watchdog * registers.WATCHDOG_UNIT or float("inf")
+
+    def _begin(self) -> None:
+        super()._begin()
         self._health = DynamixelHealth(self._opened()[0], self._shutdown, host_time())
 
     def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:

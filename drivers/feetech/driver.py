@@ -131,8 +131,8 @@ class Feetech(ServoDriver):
             rows["temperature"].astype(float),
         )
 
-    def _begin(self, where: np.ndarray) -> None:
-        super()._begin(where)
+    def _begin(self) -> None:
+        super()._begin()
         self._reported = [0] * self.arm.dof
 
     def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:

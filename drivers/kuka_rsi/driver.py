@@ -25,8 +25,9 @@ from .settings import RsiSettings, config_of
 from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
-SILENCE = 5
-"""Cycles without a telegram after which a sample is marked; fewer are a busy network."""
+SILENCE, LONGEST = 5, 0.02
+"""Cycles without a telegram after which a sample is marked, at most so long [s]: fewer are a busy network, and the
+loop must come round."""
 LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
 CLOSING = 1.0
@@ -154,7 +155,7 @@ class KukaRsi(Driver):
             talk.correct(probing.correction.tolist())
         elif command is not None:
             self._command(talk, command)
-        most = max(SILENCE * self._cycle - talk.quiet, self._cycle)
+        most = max(min(SILENCE * self._cycle, LONGEST) - talk.quiet, self._cycle)
         fresh = talk.turn(most)
         if fresh is None:
             return self._silent(talk)
@@ -244,7 +245,7 @@ class KukaRsi(Driver):
     def _fall_silent(self, talk: Conversation) -> None:
         """Answer no more; a correction that may add up is not what the controller holds then."""
         if self._probe and not self._probe.passed:
-            talk.turn(SILENCE * self._cycle)
+            talk.turn(min(SILENCE * self._cycle, LONGEST))
         talk.silent = True
 
     def close(self) -> None:

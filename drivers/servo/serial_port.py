@@ -11,8 +11,8 @@ from serial.tools import list_ports
 
 from ..errors import BadSettings, LinkLost, NotReady
 
-WRITE_WITHIN = 0.5
-"""A port that does not take a packet within this time is dead [s]."""
+WRITE_WITHIN = 0.005
+"""A port that does not take a packet within this time has not taken it [s]: it is sent anew in the next cycle."""
 
 MOST = 4096
 """Bytes that Linux keeps of what nobody has read."""
@@ -95,21 +95,24 @@ class SerialPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send bytes. Raises LinkLost if the port is gone, or does not take them."""
+        """Send bytes, as far as the port takes them in time. Raises LinkLost if the port is gone."""
         try:
-            rest = data[os.write(self._port.fd, data) :] if self._direct else data
-        except BlockingIOError:
-            rest = data
+            if self._direct:
+                self._write_directly(data)
+            else:
+                with suppress(serial.SerialTimeoutException):
+                    self._port.write(data)
         except TROUBLE as error:
             raise self._gone(error) from error
-        if rest:
-            self._write_patiently(rest)
 
-    def _write_patiently(self, data: bytes) -> None:
-        try:
-            self._port.write(data)
-        except TROUBLE as error:
-            raise self._gone(error) from error
+    def _write_directly(self, data: bytes) -> None:
+        """As `write`; servos find the beginning of the next packet behind one that was cut."""
+        descriptor, end = self._port.fd, time.monotonic() + WRITE_WITHIN
+        while data:
+            with suppress(BlockingIOError):
+                data = data[os.write(descriptor, data) :]
+            if data and not select.select([], [descriptor], [], max(end - time.monotonic(), 0.0))[1]:
+                return
 
     def drain(self) -> int:
         """Throw away what has come, and return its number of bytes. Raises LinkLost if the port is gone."""

@@ -13,7 +13,8 @@ import numpy as np
 
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
-from ..host_clock import HostClock, host_time
+from ..host_clock import HostClock, Pause, host_time
+from ..resting import APART, COUNT, Resting
 from ..samples import HostSamples
 from ..values import Command, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
@@ -36,8 +37,9 @@ BEFORE_RUN = 0.1
 SETTLING, LOOK = 1.0, 0.05
 """How long servos may give way after their torque is switched on, and how often that is looked at [s]."""
 
-IN_RUN = 3.0
-"""How long one is waited for in the run [cycles]: a late answer is better than none."""
+IN_RUN, LONGER = 3.0, 0.01
+"""How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is better
+than none, but the loop must come round."""
 
 
 class ServoDriver(Driver):
@@ -69,11 +71,17 @@ class ServoDriver(Driver):
         self._armed = False
         self._samples = HostSamples(arm.dof)
         self._allowed = Goals(self._samples.unknown, self._samples.unknown)
-        self._count, self._counts, self._once = 0, np.full(arm.dof, np.nan), b""
+        self._count, self._once = 0, b""
         self._held: np.ndarray | None = None
-        self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
+        self._stopped, self._goal_packet, self._fault = StopLevel.BRAKE, b"", ""
+        self._pause = Pause(self.patience)
         self.latency = 0.0
         self._require_rate()
+
+    @property
+    def patience(self) -> float:
+        """Silence of this computer after which servos stop by themselves [s]; infinite where they do not."""
+        return float("inf")
 
     def open(self) -> Info:
         """Open the port, find the servos and set them up; torque is left as it is."""
@@ -83,7 +91,7 @@ class ServoDriver(Driver):
         try:
             info = self._set_up(self._bus)
             self._require_rate()
-            self._begin(self._where(self._bus))
+            self._begin()
         except BaseException:
             self.close()
             raise
@@ -99,23 +107,40 @@ class ServoDriver(Driver):
         port.be_patient(BEFORE_RUN)
         bus.drain()
         holding = np.array(bus.read(self.torque), bool)
-        goals = np.where(holding, self._from_register(np.array(bus.read(self.goal))), self._where(bus))
+        goals = np.where(holding, self._agreed(bus, self.goal), self._agreed(bus, self.present))
         bus.settle(self.goal, self._to_register(goals))
         bus.settle(self.torque, [1] * self.arm.dof)
         self._armed = True
         once = self._guard(bus)
-        self._begin(self._settled(bus))
+        self._settle(bus)
+        self._begin()
         self._once, self._held = once, self._units.position(goals)
 
-    def _settled(self, bus: ServoBus) -> np.ndarray:
-        """Counts at which the servos stand when their torque has met their load, shape (n,)."""
-        seen = self._where(bus)
+    def _agreed(self, bus: ServoBus, register: Register) -> np.ndarray:
+        """Counts in a register with a position, shape (n,), on which several readings agree.
+
+        Raises NotReady where they do not: one that is wrong would be where the servo goes.
+        """
+        resting = Resting(self.arm.dof)
+        for _ in range(COUNT):
+            for joint, position in enumerate(self._units.position(self._read(bus, register)).tolist()):
+                resting.add(joint, position)
+        unsure = [joint for joint in range(self.arm.dof) if not resting.known(joint)]
+        if unsure:
+            raise NotReady(
+                f"{bus.names[bus.servos[unsure[0]]]} is not switched on: {COUNT} readings of its {register} differ by "
+                f"{resting.spread(unsure[0]):.3g} rad, limit {APART:g}. Let the arm stand still, and look at the cable"
+            )
+        return self._units.counts(np.array([resting.position(joint) for joint in range(self.arm.dof)]))
+
+    def _settle(self, bus: ServoBus) -> None:
+        """Wait until the servos' torque has met their load."""
+        seen = self._read(bus, self.present)
         for _ in range(round(SETTLING / LOOK)):
             time.sleep(LOOK)
-            before, seen = seen, self._where(bus)
+            before, seen = seen, self._read(bus, self.present)
             if np.all(np.abs(seen - before) <= 1.0):
                 break
-        return seen
 
     def held(self) -> np.ndarray | None:
         return self._held
@@ -128,11 +153,12 @@ class ServoDriver(Driver):
         readings = self._readings(self._count)
         length = readings[0].length
         self._count += 1
+        if self._pause.noticed() and self._armed:
+            packets, self._fault = b"", self._fault or self._pause.text()
         answers = self._talk.exchange(packets, readings, events)
         now = host_time()
         measured, units = self._decode(_joined(answers, length), length), self._units
         answered = [answer is not None for answer in answers]
-        self._counts = np.where(answered, measured.position, self._counts)
         self._fault = self._fault or self._look(answers, now, events)
         return self._samples.of(
             now,
@@ -157,20 +183,21 @@ class ServoDriver(Driver):
         try:
             found = bus.peek(self.torque)
         finally:
-            port.be_patient(IN_RUN * self.settings.cycle)
+            port.be_patient(self._in_run)
         return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in found)
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK makes its goal where each servo is, OFF switches torque off; repeated every cycle after."""
+        """QUICK holds the goals that were last sent, OFF switches torque off; repeated every cycle after.
+
+        Where a servo was last seen is no goal: a wrong measurement would set it in motion.
+        """
         if self._bus is None or not self._armed or level <= self._stopped:
             return
         if level == StopLevel.OFF:
-            self._stop_packet = self._bus.packet(self.torque, [0] * self.arm.dof)
-        elif np.all(np.isfinite(self._counts)):  # else they keep the goal they have
-            self._stop_packet = self._goals(self._bus, self._counts)
+            self._goal_packet = self._bus.packet(self.torque, [0] * self.arm.dof)
         self._stopped = level
         with suppress(DriverError):
-            self._bus.send_only(self._stop_packet)
+            self._bus.send_only(self._goal_packet)
 
     def close(self) -> None:
         """Leave the servos at their last goal, or off by the settings, and let go."""
@@ -189,15 +216,22 @@ class ServoDriver(Driver):
             raise LinkLost("the driver is not open. Open it first")
         return self._bus, self._port
 
-    def _begin(self, where: np.ndarray) -> None:
-        """From here on in cycles; the servos stand at these counts."""
+    @property
+    def _in_run(self) -> float:
+        """How long an answer is waited for in a run [s]."""
+        cycle: float = self.settings.cycle
+        return min(IN_RUN * cycle, cycle + LONGER)
+
+    def _begin(self) -> None:
+        """From here on in cycles."""
         bus, port = self._opened()
-        port.be_patient(IN_RUN * self.settings.cycle)
+        port.be_patient(self._in_run)
         self._clock = HostClock(self.settings.cycle)
         self._talk = ServoTalk(bus)
         self._limits = [end.tolist() for end in self._allowed]
-        self._count, self._counts, self._once = 0, where, b""
-        self._stopped, self._stop_packet, self._fault = StopLevel.BRAKE, b"", ""
+        self._count, self._once = 0, b""
+        self._stopped, self._goal_packet, self._fault = StopLevel.BRAKE, b"", ""
+        self._pause.begin()
 
     def _set_return_delay(self, bus: ServoBus) -> None:
         """Set it where it is another: servos keep it for good, and take it only while torque is off."""
@@ -217,34 +251,34 @@ class ServoDriver(Driver):
         if self.lock:
             bus.settle(self.lock, [1] * self.arm.dof)
 
-    def _where(self, bus: ServoBus) -> np.ndarray:
-        """Counts at which the servos stand, shape (n,)."""
-        return self._from_register(np.array(bus.read(self.present)))
+    def _read(self, bus: ServoBus, register: Register) -> np.ndarray:
+        """Counts in a register with a position, shape (n,)."""
+        return self._from_register(np.array(bus.read(register)))
 
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
         """Goals of a stop or of the command; one that no servo takes is not sent and is a fault."""
-        if self._stopped > StopLevel.BRAKE or command is None:
-            return self._stop_packet
+        if self._stopped > StopLevel.BRAKE:
+            return self._goal_packet
+        if command is None or self._fault:
+            return b""
         counts = self._units.counts(command.position)
         lowest, highest = self._limits
         inside = [
             low <= count <= high for low, count, high in zip(lowest, counts.tolist(), highest, strict=True)
         ]
         if all(inside):  # not so for what is no number
-            return self._goals(bus, counts)
+            self._goal_packet = bus.packet(self.goal, self._to_register(counts))
+            return self._goal_packet
         joint = inside.index(False)
         self._fault = self._fault or (
             f"a command was not sent: {self.arm.joints[joint]} at {command.position[joint]:g} rad is count "
             f"{counts[joint]:g} of its servo, which takes {lowest[joint]:g} to {highest[joint]:g}"
         )
-        return self._stop_packet
-
-    def _goals(self, bus: ServoBus, counts: np.ndarray) -> bytes:
-        return bus.packet(self.goal, self._to_register(counts))
+        return b""
 
     def _window(self, bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
         """How far the servos let the joints go from where they stand, two of shape (n,) [rad]."""
-        ends = [self._units.way(end - self._where(bus)) for end in self._allowed]
+        ends = [self._units.way(end - self._read(bus, self.present)) for end in self._allowed]
         return np.minimum(*ends), np.maximum(*ends)
 
     def _info(

@@ -16,24 +16,25 @@ from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
 from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
+from .dashboard import Dashboard
 from .program import (
     ASKED,
     FOLLOW,
     JOINTS,
     SILENT,
     STOP,
-    Dashboard,
     Registers,
     UrSettings,
     program_sent,
     program_text,
 )
-from .rtde import DATA, RtdeLink, package
+from .rtde import DATA, START, RtdeLink, package
 from .session import Session, agree, info_of, pause, start
 from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
 
-SILENCE = 5
-"""Cycles without a package after which a sample is marked; fewer are a busy network."""
+SILENCE, LONGEST = 5, 0.02
+"""Cycles without a package after which a sample is marked, at most so long [s]: fewer are a busy network, and the
+loop must come round."""
 LOST = 1.0
 """Time without a package after which waiting makes no sense [s]."""
 CLOSING = 1.0
@@ -67,7 +68,7 @@ class UrRtde(Driver):
         self._target = np.full(arm.dof, np.nan)
         self._held: np.ndarray | None = None
         self._joint_mode = np.zeros(arm.dof, int)
-        self._fault = ""
+        self._fault, self._untold = "", tuple[str, ...]()
 
     @classmethod
     def count_joints(cls, table: Mapping[str, Any]) -> int:
@@ -153,7 +154,8 @@ class UrRtde(Driver):
         """
         link, session = self._opened()
         self._flow()
-        newest = link.newest(max(SILENCE * self.settings.cycle - self._quiet, self.settings.cycle))
+        longest = min(SILENCE * self.settings.cycle, LONGEST)
+        newest = link.newest(max(longest - self._quiet, self.settings.cycle))
         if newest is None:
             return self._silent()
         body, arrival = newest
@@ -226,7 +228,9 @@ class UrRtde(Driver):
 
     def _events(self, state: np.ndarray | None) -> tuple[str, ...]:
         link, _ = self._opened()
-        return self._remarks.on(state, link.texts)
+        said = self._dashboard.answers() if self._dashboard is not None else []
+        events, self._untold = (*self._remarks.on(state, link.texts), *self._untold, *said), ()
+        return events
 
     def _opened(self) -> tuple[RtdeLink, Session]:
         if self._link is None or self._session is None:
@@ -240,9 +244,9 @@ class UrRtde(Driver):
             raise LinkLost(f"driver ur_rtde: data that cannot be read: {error}") from error
 
     def _flow(self) -> None:
-        """Let data come, if they do not."""
+        """Let data come, if they do not; a controller that refuses sends none."""
         if not self._flowing:
-            start(self._opened()[0])
+            self._opened()[0].send(package(START))
             self._flowing, self._heard = True, time.monotonic()
             self._samples.restart()
 
@@ -258,7 +262,8 @@ class UrRtde(Driver):
             if self._armed:
                 self._send()
         if level >= StopLevel.OFF and self._dashboard is not None:
-            self._dashboard.ask("power off")
+            failed = self._dashboard.request("power off")
+            self._untold += (failed,) * bool(failed)
 
     def close(self) -> None:
         """Let the program end, after which the controller holds the arm."""

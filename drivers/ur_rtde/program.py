@@ -121,52 +121,6 @@ def program_text(settings: UrSettings, session: int) -> str:
     )
 
 
-LONGEST = 4096
-"""Bytes of an answer."""
-
-
-class Dashboard:
-    """A connection to the dashboard server, where there is one; PolyScope X has none."""
-
-    def __init__(self, address: str, port: int, patience: float) -> None:
-        self._socket: socket.socket | None = None
-        try:
-            self._socket = socket.create_connection((address, port), patience)
-            self._line()  # it greets
-        except OSError:
-            self.close()
-
-    @property
-    def there(self) -> bool:
-        return self._socket is not None
-
-    def ask(self, question: str) -> str:
-        """Its answer; empty where there is none."""
-        if self._socket is None:
-            return ""
-        try:
-            self._socket.sendall(f"{question}\n".encode())
-            return self._line()
-        except OSError:
-            self.close()
-            return ""
-
-    def _line(self) -> str:
-        assert self._socket is not None
-        line = b""
-        while not line.endswith(b"\n") and len(line) < LONGEST:
-            more = self._socket.recv(LONGEST)
-            if not more:
-                raise ConnectionResetError
-            line += more
-        return line.decode("utf-8", "replace").strip()
-
-    def close(self) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-
 @contextmanager
 def program_sent(address: str, port: int, text: str, patience: float) -> Iterator[None]:
     """Hand the controller a program, which it begins at once where it takes programs from here.

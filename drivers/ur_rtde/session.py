@@ -9,7 +9,8 @@ from ..driver import Info
 from ..errors import NotReady
 from ..samples import word
 from . import rtde
-from .program import Dashboard, Registers, UrSettings, require_cycle
+from .dashboard import Dashboard
+from .program import Registers, UrSettings, require_cycle
 from .rtde import Recipe, RtdeLink
 from .state import FIELDS, FULL, ROBOT_MODE, SAFETY_MODE, STATE
 

@@ -151,6 +151,11 @@ def allowed_speed(before: np.ndarray, deceleration: np.ndarray, since: float) ->
     return np.maximum(before - RAMP * deceleration * max(since - REACTION, 0.0), 0.0)
 
 
+def stopping_distance(before: np.ndarray, deceleration: np.ndarray) -> np.ndarray:
+    """Way of a quick stop at most [rad], by speed before [rad/s] and limits [rad/s^2], each shape (n,)."""
+    return before * (REACTION + 0.5 * before / (RAMP * deceleration))
+
+
 def overdue(before: np.ndarray, deceleration: np.ndarray, since: float) -> np.ndarray:
     """Whether a quick stop should have ended, shape (n,); see `allowed_speed`."""
     return since > REACTION + np.minimum(before / (RAMP * deceleration), LONGEST)

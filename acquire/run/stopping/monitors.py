@@ -15,6 +15,10 @@ from exidyn.drivers.values import any_of
 from .stop import FAULT, SILENT, Stop, UnitOf, turning
 
 
+RESTED = 0.2
+"""Time without commands after which an arm rests [s]: what drives bear by default, and what a position loop takes."""
+
+
 class Monitor(ABC):
     """Watches one thing."""
 
@@ -60,7 +64,7 @@ class JointMonitor(Monitor):
         beyond = value > self._limit
         if not self._counting and not any_of(beyond):  # as in nearly all cycles
             return None
-        self._count = np.where(beyond, self._count + 1, np.where(np.isnan(value), self._count, 0))
+        self._count = np.where(beyond, self._counted(beyond, sample), np.where(np.isnan(value), self._count, 0))
         self._counting = bool(self._count.any())
         if (self._count < self._cycles).all():
             return None
@@ -69,6 +73,10 @@ class JointMonitor(Monitor):
         unit = self._unit_of(joint, self.unit)
         text = f"{self._joints[joint]}: {self.kind} {size:.4g} {unit}, limit {limit:.4g}"
         return Stop(self.level, self.kind, text, self._joints[joint], size, limit, unit)
+
+    def _counted(self, beyond: np.ndarray, sample: Sample) -> np.ndarray:
+        """For how many cycles in a row joints that are beyond their limit have been, shape (n,)."""
+        return self._count + 1
 
 
 class TrackingError:
@@ -141,12 +149,25 @@ class Torque(JointMonitor):
 
 
 class Temperature(JointMonitor):
-    """Motor temperature."""
+    """Motor temperature, which some drives send in a few cycles only: then the time between readings counts.
+
+    `cycle` is the time between samples [s]; else as `JointMonitor`.
+    """
 
     kind, unit = "temperature", "degC"
 
+    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int, cycle: float) -> None:
+        super().__init__(joints, limit, cycles)
+        self._cycle = 1e9 * cycle
+        self._read = np.zeros(len(joints))
+
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
         return sample.temperature
+
+    def _counted(self, beyond: np.ndarray, sample: Sample) -> np.ndarray:
+        since = np.maximum(np.rint((sample.host_time - self._read) / self._cycle), 1.0)
+        self._read = np.where(np.isnan(sample.temperature), self._read, sample.host_time)
+        return np.where(self._count > 0, self._count + since, 1)
 
 
 class Outside(JointMonitor):
@@ -221,10 +242,38 @@ class Silence(Monitor):
         return Stop(StopLevel.QUICK, SILENT, text, names[0], float(self._count.max()), self._cycles, "cycles")
 
 
+class Stale(Monitor):
+    """Too many of the last second's samples in which a joint was silent, though never for long.
+
+    Args:
+        cycle: Time between samples [s].
+        share: Share of a second's samples that may be [-].
+    """
+
+    def __init__(self, cycle: float, share: float) -> None:
+        second = max(round(1.0 / cycle), 1)
+        self._share = share
+        self._stale, self._sum = deque([0] * second, maxlen=second), 0
+
+    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
+        stale = int(any_of(sample.stale))
+        self._sum += stale - self._stale[0]
+        self._stale.append(stale)
+        share = self._sum / len(self._stale)
+        if share <= self._share:
+            return None
+        text = (
+            f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit {100 * self._share:.0f} %: "
+            "look at cable, termination and load of the bus"
+        )
+        return Stop(StopLevel.BRAKE, "stale samples", text, "", share, self._share, "")
+
+
 class Lateness(Monitor):
     """Cycles that went by without a command: one long stall, or too many of the last second's.
 
-    A controller that did not ask has missed one too, though the loop came round.
+    A controller that did not ask has missed one too, though the loop came round. After a stall in which an arm that
+    gets no commands has come to rest, a controlled stop would set it in motion again, so that it is a quick stop.
 
     Args:
         cycle: Time between exchanges [s].
@@ -244,7 +293,8 @@ class Lateness(Monitor):
         gone = sample.skipped * self._cycle
         if gone > self._stall:
             text = f"no cycle for {1e3 * gone:.0f} ms, limit {1e3 * self._stall:.0f} ms"
-            return Stop(StopLevel.BRAKE, "stall", text, "", gone, self._stall, "s")
+            level = StopLevel.QUICK if gone > RESTED else StopLevel.BRAKE
+            return Stop(level, "stall", text, "", gone, self._stall, "s")
         self._sum += sample.skipped + (not sample.sent) - self._missed[0]
         self._missed.append(sample.skipped + (not sample.sent))
         missed = self._sum / len(self._missed)

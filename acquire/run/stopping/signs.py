@@ -12,7 +12,7 @@ from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import any_of
 from exidyn.identify.arm.robot import Limits
 
-from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue
+from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue, stopping_distance
 from .monitors import TrackingError
 from .standstill import EMERGENCY, RESTING, Drift, Standstill, unknown_at_end
 from .stop import UnitOf, turning
@@ -78,6 +78,7 @@ class Signs:
         self._drift = Drift(n, cycle, flange)
         self._unknown = np.full(n, np.nan)
         self._velocity = self._error = self._first = self._rest = self._before = self._unknown
+        self._last_command: Command | None = None
         self._nowhere = self._way = np.zeros(n)
         self._stood: np.ndarray | None = None
         self._place: np.ndarray | None = None
@@ -139,7 +140,26 @@ class Signs:
         if np.isnan(speed).any():
             names = [self._joints[int(j)] for j in np.flatnonzero(np.isnan(speed))]
             return unknown_at_end(f"nothing is received from {', '.join(names)}")
-        return Standstill(False, "the arm stands")
+        return self._standing()
+
+    def _standing(self) -> Standstill:
+        """Of an arm that stands: whether it does so where it was commanded last, but for the way of a stop."""
+        last = self._last_command
+        if last is None:
+            return Standstill(False, "the arm stands")
+        away = np.abs(self._drift.mean() - last.position)
+        braking = stopping_distance(np.abs(last.velocity), self._deceleration)
+        limit = self._watch.tracking + (braking if self._state in (State.QUICK, State.OFF) else 0.0 * braking)
+        joint = int(np.argmax(away - limit))
+        if away[joint] <= limit[joint]:
+            return Standstill(False, "the arm stands")
+        unit, name = self._unit_of(joint, "rad"), self._joints[joint]
+        text = (
+            f"the arm stands, and {name} {away[joint]:.3g} {unit} from where it was commanded last, limit "
+            f"{limit[joint]:.3g}: it went there after that command, did not follow it, or its position is wrong. "
+            "Look at the arm before the next run"
+        )
+        return Standstill(False, text, name, away=float(away[joint]))
 
     def _enter(self, state: State, time: float) -> None:
         """Begin with the signs of another state."""
@@ -179,6 +199,7 @@ class Signs:
             self._velocity = (position - stood) / max(time - before, self._least)
         self._error = self._tracking.of(sample, sent)
         if sent is not None:
+            self._last_command = sent
             self._commanded.append(np.abs(sent.velocity))
         if self._state is State.LISTENING:
             self._first = np.where(np.isnan(self._first), position, self._first)

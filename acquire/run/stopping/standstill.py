@@ -108,9 +108,11 @@ class Standstill:
     Attributes:
         moving: Whether it still moves; None where that is not known.
         text: In a sentence, with joint, speed and what to do.
-        joint: Name of the fastest joint; empty where the arm stands or nothing is known.
-        speed: Speed of that joint, in `unit`; NaN where unknown.
+        joint: Name of the fastest joint, or of the one that stands furthest away; empty for none.
+        speed: Speed of the fastest joint, in `unit`; NaN where unknown.
         unit: "rad/s" or "m/s".
+        away: Distance of a joint that stands from where it was commanded last [rad] or [m], where a stop does not
+            explain it; NaN for none.
     """
 
     moving: bool | None
@@ -118,16 +120,23 @@ class Standstill:
     joint: str = ""
     speed: float = float("nan")
     unit: str = ""
+    away: float = float("nan")
 
     @property
     def stands(self) -> bool:
         """Whether the arm is known to stand."""
         return self.moving is False
 
+    @property
+    def expected(self) -> bool:
+        """Whether it stands where it should."""
+        return self.stands and not self.away > 0.0
+
     def details(self) -> dict[str, object]:
         """For JSON and the recording."""
-        speed = {"joint": self.joint, "speed": self.speed, "unit": self.unit} if self.joint else {}
-        return {"moving": self.moving, "standstill": self.text, **speed}
+        known = {"joint": self.joint, "speed": self.speed, "unit": self.unit, "away": self.away}
+        known = {name: value for name, value in known.items() if value != "" and value == value}
+        return {"moving": self.moving, "standstill": self.text, **known}
 
 
 def unknown_at_end(why: str) -> Standstill:

@@ -8,6 +8,9 @@ from typing import Any
 
 from exidyn.drivers import Driver, StopLevel
 
+WORDS = {StopLevel.BRAKE: "controlled stop", StopLevel.QUICK: "quick stop", StopLevel.OFF: "power off"}
+"""Stops as a person reads them."""
+
 FAULT, SILENT = "drive fault", "silence"
 """Kinds of stops: a drive has stopped itself and says why, a joint is not heard."""
 BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -35,6 +38,11 @@ class Stop:
     value: float = float("nan")
     limit: float = float("nan")
     unit: str = ""
+
+    @property
+    def announcement(self) -> str:
+        """What a person reads while the run goes on."""
+        return f"{WORDS[self.level]}: {self.text}"
 
     def details(self) -> dict[str, object]:
         """For the recording: what is known of it, by name."""
@@ -116,6 +124,7 @@ class Stops:
     Args:
         driver: Open.
         report: Called with every stop and failure: kind of event, text and details.
+        say: Called with what a person is to read at once.
 
     Attributes:
         reason: Why the run ends before its time; None as long as it does not.
@@ -123,8 +132,13 @@ class Stops:
         level: Hardest level asked for so far; 0 for none.
     """
 
-    def __init__(self, driver: Driver, report: Callable[[str, str, dict[str, object]], None]) -> None:
-        self._driver, self._report = driver, report
+    def __init__(
+        self,
+        driver: Driver,
+        report: Callable[[str, str, dict[str, object]], None],
+        say: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self._driver, self._report, self._say = driver, report, say
         self.reason: Stop | None = None
         self.escalated: list[Stop] = []
         self.level = 0
@@ -157,10 +171,12 @@ class Stops:
         if self.reason is None or self.reason.kind != SILENT:
             return
         self.reason = replace(self.reason, kind=FAULT, text=f"{fault}. Before that {self.reason.text}")
+        self._say(f"the reason of the stop: {fault}")
         self._report("cause", fault, self.reason.details())
 
     def _ask(self, stop: Stop) -> None:
         self.level = stop.level
+        self._say(stop.announcement)
         failure = self._sent(stop.level)
         self._report("stop", stop.text, stop.details())
         if failure is None:
@@ -169,6 +185,7 @@ class Stops:
             self.escalate(harder_stop)
         else:
             text = f"the driver failed at {stop.level.name}, and nothing is left: {failure}"
+            self._say(text)
             self._report("warning", text, {})
 
     def _sent(self, level: StopLevel) -> Exception | None:

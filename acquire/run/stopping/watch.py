@@ -48,6 +48,8 @@ class WatchLimits:
         least_silence: Cycles of silence that are borne at any rate.
         stall: Longest time without a cycle [s].
         missed: Share of a second's cycles that may be missed [-].
+        stale: Share of a second's samples in which a joint may be silent [-]: filled in between the others, a tenth
+            does not change what is identified.
     """
 
     tracking: float = 0.035
@@ -62,6 +64,7 @@ class WatchLimits:
     least_silence: int = 5
     stall: float = 0.05
     missed: float = 0.05
+    stale: float = 0.1
 
     def silent_cycles(self, cycle: float) -> int:
         """For how many cycles in a row a joint may be silent, given the time of one [s]."""
@@ -115,7 +118,8 @@ def _monitors(
         monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),
         monitors.Current(joints, by_torque if current is None else current, effort),
         monitors.Torque(joints, watch.effort * limits.torque, effort, unit),
-        monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle)),
+        monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle), cycle),
+        monitors.Stale(cycle, watch.stale),
         monitors.Lateness(cycle, watch.stall, watch.missed),
     )
 

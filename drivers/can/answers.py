@@ -1,0 +1,101 @@
+"""Answers: to which question a frame on a CAN bus belongs, of joints that answer each question with one frame.
+
+No frame carries a number or a time. One that comes after its cycle, from an adapter's queue or a slow motor,
+would be read in the next cycle, look right, and be late from then on. So questions and answers are counted: where
+an answer is missing, the next frame may be that one, and is not taken for a measurement of its cycle. A second
+frame to one question means that two nodes have the same number; which of them is the joint is not known.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+
+DOUBTED = 1.0
+"""How long a joint that answered twice is not trusted [s]."""
+
+
+class Answers:
+    """Counts the questions to joints and their answers.
+
+    Args:
+        names: Names of the joints, for events.
+        report: Called with an event, a sentence.
+        may_skip: Whether a joint can be left out of a cycle. Nothing that comes then is lost, and what comes is
+            known to be late.
+
+    Attributes:
+        fresh: Whether each joint has answered the question of this cycle.
+        waiting: Number of joints of which that answer is to come.
+    """
+
+    def __init__(self, names: Sequence[str], report: Callable[[str], None], may_skip: bool) -> None:
+        self._names, self._report, self._may_skip = names, report, may_skip
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget all questions."""
+        count = len(self._names)
+        self.fresh, self.waiting = [False] * count, 0
+        self._owed, self._came = [0] * count, [0] * count
+        self._skipped, self._late = [False] * count, [False] * count
+        self._last, self._doubted_until = [b""] * count, [0.0] * count
+        self._open = False
+
+    def ask(self) -> list[bool]:
+        """Begin a cycle; which joints are to be asked in it."""
+        asked = [self._settled(joint) for joint in range(len(self._names))]
+        self._owed = [owed + ask for owed, ask in zip(self._owed, asked, strict=True)]
+        self.fresh, self._came = [False] * len(asked), [0] * len(asked)
+        self.waiting, self._open = sum(asked), True
+        return asked
+
+    def end(self) -> None:
+        """The cycle is over: what comes before the next question is late."""
+        self._open = False
+
+    def add_question(self) -> None:
+        """All joints were asked once more, out of turn."""
+        self._owed = [owed + 1 for owed in self._owed]
+
+    def take(self, joint: int, data: bytes) -> None:
+        """A frame with an answer of a joint has come."""
+        self._came[joint] += 1
+        if not self._owed[joint]:
+            self._answered_twice(joint, data)
+            return
+        self._owed[joint] -= 1
+        self._last[joint] = data
+        if self._owed[joint] or not self._open:
+            self._report_late(joint)
+            return
+        self._late[joint] = False
+        self.waiting -= 1
+        self.fresh[joint] = time.monotonic() >= self._doubted_until[joint]
+
+    def _settled(self, joint: int) -> bool:
+        """Find out whether a missing answer was lost; whether the joint can be asked."""
+        if not self._owed[joint]:
+            self._skipped[joint] = False
+        elif self._may_skip:
+            self._skipped[joint] = not self._skipped[joint]
+            self._owed[joint] *= self._skipped[joint]
+        elif self._came[joint] == 1:  # one answer to one question: what was missing before does not come any more
+            self._owed[joint] = 0
+        return not self._skipped[joint]
+
+    def _report_late(self, joint: int) -> None:
+        if not self._late[joint]:
+            self._report(f"{self._names[joint]}: an answer came after its cycle, or one before it was lost; not used")
+        self._late[joint] = True
+
+    def _answered_twice(self, joint: int, data: bytes) -> None:
+        """Doubt a joint with a second answer of another content; CAN itself may deliver a frame twice."""
+        now = time.monotonic()
+        if data == self._last[joint] or self._came[joint] < 2:
+            return
+        if now >= self._doubted_until[joint]:
+            self._report(
+                f"{self._names[joint]}: two different answers to one question. Do two nodes have the same number? "
+                "Neither is used"
+            )
+        self._doubted_until[joint] = now + DOUBTED
+        self.fresh[joint] = False

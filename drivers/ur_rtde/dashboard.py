@@ -1,0 +1,93 @@
+"""The dashboard server of a Universal Robots controller: lines of text, asked before a run and beside its cycles."""
+
+import select
+import socket
+import time
+from contextlib import suppress
+
+LONGEST = 4096
+"""Bytes that are read at once, and of an answer."""
+ANSWERED = 1.0
+"""Time within which the controller should have answered a request of a run [s]; it usually takes some hundredths."""
+
+
+class Dashboard:
+    """A connection to the dashboard server, where there is one; PolyScope X has none.
+
+    Connecting, and a question of `ask`, take as long as `patience` [s] at most; all else never waits.
+    """
+
+    def __init__(self, address: str, port: int, patience: float) -> None:
+        self._socket: socket.socket | None = None
+        self._patience, self._text = patience, b""
+        self._asked, self._due = "", 0.0
+        with suppress(OSError):
+            self._socket = socket.create_connection((address, port), patience)
+            self._socket.setblocking(False)
+            self._line()  # it greets
+
+    @property
+    def there(self) -> bool:
+        return self._socket is not None
+
+    def ask(self, question: str) -> str:
+        """The answer to a question; empty where there is none."""
+        return self._line() if self._sent(question) else ""
+
+    def request(self, question: str) -> str:
+        """Ask without waiting for the answer, which `answers` has later; why it was not sent, empty if it was."""
+        if not self._sent(question):
+            return f"the controller's dashboard does not take '{question}'"
+        self._asked, self._due, self._text = question, time.monotonic() + ANSWERED, b""
+        return ""
+
+    def answers(self) -> list[str]:
+        """What the controller has said to a request since the last call, or that it says nothing; a sentence each."""
+        if not self._asked:
+            return []
+        self._receive()
+        *lines, self._text = self._text.split(b"\n")
+        if not lines and time.monotonic() < self._due:
+            return []
+        asked, self._asked = self._asked, ""
+        said = lines[0].decode("utf-8", "replace").strip() if lines else ""
+        return [f"the controller's dashboard to '{asked}': {said or f'no answer in {ANSWERED:g} s'}"]
+
+    def _sent(self, question: str) -> bool:
+        if self._socket is None:
+            return False
+        data = f"{question}\n".encode()
+        try:
+            return self._socket.send(data) == len(data)
+        except OSError:
+            self.close()
+            return False
+
+    def _line(self) -> str:
+        """The next line, waited for; empty where none comes in time."""
+        end = time.monotonic() + self._patience
+        while b"\n" not in self._text and self._socket is not None and time.monotonic() < end:
+            select.select([self._socket], [], [], max(end - time.monotonic(), 0.0))
+            self._receive()
+        line, newline, rest = self._text.partition(b"\n")
+        self._text = rest if newline else b""
+        return line.decode("utf-8", "replace").strip() if newline else ""
+
+    def _receive(self) -> None:
+        """Take what has come. Where it is no line, however much comes, the connection is given up."""
+        if self._socket is None:
+            return
+        try:
+            data = self._socket.recv(LONGEST)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        self._text += data
+        if not data or (len(self._text) > LONGEST and b"\n" not in self._text):
+            self.close()
+
+    def close(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
