@@ -18,10 +18,12 @@ from parts.record.drivers import agreement
 from parts.record.drivers import table as drivers
 from parts.record.escalation import table as escalation
 from parts.record.faults import table as faults
+from parts.record.stops import table as stops
 
 PARTS = {
     "drivers": drivers.main,
     "faults": faults.main,
+    "stops": stops.main,
     "escalation": escalation.main,
     "told": told.main,
     "kills": kill.main,
@@ -30,9 +32,9 @@ PARTS = {
     "example": example.main,
 }
 
-OF_DRIVERS = ("drivers", "faults", "agreement")
+OF_DRIVERS = ("drivers", "faults", "stops", "agreement")
 """Parts that can be had of some drivers."""
-QUICK = ("drivers", "faults", "escalation", "kills", "parsers")
+QUICK = ("drivers", "faults", "stops", "escalation", "kills", "parsers")
 """What fits into a minute; the others take as long in small, with `--quick --only agreement example`."""
 
 

@@ -64,7 +64,7 @@ class Answers:
             return
         self._owed[joint] -= 1
         self._last[joint] = data
-        if self._owed[joint] or not self._open:
+        if self._owed[joint] or self._skipped[joint] or not self._open:
             self._report_late(joint)
             return
         self._late[joint] = False

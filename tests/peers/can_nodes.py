@@ -21,6 +21,7 @@ from can_arm import COUNTS, GEAR, ObedientArm, sign, zero
 from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
 from cia402_node import PRE_OPERATIONAL, STATUS, Node
 from pace import Pace
+from sensors import Sensors
 
 RATED = 4000
 """Rated current [mA]."""
@@ -59,7 +60,7 @@ class Nodes:
         ]
         self.cycles = self.enabled_at = 0
         self.synced = self.moved = self.next_look = time.monotonic()
-        self.pace = Pace(plant)
+        self.pace, self.sensors = Pace(plant), Sensors()
         self.measure(time.time())
         for node in self.nodes:
             node.held = node.demand = node.actual
@@ -78,13 +79,16 @@ class Nodes:
     def measure(self, now):
         """Put into the objects what the sensors measure at a time."""
         measured = self.plant.measure()
-        counts = np.rint((self.pace.position(now) - self.zero) * self.per_radian)
+        position = self.pace.position(now)
+        counts = np.rint((position - self.zero) * self.per_radian)
+        shown = np.nan_to_num((self.sensors.shown(position) - self.zero) * self.per_radian, nan=-(2**31))
+        shown = np.rint(np.clip(shown, -(2**31), 2**31 - 1))
         thousandths = np.rint(sign(len(counts)) * measured.current / (RATED * 1e-6))
-        for node, position, effort in zip(
-            self.nodes, counts, np.clip(thousandths, -32768, 32767), strict=True
+        for node, position, reading, effort in zip(
+            self.nodes, counts, shown, np.clip(thousandths, -32768, 32767), strict=True
         ):
             node.actual = float(position)
-            node.show(0x6064, int(position))
+            node.show(0x6064, int(reading))
             node.show(0x6078, int(effort))
             node.show(0x6077, int(effort))
 
@@ -143,6 +147,11 @@ class Nodes:
                 fault.done = True
                 self.let_go_wrong(fault.kind, fault.node)
 
+    def told(self, words):
+        """A line on standard input: of the sensors, or KIND NODE as in `--fault`."""
+        if not self.sensors.told(words):
+            self.let_go_wrong(words[0], int(words[1]))
+
     def let_go_wrong(self, kind, number):
         node = self.nodes[number - 1]
         emit(f"node {number}: now {kind}")
@@ -185,14 +194,17 @@ def emit(text):
     print(text, flush=True)
 
 
-def stop_with_input():
-    """An event that is set when standard input ends or the process is asked to."""
+def stop_with_input(told=lambda words: None):
+    """An event that is set when standard input ends or the process is asked to; lines there are handed on."""
     ended = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
 
     def read():
-        while os.read(0, 1024):
-            pass
+        waiting = ""
+        while data := os.read(0, 1024).decode():
+            *lines, waiting = (waiting + data).split("\n")
+            for line in filter(None, lines):
+                told(line.split())
         ended.set()
 
     threading.Thread(target=read, daemon=True).start()
@@ -246,9 +258,9 @@ def main():
     parser.add_argument("--without", action="append", default=[], help="NODE:INDEX:SUB")
     parser.add_argument("--withhold", action="append", default=[], help="likewise: there, and empty")
     options = parser.parse_args()
-    ended = stop_with_input()
     end = open_end(options.adapter, options.port)
     nodes = Nodes(end, plant(options), options.fault)
+    ended = stop_with_input(nodes.told)
     nodes.pace.lockstep = options.lockstep
     for node in nodes.nodes if options.begin else ():
         node.state = options.begin

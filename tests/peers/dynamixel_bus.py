@@ -101,7 +101,7 @@ class Dynamixels(ServoLine):
             self.tables,
             currents,
             speeds,
-            self.counts(self.arm.pace.position(time.monotonic())),
+            self.shown_counts(2**31 - 1),
             seen.temperature,
             strict=True,
         )

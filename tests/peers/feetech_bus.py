@@ -57,7 +57,7 @@ class Feetechs(ServoLine):
             self.tables,
             currents,
             speeds,
-            self.counts(self.arm.pace.position(time.monotonic())),
+            self.shown_counts(0x7FFF),
             seen.temperature,
             strict=True,
         )

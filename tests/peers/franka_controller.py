@@ -22,6 +22,7 @@ from franky_sim.franka_robot_server import FrankaRobotServer
 from franky_sim.franka_robot_state import FrankaRobotState
 from franky_sim.franka_server import BaseCommand, ConnectCommand, ConnectStatus
 from franky_sim.simulation_server import LocalHostnames
+from sensors import Sensors
 from served import ended_of, keep_cycle
 
 STEP = 0.001
@@ -65,7 +66,7 @@ class Robot:
     has_gripper = False
 
     def __init__(self, plant):
-        self.plant, self.success = plant, 1.0
+        self.plant, self.success, self.sensors = plant, 1.0, Sensors()
         self.measured = plant.measure()
         self.target, self.velocity, self.acceleration = np.array(self.measured.position), *np.zeros((2, 7))
 
@@ -127,7 +128,7 @@ class Controller(FrankaRobotServer):
         numbers = np.frombuffer(self.packed, "<f4", NUMBERS)
         for first, values in (
             (TORQUE, (torque, 0.5 * torque)),
-            (POSITION, (found.position, arm.target, found.velocity, arm.velocity)),
+            (POSITION, (arm.sensors.shown(found.position), arm.target, found.velocity, arm.velocity)),
             (MOTOR, (found.position + torque / STIFFNESS, found.velocity)),
         ):
             numbers[first : first + 7 * len(values)] = np.concatenate(values)
@@ -213,6 +214,8 @@ class Controller(FrankaRobotServer):
             self.send_state()
 
     def fault(self, words):
+        if self.arm.sensors.told(words):
+            return
         if words[0] == "reflex":
             self.reflex(words[1])
         elif words[0] == "error":

@@ -23,10 +23,12 @@ from exidyn.identify.robot_files.robot_file import read_model
 if __package__:
     from .arm import make_plant
     from .krc_context import Context
+    from .sensors import Sensors
     from .served import keep_cycle
 else:
     from arm import make_plant
     from krc_context import Context
+    from sensors import Sensors
     from served import keep_cycle
 
 STAMPED = 35  # SO_TIMESTAMPNS
@@ -92,7 +94,7 @@ class Controller:
         self.plant = make_plant(given.robot, start, given.seed)
         self.measured = self.plant.measure()
         self.pose = self.target = self.rest = self.measured.position
-        self.under_way = deque(maxlen=given.lag + 1)
+        self.under_way, self.sensors = deque(maxlen=given.lag + 1), Sensors()
         self.furthest = 0.0
         self.noise = np.random.default_rng(given.seed)
         self.ipoc = given.ipoc
@@ -260,7 +262,7 @@ class Controller:
             return b'<Rob Type="KUKA"></Rob>'
         pose = self.axes(self.pose + self.by_program(number))
         values = {
-            "DEF_AIPos": ("AIPos", self.axes(self.measured.position) + self.unrest()),
+            "DEF_AIPos": ("AIPos", self.axes(self.sensors.shown(self.measured.position)) + self.unrest()),
             "DEF_ASPos": ("ASPos", pose),
             "DEF_MACur": ("MACur", self.current()),
             "DEF_EIPos": ("EIPos", [500.0, *[0.0] * 5]),
@@ -348,8 +350,10 @@ def main():
     end = time.monotonic() + given.seconds if given.seconds else float("inf")
 
     def ended(_=0, wait=0.0):
-        left = select.select([sys.stdin], [], [], wait)[0] and not sys.stdin.readline()
-        return bool(left or terminated) or time.monotonic() > end
+        line = sys.stdin.readline() if select.select([sys.stdin], [], [], wait)[0] else "\n"
+        if line.strip():
+            controller.sensors.told(line.split())
+        return bool(not line or terminated) or time.monotonic() > end
 
     counts = controller.run(ended)
     controller.socket.close()

@@ -15,6 +15,7 @@ from can_arm import MASTER, MIT_RANGES, sign, zero
 from can_ends import frame, noise
 from can_nodes import arguments, emit, fifo, open_end, plant, stop_with_input
 from pace import Pace
+from sensors import Sensors
 
 TIMEOUT_UNIT = 50e-6
 RUNAWAY = 2.0
@@ -115,6 +116,8 @@ class Motor:
 
 
 def _whole(value, most, full):
+    """The end of the scale for what has no value there, the lower one for what is no number."""
+    value = -most if value != value else value
     return int(min(max((value / most + 1.0) * 0.5 * full + 0.5, 0.0), full))
 
 
@@ -134,7 +137,7 @@ class Motors:
         self.random = np.random.default_rng(0)
         self.asked, self.cycles, self.on_at = set(), 0, 0
         self.looked = time.monotonic()
-        self.pace = Pace(plant)
+        self.pace, self.sensors = Pace(plant), Sensors()
         self.measure(time.time())
         self.held = self.plant.measure().position.copy()
 
@@ -142,7 +145,7 @@ class Motors:
         measured = self.plant.measure()
         for motor, position, velocity, current, celsius in zip(
             self.motors,
-            (self.pace.position(now) - self.zero) * self.sign,
+            (self.sensors.shown(self.pace.position(now)) - self.zero) * self.sign,
             measured.velocity * self.sign,
             measured.current * self.sign,
             measured.temperature,
@@ -197,6 +200,11 @@ class Motors:
         seconds = self.pace.length(self.cycle, self.stamp)
         self.pace.step(self.held, np.array(velocity) * self.sign, seconds)
 
+    def told(self, words):
+        """A line on standard input: of the sensors, or KIND MOTOR as in `--fault`."""
+        if not self.sensors.told(words):
+            self.let_go_wrong(words[0], self.motors[int(words[1]) - 1])
+
     def go_wrong(self):
         since = self.cycles - self.on_at if self.on_at else -1
         for fault in self.faults:
@@ -204,14 +212,16 @@ class Motors:
                 noise(self.end, self.random, [motor.master for motor in self.motors])
             elif since >= fault.cycle and not fault.done:
                 fault.done = True
-                motor = self.motors[fault.node - 1]
-                emit(f"motor {motor.number}: now {fault.kind}")
-                if fault.kind == "silent":
-                    self.silent.add(motor.number)
-                elif fault.kind == "runaway":
-                    self.running.add(motor.number)
-                elif fault.kind == "error":
-                    motor.fail(10)
+                self.let_go_wrong(fault.kind, self.motors[fault.node - 1])
+
+    def let_go_wrong(self, kind, motor):
+        emit(f"motor {motor.number}: now {kind}")
+        if kind == "silent":
+            self.silent.add(motor.number)
+        elif kind == "runaway":
+            self.running.add(motor.number)
+        elif kind == "error":
+            motor.fail(10)
 
     def run(self, ended):
         while not ended.is_set():
@@ -243,9 +253,9 @@ def main():
     parser.add_argument("--torque-range", type=float, default=MIT_RANGES[2], help="or current, for T-Motor")
     options = parser.parse_args()
     RANGES[2] = options.torque_range
-    ended = stop_with_input()
     end = open_end(options.adapter, options.port)
     motors = Motors(end, plant(options), options)
+    ended = stop_with_input(motors.told)
     motors.pace.lockstep = options.lockstep
     for text in options.register:
         place, _, value = text.partition("=")

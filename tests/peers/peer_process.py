@@ -67,6 +67,11 @@ class Peer:
                     raise LookupError(f"the peer did not print '{text}'; it printed: {''.join(self.lines)}")
                 self._news.wait(0.05)
 
+    def tell(self, line):
+        """Write a line to its standard input."""
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+
     def printed(self, text):
         with self._news:
             return any(text in line for line in self.lines)

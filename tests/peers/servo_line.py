@@ -15,6 +15,7 @@ What goes wrong is sent through standard input, a line each, and "did ..." comes
     show ADDRESS SIZE    prints this register of all servos: "shows [...]"
     clear                all servos answer again, in time
     heal                 all is as in the beginning, but for where the arm stands
+    sensor, truth        as in `sensors.py`
 """
 
 import heapq
@@ -26,6 +27,7 @@ import tty
 
 import numpy as np
 from pace import Pace
+from sensors import Sensors
 from servo_units import TURN, ids, sign, zero
 
 
@@ -80,7 +82,7 @@ class ServoLine:
         self.ids, self.baudrate, self.mirror = ids(joints), baudrate, mirror
         self.arm = MovedArm(plant, cycle)
         self.per_radian, self.zero = sign(joints) * gear * TURN / (2.0 * np.pi), zero(joints)
-        self.direction, self.gear = sign(joints), gear
+        self.direction, self.gear, self.sensors = sign(joints), gear, Sensors()
         self.waiting, self.received, self.received_at = [], b"", time.monotonic()
         self.random = random.Random(0)
         self.clear()
@@ -91,6 +93,12 @@ class ServoLine:
 
     def counts(self, position):
         return np.rint(self.zero + position * self.per_radian).astype(int)
+
+    def shown_counts(self, largest):
+        """Counts that the sensors show now; the largest, either way, for what has no value."""
+        shown = self.sensors.shown(self.arm.pace.position(time.monotonic()))
+        counts = np.nan_to_num(self.zero + shown * self.per_radian, nan=-largest)
+        return np.rint(np.clip(counts, -largest, largest)).astype(int)
 
     def radians(self, counts):
         return (np.asarray(counts) - self.zero) / self.per_radian
@@ -170,7 +178,8 @@ class ServoLine:
         lines = os.read(0, 4096)
         for line in lines.decode().splitlines():
             kind, *numbers = line.split()
-            self.go_wrong(kind, *map(float, numbers))
+            if not self.sensors.told(line.split()):
+                self.go_wrong(kind, *map(float, numbers))
             print(f"did {line}", flush=True)
         return bool(lines)
 

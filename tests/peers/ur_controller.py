@@ -13,11 +13,13 @@ import numpy as np
 
 if __package__:
     from .can_arm import ObedientArm
+    from .sensors import Sensors
     from .served import ended_of, keep_cycle
     from .ur_script import ScriptError, program
     from .ur_servers import RtdeClient, TextServer, listening
 else:
     from can_arm import ObedientArm
+    from sensors import Sensors
     from served import ended_of, keep_cycle
     from ur_script import ScriptError, program
     from ur_servers import RtdeClient, TextServer, listening
@@ -53,7 +55,8 @@ class Controller:
         self.outputs = {f"output_{kind}_register_{k}": 0 for kind in ("int", "double") for k in range(48)}
         self.rtde, self.programs, self.dashboard = (listening(given.bind) for _ in range(3))
         self.clients, self.senders, self.askers = [], [], []
-        self.runs, self.clock = 0.0, ""
+        self.runs, self.clock, self.sensors = 0.0, "", Sensors()
+        self.asked_to = "answer"  # or be "silent", "flood", or "babble" without the end of a line
         self.now = self.values()
 
     # What is measured, as RTDE calls it.
@@ -71,7 +74,7 @@ class Controller:
         state = PAUSED if self.paused else PLAYING if self.program else STOPPED
         return {
             "timestamp": ("DOUBLE", self.shown_time()),
-            "actual_q": ("VECTOR6D", measured.position),
+            "actual_q": ("VECTOR6D", self.sensors.shown(measured.position)),
             "actual_qd": ("VECTOR6D", measured.velocity),
             "target_q": ("VECTOR6D", self.target),
             "target_qd": ("VECTOR6D", self.velocity),
@@ -212,11 +215,17 @@ class Controller:
                 pass
         for one in (*self.senders, *self.askers):
             one.receive()
+        for one in self.askers if self.asked_to in ("flood", "babble") else ():
+            one.send((b"x\n" if self.asked_to == "flood" else b"x") * 20000)
         self.senders, self.askers = ([x for x in those if x.open] for those in (self.senders, self.askers))
 
     def greet(self, link):
         link.sendall(b"Connected: Universal Robots Dashboard Server\n")
-        return TextServer(link, lambda line: link.sendall(f"{self.answer(line.strip())}\n".encode()), "\n")
+        return TextServer(link, lambda line: self.tell(link, self.answer(line.strip())), "\n")
+
+    def tell(self, link, text):
+        if self.asked_to == "answer":
+            link.sendall(f"{text}\n".encode())
 
     def answer(self, line):
         if line == "is in remote control" and self.given.series == "e":
@@ -233,7 +242,11 @@ class Controller:
     # What goes wrong.
 
     def fault(self, words):
-        if words[0] in ("protective", "emergency"):
+        if self.sensors.told(words):
+            return
+        if words[0] == "dashboard":  # what it does with questions from then on
+            self.asked_to = words[1]
+        elif words[0] in ("protective", "emergency"):
             self.safety_mode = PROTECTIVE if words[0] == "protective" else EMERGENCY
             self.end_program(words[0])
         elif words[0] == "slider":
