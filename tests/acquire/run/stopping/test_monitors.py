@@ -8,11 +8,13 @@ from exidyn.acquire.run.stopping.monitors import (
     Outside,
     Silence,
     Speed,
+    Stale,
+    Temperature,
     Tracking,
     TrackingError,
 )
 from exidyn.acquire.run.stopping.watch import ControllerClock
-from exidyn.drivers import Command
+from exidyn.drivers import Command, StopLevel
 from exidyn.identify.arm.robot import SLIDING
 
 JOINTS = ("one", "two")
@@ -151,3 +153,41 @@ def test_samples_that_are_late_are_no_fault_of_the_clock(cycle):
 def test_cycles_in_which_nothing_came_say_nothing_of_the_clock():
     silent = [(seen(stale=np.ones(2, bool), host_time=k * 8_000_000), None) for k in range(200)]
     assert first_stop(ControllerClock(0.008, 0.05), silent) is None
+
+
+def hot(number, celsius, cycle=0.002):
+    return seen(temperature=np.array([celsius, 25.0]), host_time=round(1e9 * number * cycle)), None
+
+
+def temperature_monitor(cycle=0.002):
+    return Temperature(JOINTS, np.full(2, 85.0), round(1.0 / cycle), cycle)
+
+
+@pytest.mark.parametrize("every", [1, 10, 100])
+def test_a_motor_that_is_too_hot_stops_the_run_after_a_second_however_seldom_it_is_read(every):
+    samples = [hot(k, 99.0 if k % every == 0 else np.nan) for k in range(2000)]
+    number, stop = first_stop(temperature_monitor(), samples)
+    assert 498 <= number <= 500
+    assert stop.joint == "one"
+    assert (stop.value, stop.limit) == (99.0, 85.0)
+
+
+def test_one_wrong_reading_of_a_temperature_stops_nothing():
+    samples = [hot(k, (99.0 if k == 300 else 60.0) if k % 100 == 0 else np.nan) for k in range(2000)]
+    assert first_stop(temperature_monitor(), samples) is None
+
+
+def test_joints_that_are_silent_too_often_stop_the_run_though_never_for_long():
+    one = np.array([True, False])
+    samples = [(seen(stale=one if k % 5 == 0 else np.zeros(2, bool)), None) for k in range(1000)]
+    number, stop = first_stop(Stale(0.002, 0.1), samples)
+    assert number == 5 * 50  # the fifty-first of five hundred is beyond a tenth
+    assert stop.level is StopLevel.BRAKE
+    assert first_stop(Stale(0.002, 0.25), samples) is None
+
+
+@pytest.mark.parametrize(("skipped", "level"), [(30, StopLevel.BRAKE), (200, StopLevel.QUICK)])
+def test_after_a_long_stall_the_arm_rests_and_is_not_braked_by_commands(skipped, level):
+    monitor = Lateness(0.002, 0.05, 0.05)
+    monitor.look(seen(), sent(0.0))
+    assert monitor.look(seen(skipped=skipped), sent(0.0)).level is level

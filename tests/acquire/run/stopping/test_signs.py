@@ -252,3 +252,40 @@ def test_of_a_joint_that_is_silent_at_the_end_nobody_knows():
     assert standstill.moving is None
     assert "nothing is received from two" in standstill.text
     assert end_of(np.zeros((10, 2))).moving is None  # too short to say
+
+
+def at_rest(position, commanded, state=State.HOLDING, velocity=0.0):
+    """What is said of an arm that stands there, by the command that was sent last."""
+    looking = signs()
+    command = Command(np.array(commanded, float), velocity * TWO)
+    for number in range(120):
+        looking.look(sample(number, position), command if number == 0 or state is State.HOLDING else None, state)
+    return looking.at_end()
+
+
+def test_an_arm_that_stands_where_it_was_commanded_is_all_right():
+    standstill = at_rest((0.0, 0.01), (0.0, 0.0))
+    assert standstill.expected
+    assert standstill.details() == {"moving": False, "standstill": "the arm stands"}
+
+
+def test_an_arm_that_stands_elsewhere_is_told_with_joint_and_distance():
+    standstill = at_rest((0.0, 0.98), (0.0, 0.0))
+    assert standstill.stands
+    assert not standstill.expected
+    assert "two 0.98 rad from where it was commanded last, limit 0.035" in standstill.text
+    assert standstill.details()["away"] == pytest.approx(0.98)
+
+
+@pytest.mark.parametrize(("away", "expected"), [(0.5, True), (1.2, False)])
+def test_after_a_quick_stop_the_arm_may_stand_its_stopping_distance_further_on(away, expected):
+    # 1 rad/s takes 0.15 rad until drives react and 0.2 rad at half of 5 rad/s^2.
+    standstill = at_rest((away - 0.2, 0.0), (0.0, 0.0), State.QUICK, velocity=1.0)
+    assert standstill.expected is expected
+
+
+def test_an_arm_that_was_never_commanded_stands_anywhere():
+    looking = signs()
+    for number in range(120):
+        looking.look(sample(number, (1.0, 2.0)), None, State.LISTENING)
+    assert looking.at_end().expected
