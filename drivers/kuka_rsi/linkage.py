@@ -64,8 +64,8 @@ class Linkage:
 
     def refusal(self) -> str:
         """Which axes moved otherwise than corrected, and what to do about it."""
-        faulty = np.flatnonzero(self._wrong.any(axis=0))
-        sources = {int(axis): self._source(int(axis)) for axis in faulty}
+        faulty = np.flatnonzero(self._wrong.any(axis=0)).tolist()
+        sources = {axis: self._source(axis) for axis in faulty}
         crossed = [
             f"{self.axes[axis]} moved when {self.axes[source]} was corrected"
             for axis, source in sources.items()

@@ -193,19 +193,20 @@ def test_an_answer_with_an_error_number_is_reported_and_stale(mirrors, fast, num
         one.arm_drives()
         fresh(one)
         send_only(mirrors, f"refuse {servo(2)} {number}")
-        sample, events = until(one, lambda s: s.stale.any())
+        sample, events = until(one, lambda s: any("answers with" in event for event in s.events))
         error = f"error {number} ({ERRORS[number]})"
-        assert events == [f"servo 12 (joint3) answers with {error}: its values are not used"]
+        assert f"servo 12 (joint3) answers with {error}: its values are not used" in events
+        assert not any("no whole answer" in event and "joint3" in event for event in sample.events)
         for _ in range(10):  # as long as it has one, and reported once
-            assert sample.stale.tolist() == [False, False, True, False, False, False]
+            sample, events = until(one, lambda s: not np.delete(s.stale, 2).any())
+            assert sample.stale[2]
             assert np.isnan([sample.position[2], sample.velocity[2], sample.current[2]]).all()
             assert np.isfinite(np.delete(sample.position, 2)).all()
             assert sample.fault == ""
-            sample = one.exchange(None)
-            assert sample.events == ()
+            assert not any("answers with" in event for event in events)
         send_only(mirrors, f"refuse {servo(2)} 0")
         _, events = until(one, lambda s: not s.stale.any())
-        assert events == ["answers again from servo 12 (joint3)"]
+        assert any("answers again from" in event and "servo 12 (joint3)" in event for event in events)
 
 
 def test_another_error_number_is_reported_anew_and_with_a_hardware_error(mirrors):
@@ -215,11 +216,10 @@ def test_another_error_number_is_reported_anew_and_with_a_hardware_error(mirrors
         fresh(one)
         for number in (1, 7):
             send_only(mirrors, f"refuse {servo(5)} {number}")
-            _, events = until(one, lambda s: s.events)
-            assert f"servo 15 (joint6) answers with error {number} ({ERRORS[number]}): its" in events[0]
+            _, events = until(one, lambda s: any("answers with" in event for event in s.events))
+            assert any(f"(joint6) answers with error {number} ({ERRORS[number]}): its" in e for e in events)
         send_only(mirrors, f"error {servo(5)} 32")
-        _, events = until(one, lambda s: s.events)
-        assert "(access: the register cannot be read or written now) and a hardware error" in events[0]
+        until(one, lambda s: any("written now) and a hardware error" in event for event in s.events))
 
 
 def test_servos_that_refuse_before_the_run_are_not_taken_as_set_up(mirrors):
