@@ -71,8 +71,8 @@ def test_what_corrections_do_is_seen_before_any_motion(tmp_path, mode, more):
 )
 def test_a_run_ends_before_it_begins_where_nobody_sees_what_corrections_do(tmp_path, more, why):
     path = config_file(tmp_path)
-    with running(path, "--timeout", 100, "--seconds", 30, *more) as peer:
-        with driver(path, timeout=100, probe=True) as one:
+    with running(path, "--timeout", 200, "--seconds", 60, *more) as peer:
+        with driver(path, timeout=200, probe=True) as one:
             one.open()
             until_ready(one)
             assert why in one.exchange(None).fault

@@ -136,7 +136,7 @@ def test_no_axis_goes_further_if_this_computer_dies_in_the_middle(timeout):
 def test_a_controller_that_begins_to_add_in_the_middle_is_found_out_or_harmless():
     _, count = probed(Arm(linked=0.0))
     fall = 125 + 35 + 25 + 35
-    for begins in range(3, count, 7):
+    for begins in range(3, count, 17):
         arm = Arm(relative=True, begins=begins, lag=12)
         probe, _ = probed(arm)
         assert probe.fault, begins
