@@ -217,6 +217,6 @@ def _all_answer(bus: ServoBus, reading: Reading) -> bool:
     """Whether all servos answer a question."""
     for _ in range(TRIES):
         bus.drain()
-        if all(answer is not None for answer in bus.ask(reading)):
+        if all(answer is not None and len(answer.data) == reading.length for answer in bus.ask(reading)):
             return True
     return False

@@ -18,15 +18,15 @@ ALERT = 0x80
 """Bit of the error byte: the register of hardware errors is not zero."""
 
 ERRORS = {
-    1: "failed",
-    2: "does not know the instruction",
-    3: "received a wrong checksum",
-    4: "was given a value out of range",
-    5: "was given a wrong length",
-    6: "was given a value beyond its limits",
-    7: "does not give access",
+    1: "result fail: the servo could not do what was asked",
+    2: "instruction: the servo does not know it",
+    3: "CRC: the servo received a wrong checksum",
+    4: "data range: a value does not fit its register",
+    5: "data length: fewer data than the register has",
+    6: "data limit: a value is beyond the limits of its register",
+    7: "access: the register cannot be read or written now",
 }
-"""The other bits of the error byte."""
+"""Meanings of the other bits of the error byte, which are a number; it is 0 where there is none."""
 
 _AROUND = 11
 """Bytes of an answer without data."""
@@ -91,8 +91,19 @@ def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
     return packet(EVERYBODY, SYNC_WRITE, _registers(address, length) + blocks)
 
 
+def refusal(error: int) -> str:
+    """Meaning of an error byte with an error number; empty where it has none."""
+    number = error & ~ALERT
+    meaning = f"error {number} ({ERRORS.get(number, 'unknown')})" if number else ""
+    return f"{meaning} and a hardware error" if number and error & ALERT else meaning
+
+
 def parse(data: bytes, length: int) -> Parsed:
-    """Answers with so many bytes of data each; what is no answer is passed over."""
+    """Answers with so many bytes of data each; what is no answer is passed over.
+
+    An answer with an error number has no data: a servo that could not do what was asked sends none, or bytes
+    that are no measurement.
+    """
     statuses: list[Status] = []
     broken, start = 0, 0
     largest = _AROUND + 4 * (length + 1) // 3
@@ -113,8 +124,9 @@ def _status(answer: bytes, length: int) -> Status | None:
     if answer[7] != STATUS or crc(answer[:-2]) != int.from_bytes(answer[-2:], "little"):
         return None
     body = answer[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
-    refused = len(body) == 1 and body[0] & ~ALERT  # then without data
-    return Status(answer[4], body[0], body[1:]) if len(body) == 1 + length or refused else None
+    if len(body) in (1, 1 + length) and body[0] & ~ALERT:
+        return Status(answer[4], body[0], b"")
+    return Status(answer[4], body[0], body[1:]) if len(body) == 1 + length else None
 
 
 def parse_fast(data: bytes, length: int, count: int) -> Parsed:
@@ -137,7 +149,7 @@ def parse_fast(data: bytes, length: int, count: int) -> Parsed:
         if check.to_bytes(2, "little") != mark:
             rest = count - len(statuses)
             return Parsed(statuses, rest if len(data) >= place + rest * (4 + length) else 0)
-        statuses.append(Status(part[1], part[0], part[2:]))
+        statuses.append(Status(part[1], part[0], b"" if part[0] & ~ALERT else part[2:]))
         place = end + 2
     return Parsed(statuses, 0)
 

@@ -49,6 +49,11 @@ def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
     return packet(EVERYBODY, SYNC_WRITE, bytes([address, length]) + blocks)
 
 
+def refusal(error: int) -> str:
+    """Nothing: the bits of an error are alarms, and the data of such an answer are measurements."""
+    return ""
+
+
 def parse(data: bytes, length: int) -> Parsed:
     """Answers with so many bytes of data each; what is no answer is passed over."""
     statuses: list[Status] = []

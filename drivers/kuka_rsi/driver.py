@@ -120,6 +120,7 @@ class KukaRsi(Driver):
             assert actual is not None  # without it there is no layout
             room = self._lower, self._upper
             self._probe = Probe(layout.axes, actual, self._cycle, given.timeout, *room)
+        self._samples.begin(beginning, self._cycle)
         info = info_of(given, config, layout, self._axes, beginning)
         return simulated(info, self._cycle) if counting else info
 
@@ -143,8 +144,8 @@ class KukaRsi(Driver):
         """A command beyond the controller's window is not sent and is a fault.
 
         None is sent before the driver is `ready`. `lateness` is the time from the telegram's arrival to its
-        answer, or by how much the telegram itself came late after the one before, whichever is more. When all
-        is stale there was no telegram, and the command has not been sent.
+        answer, or by how much the telegram itself came late after the one before, whichever is more. Where
+        no telegram came, all is stale and the command has not been sent.
 
         Raises BadSettings for a command where the controller expects no answers, LinkLost after no telegram
         for as long as the controller waits for answers.

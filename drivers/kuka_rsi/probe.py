@@ -1,11 +1,15 @@
 """Probe: what the controller makes of corrections, seen from motions too small to do harm.
 
 RSI_ON(#ABSOLUTE) takes a correction for the distance from the start, RSI_ON(#RELATIVE) adds it in every
-cycle, so that an arm whose correction is held runs away; no telegram shows which. So two small patterns come
-before any motion. Only a controller that adds makes anything of the first: some ten thousandths of a degree
-for a while, none, the opposite for as long, none. Added up it is a trapezoid that ends where it began, so
-that nothing need be undone. The second is that sum, and is sent only if the first moved nothing: a
-controller that takes distances must follow it.
+cycle, so that an arm whose correction is held runs away. Corrections of an axis may also reach another axis,
+where the RSI context links them so. No telegram shows either, so small patterns come before any motion:
+
+1. All axes are corrected by some ten thousandths of a degree for a while, by zero, by the opposite for as
+   long, and by zero. Only a controller that adds makes anything of it: the arm moves by a hundredth of a
+   degree and back to where it began, so that nothing need be undone.
+2. Only if 1 moved nothing, each axis is corrected by that hundredth of a degree in patterns of its own
+   (`linkage`). A controller that takes distances must follow them, axis by axis. No correction is larger
+   than the sum of 1, and the last is zero, so that each axis ends where it began.
 """
 
 import math
@@ -14,28 +18,25 @@ from collections.abc import Generator, Sequence
 import numpy as np
 
 from .layout import ACTUAL
+from .linkage import MOVED, Linkage, pattern_table
 from .session import Fresh
 from .telegram import decimals
 
 BOUND = 0.05
 """No axis moves further in a probe [deg], which is 2 mm at the end of an arm of 2 m, even if the controller
 adds corrections and this computer dies while it does: what it adds until its Timeout, and the sum before, are
-no more together. An axis that is seen further away ends the probe: only where RSI_MOVECORR is first called in
-the middle of the second pattern, on a controller that adds, may it be further by then, half a degree."""
+no more together. An axis that is seen further away ends the probe: only where RSI_MOVECORR is first called
+after the first pattern, on a controller that adds, may it be further by then, half a degree."""
 SIZES = (0.01, 0.03)
 """By how much the arm should move, in as many attempts [deg]: encoders see ten thousandths, drives hold
 thousandths; a cold gear's friction may hide the first."""
 SHORTEST = 100
 """Timeout for which steps are made where it is shorter [cycles]: 0.1 degrees a second, without a jerk."""
+SPEED = 0.1
+"""Velocity of corrections in the second patterns [deg/s], without a jerk whatever the Timeout."""
 STEPS, SIGMAS = 3, 4
 """What is to be seen is so many steps of the numbers sent, and so many standard deviations of an arm at rest:
 of a median of `SEEN` cycles, `MOVED` of it is then four."""
-MOVED = 0.4
-"""Share of a size from which on it is a motion: an arm that begins to follow while the first pattern rises
-still moves by all of it when that falls."""
-APART = 0.6
-"""Share by which a motion may differ from its correction: a drive that must overcome friction first swings
-over by up to half."""
 BEGINNING = 0.5
 """How long RSI_MOVECORR and the brakes may take after RSI_ON [s]."""
 LAG = 0.1
@@ -83,6 +84,7 @@ class Probe:
         self._axes, self._actual = axes, actual
         self._cycle, self._timeout = cycle, max(timeout, SHORTEST)
         self._way = np.where(upper >= SIZES[-1], 1.0, np.where(lower <= -SIZES[-1], -1.0, 0.0))
+        self._table = pattern_table(len(axes))
         self._rest = np.empty(0)
         self._decimals = 0
         self._messages: list[str] = []
@@ -110,39 +112,52 @@ class Probe:
         return messages
 
     def _probe(self) -> Generator[np.ndarray, np.ndarray, None]:
-        yield from self._played(np.zeros(self._cycles(BEGINNING)))
-        still = yield from self._played(np.zeros(self._watching))
+        axes = len(self._axes)
+        yield from self._played(np.zeros((self._cycles(BEGINNING), axes)))
+        still = yield from self._played(np.zeros((self._watching, axes)))
         self._rest = _last(still)
-        size, rise = 0.0, self._rest
-        for size in self._sizes(still.std(axis=0)):
-            half = self._half(size)
-            seconds = 4 * len(half) * self._cycle
+        sizes = self._sizes(still.std(axis=0))
+        for size in sizes:
+            half = np.outer(self._half(size), self._way)
+            cycles = 2 * len(half) + (len(self._table) + 1) * (self._rise(size) + self._watching)
             self._messages.append(
-                f"seeing what corrections do, by motions of {size:g} degrees, for {seconds:.1f} s"
+                f"seeing what corrections do, by motions of {size:g} degrees, for "
+                f"{cycles * self._cycle:.1f} s"
             )
             up = _last((yield from self._played(half)))
             back = _last((yield from self._played(-half)))
-            self._require_unmoved(up, back, size, half[0])
-            top = _last((yield from self._played(np.cumsum(half))))
-            self._rest = _last((yield from self._played(size - np.cumsum(half))))
-            rise = self._way * (top - 0.5 * (back + self._rest))
-            wrong = rise[self._wrong(rise, size)]
-            if wrong.size == 0:
-                probed = rise[self._way != 0.0]
+            self._require_unmoved(up, back, size, np.abs(half).max())
+            linkage = yield from self._follow(back, size)
+            if linkage.agrees:
+                least, most = linkage.followed.min(), linkage.followed.max()
                 self._messages.append(
-                    "corrections are distances from the start (RSI_ON(#ABSOLUTE)): axes moved by "
-                    f"{probed.min():.4f} to {probed.max():.4f} degrees when corrected by {size:g}"
+                    "corrections are distances from the start (RSI_ON(#ABSOLUTE)), and each reaches its "
+                    f"axis: axes moved by {least:.4f} to {most:.4f} degrees when corrected by {size:g}"
                 )
                 return
-            if np.abs(wrong).max() > MOVED * size:  # it moved, and not as it was corrected
-                break
-        raise _Refused(self._not_followed(rise, size))
+            if not linkage.stuck or size == sizes[-1]:
+                raise _Refused(linkage.refusal())
 
-    def _played(self, shape: np.ndarray) -> _Course:
-        """Correct by a shape (t,) [deg]; the positions meanwhile (t, n) [deg]."""
+    def _follow(self, rest: np.ndarray, size: float) -> Generator[np.ndarray, np.ndarray, Linkage]:
+        """Correct each axis by a size [deg] in its patterns; the arm was at rest before (n,) [deg]."""
+        corrections = size * self._way * self._table
+        places = []
+        before = np.zeros(len(self._axes))
+        for after in (*corrections, 0.0 * before):
+            rise = np.linspace(before, after, self._rise(size) + 1)[1:]
+            hold = np.tile(after, (self._watching, 1))
+            places.append(_last((yield from self._played(np.concatenate((rise, hold))))))
+            before = after
+        self._rest = places.pop()
+        passed = np.arange(1, len(places) + 1)[:, None] / (len(places) + 1)
+        motions = np.array(places) - rest - passed * (self._rest - rest)  # less a steady drift
+        return Linkage(self._axes, corrections, motions, size)
+
+    def _played(self, corrections: np.ndarray) -> _Course:
+        """Correct by corrections (t, n) [deg]; the positions meanwhile (t, n) [deg]."""
         seen = []
-        for correction in shape:
-            seen.append((yield self._way * correction))
+        for correction in corrections:
+            seen.append((yield correction))
             if self._rest.size and np.abs(seen[-1] - self._rest).max() > BOUND:
                 raise _Refused(self._too_far(seen[-1]))
         return np.array(seen)
@@ -156,9 +171,13 @@ class Probe:
         return self._cycles(LAG) + SEEN
 
     def _half(self, size: float) -> np.ndarray:
-        """First half of the first pattern (t,) [deg]; its sum is that of the second."""
+        """First half of the first pattern (t,) [deg]; its sum is the size of the second."""
         count = math.ceil(size * self._timeout / (BOUND - size))
         return np.concatenate((np.full(count, size / count), np.zeros(self._watching)))
+
+    def _rise(self, size: float) -> int:
+        """Cycles in which a correction changes by a size [deg] in the second patterns."""
+        return self._cycles(size / SPEED)
 
     def _sizes(self, noise: np.ndarray) -> tuple[float, ...]:
         """Those that can be seen behind a noise (n,) [deg]."""
@@ -196,19 +215,6 @@ class Probe:
                 f"was {step:.2g} at most. Let the program wait until the arm stands still before RSI_ON, and "
                 "move by nothing but RSI_MOVECORR"
             )
-
-    def _wrong(self, rise: np.ndarray, size: float) -> np.ndarray:
-        """Places of axes that do not follow their corrections."""
-        return np.flatnonzero((self._way != 0.0) & ~(np.abs(rise / size - 1.0) <= APART))
-
-    def _not_followed(self, rise: np.ndarray, size: float) -> str:
-        wrong = self._wrong(rise, size)
-        names = ", ".join(f"{self._axes[place]} ({rise[place]:.2g})" for place in wrong)
-        return (
-            f"corrections of {size:g} degrees did not move the arm by as much: {names}. Are the drives on "
-            "and RSI_MOVECORR called? Are the ETHERNET object's outputs linked to AXISCORR, axis by axis? A "
-            "STOP object may keep corrections from having an effect"
-        )
 
     def _too_far(self, actual: np.ndarray) -> str:
         away = np.abs(actual - self._rest)

@@ -7,10 +7,11 @@ import numpy as np
 
 from ..driver import Info
 from ..samples import ControllerSamples
-from ..values import Sample
+from ..values import SIGNALS, Sample, any_of
 from .config import RsiConfig
 from .conversation import Conversation, lateness
 from .layout import ACTUAL, DELAY, PROGRAMMED, Axes, Layout
+from .plausibility import Plausibility
 from .session import Fresh
 from .settings import RsiSettings
 from .start import Beginning, warning
@@ -139,17 +140,25 @@ def _listed(values: object) -> str:
 
 
 class Samples(ControllerSamples):
-    """Makes the samples of one session."""
+    """Makes the samples of one session; values that cannot be of their cycle are NaN and stale."""
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
         super().__init__(len(layout.axes), len(layout.external), settings.cycle)
         self._axes, self._actual, self._external = axes, layout.columns(ACTUAL), layout.external_columns
         self._current, self._torque = map(layout.columns, (settings.current_tag, settings.torque_tag))
+        self._names = layout.axes
+        self._plausibility: Plausibility | None = None
+
+    def begin(self, beginning: Beginning, cycle: float) -> None:
+        """Look from here on whether measurements are of their cycle [s]."""
+        assert self._actual is not None  # without it there is no layout
+        effort, step = (self._current, self._torque), 10.0**-beginning.decimals
+        self._plausibility = Plausibility(self._names, self._actual, effort, step, cycle)
 
     def of_telegram(self, fresh: Fresh, elapsed: float, **fields: Any) -> Sample:
         """Of a telegram, so long after the first [ms], with further fields of a sample."""
         numbers = np.array(fresh.telegram.numbers)
-        return self.of(
+        sample = self.of(
             round(1e6 * elapsed),
             fresh.datagram.arrival,
             fresh.cycles,
@@ -160,6 +169,18 @@ class Samples(ControllerSamples):
             state=numbers[self._external],
             **fields,
         )
+        return self._without_implausible(sample, numbers, fresh.cycles)
+
+    def _without_implausible(self, sample: Sample, numbers: np.ndarray, cycles: int) -> Sample:
+        if self._plausibility is None:
+            return sample
+        stale = self._plausibility.implausible(numbers, cycles)
+        if not any_of(stale):
+            return sample
+        events = (*sample.events, *self._plausibility.events())
+        fields: dict[str, Any] = {"stale": stale, "events": events}
+        fields |= {name: np.where(stale, np.nan, getattr(sample, name)) for name in SIGNALS}
+        return replace(sample, **fields)
 
     def _scaled(self, numbers: np.ndarray, columns: slice | None, scale: np.ndarray) -> np.ndarray:
         return self.unknown if columns is None else numbers[columns] * scale

@@ -85,8 +85,9 @@ class ServoBus:
         """Data of a servo; None if it does not answer. Raises LinkLost if the port is gone."""
         for _ in range(TRIES):
             self.drain()
-            answer = self.ask(self._codec.ping(servo))[0]
-            if answer is not None:
+            question = self._codec.ping(servo)
+            answer = self.ask(question)[0]
+            if answer is not None and len(answer.data) == question.length:
                 return answer.data
         return None
 
@@ -128,11 +129,16 @@ class ServoBus:
             if len(whole) == len(self.servos):
                 return whole
         texts = [
-            f"{self.names[servo]} " + ("is silent" if answer is None else f"refuses (error {answer.error})")
+            f"{self.names[servo]} is silent" if answer is None else self.refusal(answer)
             for servo, answer, one in zip(self.servos, answers, found, strict=True)
             if one is None
         ]
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
+
+    def refusal(self, answer: Status) -> str:
+        """Which servo refuses a question, and why; empty where the answer has valid data."""
+        meaning = self._codec.refusal(answer.error)
+        return f"{self.names[answer.servo]} answers with {meaning}" if meaning else ""
 
     def require(self, register: Register, value: int, advice: str) -> None:
         """Raise NotReady where a servo has another value; LinkLost if some do not answer."""
@@ -203,6 +209,7 @@ class ServoTalk:
         self._bus = bus
         self._quiet, self._mute, self._turn = False, 0, 0
         self._answering = [True] * len(bus.servos)
+        self._errors = [0] * len(bus.servos)
         self._answer_time = AnswerTime()
 
     def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
@@ -228,9 +235,11 @@ class ServoTalk:
             self._bus.send_only(packets)
             return [None] * len(self._answering)
         reading, length = readings[self._turn % LENGTHS], readings[0].length
+        statuses = self._bus.ask(reading, packets, self._answer_time)
+        self._report_refusals(statuses, events)
         answers = [
             answer if answer is not None and len(answer.data) == reading.length else None
-            for answer in self._bus.ask(reading, packets, self._answer_time)
+            for answer in statuses
         ]
         if reading.length > length:
             answers = [answer and answer._replace(data=answer.data[-length:]) for answer in answers]
@@ -239,13 +248,24 @@ class ServoTalk:
         self._report_changes(answers, events)
         return answers
 
+    def _report_refusals(self, statuses: Sequence[Status | None], events: list[str]) -> None:
+        """Report every error with which a servo refuses the question, when it is new."""
+        for place, status in enumerate(statuses):
+            if status is None:
+                continue
+            refusal = self._bus.refusal(status)
+            before, self._errors[place] = self._errors[place], status.error if refusal else 0
+            if refusal and status.error != before:
+                events.append(f"{refusal}: its values are not used")
+
     def _report_changes(self, answers: Sequence[Status | None], events: list[str]) -> None:
         answering = [answer is not None for answer in answers]
         if answering == self._answering:
             return
         names = [self._bus.names[servo] for servo in self._bus.servos]
         both = list(zip(names, self._answering, answering, strict=True))
-        silent = ", ".join(name for name, before, now in both if before and not now)
+        refused = {name for name, error in zip(names, self._errors, strict=True) if error}
+        silent = ", ".join(name for name, before, now in both if before and not now and name not in refused)
         back = ", ".join(name for name, before, now in both if now and not before)
         events += [f"no whole answer from {silent}"] * bool(silent)
         events += [f"answers again from {back}"] * bool(back)

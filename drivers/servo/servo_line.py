@@ -21,7 +21,7 @@ class Register(NamedTuple):
 
 
 class Status(NamedTuple):
-    """One answer: id of the servo, its error byte, and the data that were asked for."""
+    """One answer: id of the servo, its error byte, and the data that were asked for; none if it refuses."""
 
     servo: int
     error: int
@@ -61,6 +61,9 @@ class Codec(Protocol):
 
     def sync_write(self, address: int, values: Mapping[int, bytes]) -> bytes:
         """Write the same registers, of the same length, of several servos, which do not answer."""
+
+    def refusal(self, error: int) -> str:
+        """Meaning of an error byte of an answer without valid data; empty where the data are valid."""
 
 
 RETURN_DELAY_UNIT = 2e-6

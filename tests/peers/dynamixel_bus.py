@@ -208,7 +208,8 @@ class Dynamixels(ServoLine):
         for place in places:
             if self.ids[place] in self.silent:
                 break
-            own = bytes([self.alert(place), self.ids[place], *self.tables[place][address : address + length]])
+            error = self.error_byte(place)
+            own = bytes([error, self.ids[place], *self.tables[place][address : address + length]])
             check = quick_crc(own, check)
             mark = check.to_bytes(2, "little")
             check = quick_crc(mark, check)
@@ -216,11 +217,12 @@ class Dynamixels(ServoLine):
             part = b""
         return parts
 
-    def alert(self, place):
-        return 0x80 if self.tables[place][HARDWARE] else 0
+    def error_byte(self, place, number=0):
+        alert = 0x80 if self.tables[place][HARDWARE] else 0
+        return alert | (number or self.refusing.get(self.ids[place], 0))
 
     def status(self, place, error, data):
-        body = stuffed(bytes([STATUS, error | self.alert(place), *data]))
+        body = stuffed(bytes([STATUS, self.error_byte(place, error), *data]))
         head = HEADER + bytes([0, self.ids[place], *(len(body) + 2).to_bytes(2, "little")])
         return head + body + quick_crc(head + body).to_bytes(2, "little")
 

@@ -66,6 +66,15 @@ def timed(text):
     return {int(k): float(v) for k, v in (part.split(":") for part in text.split(",") if part)}
 
 
+def exchanged(text, axes):
+    """Places of the outputs that the inputs of AXISCORR are linked to, of `2:3` or of a ring, `1:2:3`."""
+    outputs = list(range(axes))
+    ring = [int(part) - 1 for part in text.split(":") if part]
+    for place, following in zip(ring, [*ring[1:], *ring[:1]], strict=True):
+        outputs[place] = following
+    return tuple(outputs)
+
+
 class Config:
     """The file that the controller has."""
 
@@ -135,6 +144,7 @@ class Controller:
             eager=self.given.eager,
             relative=self.given.mode == "relative",
             linked=np.array(self.given.linked or np.ones(n)),
+            outputs=exchanged(self.given.exchange, n),
         )
 
     def add_up(self):
@@ -319,6 +329,7 @@ def parser():
     parser.add_argument("--i-max", type=float, default=0.0, help="send currents in percent of this [A]")
     parser.add_argument("--mode", default="absolute", choices=("absolute", "relative"), help="of RSI_ON")
     parser.add_argument("--linked", type=numbers, help="1 or 0 an axis: whether AXISCORR is given it")
+    parser.add_argument("--exchange", default="", metavar="2:3", help="axes whose corrections are exchanged")
     parser.add_argument("--movecorr", type=float, default=0.0, help="RSI_MOVECORR comes so late [s]")
     parser.add_argument("--lag", type=int, default=0, help="cycles until a correction has an effect")
     parser.add_argument("--noise", type=float, default=0.0, help="standard deviation of positions [deg]")

@@ -14,8 +14,9 @@ class Context:
 
     `limit` is AXISCORR's, which cuts off without a message; `overall` AXISCORRMON's, which stops; `timeout`
     ETHERNET's, in cycles without an answer; `speed` what the axes can do [deg/s]. `relative` is
-    RSI_ON(#RELATIVE), which adds in every cycle what ETHERNET puts out; `linked` is 1 for an axis whose
-    output of ETHERNET is linked to AXISCORR, else 0.
+    RSI_ON(#RELATIVE), which adds in every cycle what ETHERNET puts out; `outputs` are the places of the
+    outputs of ETHERNET that AXISCORR's inputs are linked to, in order where it is empty; `linked` is 1 for an
+    axis whose input of AXISCORR is linked, else 0.
     """
 
     sentype: str
@@ -31,6 +32,7 @@ class Context:
     eager: bool = False
     relative: bool = False
     linked: np.ndarray | float = 1.0
+    outputs: tuple[int, ...] = ()
     correction: np.ndarray = field(init=False)
     delay: int = 0
     worst: int = 0
@@ -98,6 +100,7 @@ class Context:
 
     def _apply(self, raw: np.ndarray) -> np.ndarray:
         self._output = raw
+        raw = raw[list(self.outputs)] if self.outputs else raw
         raw = self.linked * raw + (self.correction if self.relative else 0.0)
         cut = np.clip(raw, -self.limit, self.limit)
         self.clamped += bool((cut != raw).any())

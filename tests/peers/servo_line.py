@@ -10,6 +10,7 @@ What goes wrong is sent through standard input, a line each, and "did ..." comes
     babble BYTES         bytes that were not asked for
     echo                 the line sends back what it is sent
     error ID BITS        hardware errors
+    refuse ID NUMBER     this servo answers everything with an error number and data (Dynamixel); 0 for none
     reboot ID            power was lost: registers of the memory that forgets are as at first
     set ADDRESS SIZE N   this register of all servos
     show ADDRESS SIZE    prints this register of all servos: "shows [...]"
@@ -90,6 +91,7 @@ class ServoLine:
     def clear(self):
         self.silent, self.corrupt, self.short, self.late = set(), {}, 0, [0.0, 0]
         self.echo = False
+        self.refusing = {}
 
     def counts(self, position):
         return np.rint(self.zero + position * self.per_radian).astype(int)
@@ -200,6 +202,8 @@ class ServoLine:
             self.echo = True
         elif kind == "error":
             self.hardware_error(self.ids.index(int(numbers[0])), int(numbers[1]))
+        elif kind == "refuse":
+            self.refusing[int(numbers[0])] = int(numbers[1])
         elif kind == "reboot":
             self.reboot(self.ids.index(int(numbers[0])))
         elif kind == "set":

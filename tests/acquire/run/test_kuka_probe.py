@@ -63,14 +63,16 @@ def test_what_corrections_do_is_seen_before_any_motion(tmp_path, mode, more):
     ("more", "why"),
     [
         (["--linked", "1,1,0,1,1,1"], "did not move the arm by as much: A3 ("),
+        (["--exchange", "2:3"], "A2 moved when A3 was corrected, A3 moved when A2 was corrected. Link"),
+        (["--exchange", "1:4:6"], "A1 moved when A4 was corrected, A4 moved when A6 was"),
         (["--precision", 1], "positions come in steps of 0.1 degrees"),
         (["--noise", 0.02], "does not stand still"),
     ],
 )
 def test_a_run_ends_before_it_begins_where_nobody_sees_what_corrections_do(tmp_path, more, why):
     path = config_file(tmp_path)
-    with running(path, "--timeout", 100, "--seconds", 30, *more) as peer:
-        with driver(path, timeout=100, probe=True) as one:
+    with running(path, "--timeout", 200, "--seconds", 60, *more) as peer:
+        with driver(path, timeout=200, probe=True) as one:
             one.open()
             until_ready(one)
             assert why in one.exchange(None).fault

@@ -24,11 +24,24 @@ def fresh(position, decimals):
 
 
 class Arm:
-    """Moves as it is corrected; `total` is the commanded position and `furthest` the furthest it was."""
+    """Moves as it is corrected; `total` is the commanded position and `furthest` the furthest it was.
+
+    Axis k gets the correction at place `outputs[k]`, times `linked`.
+    """
 
     def __init__(
-        self, relative=False, begins=0, lag=0, slow=0.0, linked=1.0, noise=0.0, decimals=4, drift=0.0
+        self,
+        relative=False,
+        begins=0,
+        lag=0,
+        slow=0.0,
+        linked=1.0,
+        noise=0.0,
+        decimals=4,
+        drift=0.0,
+        outputs=range(6),
     ):
+        self.outputs = list(outputs)
         self.relative, self.begins, self.lag, self.slow = relative, begins, lag, slow
         self.linked, self.noise, self.decimals, self.drift = (
             np.broadcast_to(linked, 6),
@@ -46,7 +59,7 @@ class Arm:
         sample = fresh(START + self.place + noise + self.drift * self.number, self.decimals)
         self.number += 1
         if self.number > self.begins:
-            self.total = self.linked * correction + (self.total if self.relative else 0.0)
+            self.total = self.linked * correction[self.outputs] + (self.total if self.relative else 0.0)
         self.totals.append(self.total)
         target = self.totals[max(len(self.totals) - 1 - self.lag, 0)]
         self.place = target + self.slow * (self.place - target)
@@ -99,12 +112,12 @@ def test_distances_are_taken_for_such_and_sums_refused(rest, timeout, cycle):
 def test_what_is_done_and_what_was_seen_is_reported():
     probe, count = probed(Arm())
     assert probe.events() == (
-        "seeing what corrections do, by motions of 0.01 degrees, for 1.0 s",
-        "corrections are distances from the start (RSI_ON(#ABSOLUTE)): axes moved by 0.0100 to 0.0100 "
-        "degrees when corrected by 0.01",
+        "seeing what corrections do, by motions of 0.01 degrees, for 1.7 s",
+        "corrections are distances from the start (RSI_ON(#ABSOLUTE)), and each reaches its axis: axes moved "
+        "by 0.0100 to 0.0100 degrees when corrected by 0.01",
     )
     assert probe.events() == ()
-    assert count == 400
+    assert count == 125 + 35 + 2 * (25 + 35) + 5 * (25 + 35)  # 2.3 s
 
 
 @pytest.mark.parametrize("timeout", [10, 100, 500, 10_000])
@@ -123,13 +136,13 @@ def test_no_axis_goes_further_if_this_computer_dies_in_the_middle(timeout):
 def test_a_controller_that_begins_to_add_in_the_middle_is_found_out_or_harmless():
     _, count = probed(Arm(linked=0.0))
     fall = 125 + 35 + 25 + 35
-    for begins in range(3, count, 7):
+    for begins in range(3, count, 17):
         arm = Arm(relative=True, begins=begins, lag=12)
         probe, _ = probed(arm)
         assert probe.fault, begins
         in_time = begins < fall + 15  # 40 % of its 25 steps are left then
         assert "corrections add up" in probe.fault or not in_time
-        assert 0.0 < arm.furthest < (BOUND if in_time else 0.5)
+        assert arm.furthest < (BOUND if in_time else 0.5)
 
 
 @pytest.mark.parametrize("linked", [0.0, [1, 1, 0, 1, 1, 1], [0, 0, 0, 0, 0, 1], 3.0, -1.0, 0.1])
@@ -158,6 +171,47 @@ def test_an_arm_that_does_not_rest_is_refused():
     assert "while its correction was" in probed(Arm(drift=5e-5))[0].fault
     arm = Arm(drift=1e-3)
     assert "does not stand still" in probed(arm)[0].fault
+
+
+EXCHANGES = [
+    [1, 0, 2, 3, 4, 5],
+    [0, 2, 1, 3, 4, 5],
+    [5, 1, 2, 3, 4, 0],
+    [1, 2, 0, 3, 4, 5],
+    [1, 2, 3, 4, 5, 0],
+    [0, 1, 1, 3, 4, 5],
+]
+
+
+@pytest.mark.parametrize("outputs", EXCHANGES)
+@pytest.mark.parametrize("rest", [{}, {"lag": 12, "noise": 0.002}, {"slow": 0.8, "noise": 0.004}])
+def test_axes_that_follow_the_corrections_of_others_are_refused_and_named(outputs, rest):
+    arm = Arm(outputs=outputs, **rest)
+    fault = probed(arm)[0].fault
+    assert fault.startswith("corrections reach the wrong axes: ")
+    assert "Link the ETHERNET object's outputs to the inputs of AXISCORR axis by axis" in fault
+    for place, output in enumerate(outputs):
+        named = f"{AXES[place]} moved when {AXES[output]} was corrected" in fault
+        assert named == (place != output)
+    assert arm.furthest < SIZES[-1] + 1e-6
+    assert np.abs(arm.totals[-1]).max() < 1e-9
+
+
+@pytest.mark.parametrize("outputs", EXCHANGES)
+def test_exchanged_axes_of_a_controller_that_adds_stay_within_the_bound(outputs):
+    arm = Arm(relative=True, outputs=outputs)
+    assert "corrections add up" in probed(arm)[0].fault
+    assert arm.furthest < SIZES[-1] + 1e-6 < BOUND
+
+
+def test_exchanged_axes_are_named_where_one_turns_the_other_way_or_has_no_room():
+    opposite = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+    arm = Arm(outputs=[0, 2, 1, 3, 4, 5], linked=opposite)
+    fault = probed(arm)[0].fault
+    assert "A2 moved when A3 was corrected, A3 moved when A2 was corrected" in fault
+    room = ROOM * [1, 0, 1, 1, 1, 1]
+    fault = probed(Arm(outputs=[0, 2, 1, 3, 4, 5]), lower=-room, upper=room)[0].fault
+    assert "wrong axes: A2 moved when A3 was corrected. Link" in fault
 
 
 def test_an_axis_without_room_is_not_probed():

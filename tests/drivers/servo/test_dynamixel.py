@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers.dynamixel.packet import ERRORS
 from exidyn.drivers.dynamixel.registers import MODELS, RETURN_DELAY, joins_answers
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
@@ -184,6 +185,55 @@ def test_an_error_for_which_a_servo_stops_is_a_fault_and_another_an_event(servos
             one.open()
 
 
+@pytest.mark.parametrize("fast", ["on", "off"])
+@pytest.mark.parametrize("number", range(1, 8))
+def test_an_answer_with_an_error_number_is_reported_and_stale(mirrors, fast, number):
+    with counting("dynamixel", mirrors, fast_sync_read=fast) as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        send_only(mirrors, f"refuse {servo(2)} {number}")
+        sample, events = until(one, lambda s: any("answers with" in event for event in s.events))
+        error = f"error {number} ({ERRORS[number]})"
+        assert f"servo 12 (joint3) answers with {error}: its values are not used" in events
+        assert not any("no whole answer" in event and "joint3" in event for event in sample.events)
+        for _ in range(10):  # as long as it has one, and reported once
+            sample, events = until(one, lambda s: not np.delete(s.stale, 2).any())
+            assert sample.stale[2]
+            assert np.isnan([sample.position[2], sample.velocity[2], sample.current[2]]).all()
+            assert np.isfinite(np.delete(sample.position, 2)).all()
+            assert sample.fault == ""
+            assert not any("answers with" in event for event in events)
+        send_only(mirrors, f"refuse {servo(2)} 0")
+        _, events = until(one, lambda s: not s.stale.any())
+        assert any("answers again from" in event and "servo 12 (joint3)" in event for event in events)
+
+
+def test_another_error_number_is_reported_anew_and_with_a_hardware_error(mirrors):
+    with counting("dynamixel", mirrors) as one:
+        one.open()
+        one.arm_drives()
+        fresh(one)
+        for number in (1, 7):
+            send_only(mirrors, f"refuse {servo(5)} {number}")
+            _, events = until(one, lambda s: any("answers with" in event for event in s.events))
+            assert any(f"(joint6) answers with error {number} ({ERRORS[number]}): its" in e for e in events)
+        send_only(mirrors, f"error {servo(5)} 32")
+        until(one, lambda s: any("written now) and a hardware error" in event for event in s.events))
+
+
+def test_servos_that_refuse_before_the_run_are_not_taken_as_set_up(mirrors):
+    send_only(mirrors, f"refuse {servo(1)} 1")
+    with counting("dynamixel", mirrors) as one:
+        with pytest.raises(LinkLost, match="servo 11 .joint2. did not answer"):
+            one.open()
+        send_only(mirrors, f"refuse {servo(1)} 0")
+        one.open()
+        send_only(mirrors, f"refuse {servo(1)} 7")
+        with pytest.raises(LinkLost, match=r"servo 11 \(joint2\) answers with error 7 \(access"):
+            one.arm_drives()
+
+
 def test_the_bus_watchdog_stops_the_servos_when_the_computer_falls_silent(servos):
     with driver("dynamixel", servos, watchdog=0.1) as one:
         one.open()
@@ -281,7 +331,7 @@ def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast)
     with driver("dynamixel", servos, fast_sync_read=fast) as one:
         one.open()
         for reading in [*one._cool, *one._warm]:
-            assert None not in one._bus.ask(reading)
+            assert all(len(answer.data) == reading.length for answer in one._bus.ask(reading))
 
 
 def test_an_adapter_that_hears_itself_is_refused(servos):

@@ -78,6 +78,27 @@ def test_a_servo_that_refuses_reports_it_without_data():
     assert packets.parse(REFUSED, 4).statuses == [Status(1, 7, b"")]
 
 
+@pytest.mark.parametrize("alert", [0, packets.ALERT])
+@pytest.mark.parametrize("number", [1, 7, 0x7F])
+def test_data_beside_an_error_number_are_none(number, alert):
+    error = number | alert
+    answer = packets.packet(1, packets.STATUS, bytes([error]) + value(166))
+    assert packets.parse(answer, 4).statuses == [Status(1, error, b"")]
+    head = packets.HEADER + bytes([packets.EVERYBODY, 9, 0, packets.STATUS])
+    joined = head + bytes([error, 3]) + value(166)
+    reading = packets.fast_sync_read(132, 4, (3,))
+    statuses = reading.parse(joined + packets.crc(joined).to_bytes(2, "little")).statuses
+    assert statuses == [Status(3, error, b"")]
+    assert packets.refusal(error).startswith(f"error {number} (")
+    assert packets.refusal(error).endswith("and a hardware error") == bool(alert)
+
+
+def test_an_alert_alone_leaves_the_data():
+    answer = packets.packet(1, packets.STATUS, bytes([packets.ALERT]) + value(166))
+    assert packets.parse(answer, 4).statuses == [Status(1, packets.ALERT, value(166))]
+    assert packets.refusal(packets.ALERT) == packets.refusal(0) == ""
+
+
 @pytest.mark.parametrize("bit", range(8))
 def test_no_answer_with_a_wrong_bit_is_accepted(bit):
     good = bytes.fromhex(ANSWERS)

@@ -1,0 +1,107 @@
+"""Plausibility: measurements with a new stamp that cannot be of their cycle.
+
+A telegram may hold the measurement of the telegram before under a new stamp. An arm at rest repeats positions
+too, so a repetition counts only where it cannot be true: an axis was moving, and all positions and all motor
+currents, which are noisy, repeat to the last digit. A position may also leap further than any axis moves.
+
+A single position that repeats while its axis should move is no proof: an axis that a brake or an obstacle
+holds repeats it as well. The tracking error shows it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+FASTEST = 3000.0
+"""Velocity that no axis reaches [deg/s]: three times that of the last axis of KUKA's smallest arms."""
+STEPS = 10
+"""Motion in a cycle from which on an axis is moving, in steps of the positions that are sent: rounding makes
+one step of an arm at rest, and noise some."""
+ALIVE = 100
+"""Measurements in a row in which a current must have changed: by chance, fewer than one of its values in a
+hundred repeat."""
+WITNESSES = 3
+"""Such currents that must all repeat: by chance they do in less than one telegram in a million. A current of
+zero is none, for a drive that is off stops its axis and repeats it."""
+
+
+class Plausibility:
+    """Finds the axes whose measurement in a telegram cannot be of its cycle.
+
+    Args:
+        axes: Names of the n axes.
+        position: Columns of the measured positions [deg].
+        effort: Columns of the currents, and of the torques; None for what is not sent.
+        step: Resolution of the positions [deg].
+        cycle: Cycle of the controller [s].
+    """
+
+    def __init__(
+        self,
+        axes: Sequence[str],
+        position: slice,
+        effort: tuple[slice | None, slice | None],
+        step: float,
+        cycle: float,
+    ) -> None:
+        self._axes, self._step, self._cycle = axes, step, cycle
+        current, torque = effort
+        self._position, self._current = position, current or slice(0, 0)
+        self._columns = [columns for columns in (position, current, torque) if columns is not None]
+        self._before = np.zeros(0)  # the whole measurement
+        self._moving, self._changes = False, np.zeros(0)
+        self._last, self._since = np.zeros(0), np.zeros(len(axes))  # positions that are plausible
+        self._leapt = np.zeros(len(axes), bool)
+        self._repeats, self._reported = 0, 1
+        self._messages: list[str] = []
+
+    def implausible(self, numbers: np.ndarray, cycles: int) -> np.ndarray:
+        """Axes with such a measurement in a telegram, so many cycles after the one before, shape (n,)."""
+        position, current = numbers[self._position], numbers[self._current]
+        measured = np.concatenate([numbers[columns] for columns in self._columns])
+        if self._before.size == 0:
+            self._before, self._last, self._changes = measured, position, np.zeros(len(current))
+            return self._leapt
+        changed, self._before = measured != self._before, measured
+        self._since = self._since + cycles
+        if changed.any():
+            changed_current = changed[len(position) : len(position) + len(current)]
+            self._changes = np.where(changed_current, self._changes + 1.0, 0.0)
+        elif self._repeated(current):
+            return np.ones(len(position), bool)
+        return self._leaps(position)
+
+    def events(self) -> tuple[str, ...]:
+        """What was noticed since the last call, a sentence each."""
+        messages, self._messages = tuple(self._messages), []
+        return messages
+
+    def _repeated(self, current: np.ndarray) -> bool:
+        """Whether a measurement that is that of the telegram before cannot be true."""
+        witnesses = np.count_nonzero((self._changes >= ALIVE) & (current != 0.0))
+        if not self._moving or witnesses < WITNESSES:
+            return False
+        self._repeats += 1
+        if self._repeats == self._reported:
+            self._reported *= 10
+            self._messages.append(
+                f"the controller sent an old measurement under a new time stamp ({self._repeats} so far): "
+                "positions and motor currents repeat to the last digit while the arm moves"
+            )
+        return True
+
+    def _leaps(self, position: np.ndarray) -> np.ndarray:
+        """Axes that are further from their last plausible position than they can be, shape (n,)."""
+        distance = np.abs(position - self._last)
+        leapt = distance > FASTEST * self._cycle * self._since + self._step
+        self._moving = bool((distance[~leapt] >= STEPS * self._step).any())
+        for axis in map(int, np.flatnonzero(leapt & ~self._leapt)):
+            self._messages.append(
+                f"{self._axes[axis]} is {distance[axis]:.3g} degrees from where it was "
+                f"{1e3 * self._cycle * self._since[axis]:.3g} ms before, which no axis moves: its values are "
+                "not used until it is back"
+            )
+        self._last = np.where(leapt, self._last, position)
+        self._since = np.where(leapt, self._since, 0.0)
+        self._leapt = leapt
+        return leapt
