@@ -65,23 +65,28 @@ class DynamixelHealth:
 
     def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:
         self._bus, self._shutdown = bus, shutdown
-        self._answered, self._gap = [now] * len(shutdown), 0
+        self._answered, self._gap, self._watchdogs_asked = [now] * len(shutdown), 0, False
         self._alerts, self._reported, self._looks = set[int](), [0] * len(shutdown), 0
 
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
         """Why servos have stopped themselves; empty if none has, or if it is not known yet.
 
-        Warnings of servos are added to `events`. Raises LinkLost if the port is gone.
+        At most one question is asked in a cycle: the loop must come round. Warnings of servos are added to `events`.
+        Raises LinkLost if the port is gone.
         """
-        return self._errors(answers, events) or self._gaps(answers, now, armed)
+        self._note_gaps(answers, now)
+        alerts = self._new_alerts(answers)
+        return self._gap_reason(armed) if alerts is None else self._errors(alerts, events)
 
-    def _errors(self, answers: Sequence[Status | None], events: list[str]) -> str:
-        """Those for which a servo switches its torque off are a fault."""
+    def _new_alerts(self, answers: Sequence[Status | None]) -> set[int] | None:
+        """Places of servos with an alert, where their errors are to be looked at; else None."""
         alerts = {place for place in self._alerts if answers[place] is None}
         alerts |= {p for p, answer in enumerate(answers) if answer is not None and answer.error & ALERT}
         self._looks += 1
-        if alerts == self._alerts and not (alerts and self._looks % AGAIN == 0):
-            return ""
+        return None if alerts == self._alerts and not (alerts and self._looks % AGAIN == 0) else alerts
+
+    def _errors(self, alerts: set[int], events: list[str]) -> str:
+        """Errors for which a servo switches its torque off are a fault."""
         faults = []
         for place, bits in enumerate(self._bus.peek(HARDWARE_ERROR)):
             if bits is None:  # it is asked again when its alert comes again
@@ -96,25 +101,26 @@ class DynamixelHealth:
         self._alerts = alerts
         return "; ".join(faults)
 
-    def _gaps(self, answers: Sequence[Status | None], now: int, armed: bool) -> str:
-        """Servos that were silent may have been stopped by their watchdog, or have lost their power."""
+    def _note_gaps(self, answers: Sequence[Status | None], now: int) -> None:
         for place, answer in enumerate(answers):
             if answer is not None:
                 self._gap = max(self._gap, now - self._answered[place])
                 self._answered[place] = now
+
+    def _gap_reason(self, armed: bool) -> str:
+        """Servos that were silent may have been stopped by their watchdog, or have lost their power."""
         if not armed or self._gap < GAP:
             self._gap = 0
             return ""
-        states, torques, gap = self._bus.peek(WATCHDOG), self._bus.peek(TORQUE), self._gap
+        gap, self._watchdogs_asked = self._gap, not self._watchdogs_asked
+        if self._watchdogs_asked:
+            states = self._bus.peek(WATCHDOG)
+            stopped = f"was stopped by its bus watchdog after {1e-9 * gap:.3f} s of silence"
+            return next((f"{self._name(p)} {stopped}" for p, state in enumerate(states) if state == TRIPPED), "")
+        torques = self._bus.peek(TORQUE)
         self._gap = 0 if any(on is not None for on in torques) else gap
-        for place, (state, on) in enumerate(zip(states, torques, strict=True)):
-            if state == TRIPPED:
-                return (
-                    f"{self._name(place)} was stopped by its bus watchdog after {1e-9 * gap:.3f} s of silence"
-                )
-            if on == 0:
-                return f"{self._name(place)} has its torque off, as after a loss of power"
-        return ""
+        lost = "has its torque off, as after a loss of power"
+        return next((f"{self._name(p)} {lost}" for p, on in enumerate(torques) if on == 0), "")
 
     def _name(self, place: int) -> str:
         return self._bus.names[self._bus.servos[place]]

@@ -37,7 +37,7 @@ BEFORE_RUN = 0.1
 SETTLING, LOOK = 1.0, 0.05
 """How long servos may give way after their torque is switched on, and how often that is looked at [s]."""
 
-IN_RUN, LONGER = 3.0, 0.01
+IN_RUN, LONGER = 3.0, 0.005
 """How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is better
 than none, but the loop must come round."""
 
@@ -152,6 +152,8 @@ class ServoDriver(Driver):
         packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
         length = readings[0].length
+        if not self._count:  # with the first cycle servos are told anew to wait for this computer
+            self._pause.begin()
         self._count += 1
         if self._pause.noticed() and self._armed:
             packets, self._fault = b"", self._fault or self._pause.text()
@@ -231,7 +233,6 @@ class ServoDriver(Driver):
         self._limits = [end.tolist() for end in self._allowed]
         self._count, self._once = 0, b""
         self._stopped, self._goal_packet, self._fault = StopLevel.BRAKE, b"", ""
-        self._pause.begin()
 
     def _set_return_delay(self, bus: ServoBus) -> None:
         """Set it where it is another: servos keep it for good, and take it only while torque is off."""

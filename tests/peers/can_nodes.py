@@ -4,7 +4,7 @@
     python tests/peers/can_nodes.py --adapter                prints "ready /dev/pts/N": a slcan adapter
 
 Faults are given as KIND:NODE@CYCLE, in cycles after all drives are enabled: silent (nothing more is sent),
-mute (no PDO), quiet (no heartbeat), emergency, fault (0x3210), restart, noise, deaf and creep (moves on
+mute (no PDO), quiet (no heartbeat), double (a second drive has its number), emergency, fault (0x3210), restart, noise, deaf and creep (moves on
 whatever it is told), unpowered, leave (pre-operational). Ends when its standard input does.
 """
 
@@ -52,7 +52,7 @@ class Nodes:
         joints = len(plant.joints)
         self.per_radian = sign(joints) * COUNTS * GEAR / (2.0 * np.pi)
         self.zero = zero(joints)
-        self.muted, self.silent, self.quiet = set(), set(), set()
+        self.muted, self.silent, self.quiet, self.doubled = set(), set(), set(), set()
         self.random = np.random.default_rng(0)
         speed = SPEED * COUNTS * GEAR / (2.0 * np.pi)
         self.nodes = [
@@ -73,6 +73,8 @@ class Nodes:
             if kind == 0x700 and number in self.quiet:
                 return
             self.end.send(frame(identifier, data))
+            if kind == 0x180 and number in self.doubled:  # by another drive of the same number, which stands elsewhere
+                self.end.send(frame(identifier, data[:2] + bytes([data[2] ^ 0x40]) + data[3:]))
 
         return send
 
@@ -161,6 +163,8 @@ class Nodes:
             self.muted.add(number)
         elif kind == "quiet":
             self.quiet.add(number)
+        elif kind == "double":
+            self.doubled.add(number)
         elif kind == "emergency":
             node.emergency(0x4310)
         elif kind == "fault":

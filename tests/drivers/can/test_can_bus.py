@@ -239,6 +239,9 @@ def test_a_late_answer_does_not_count_for_the_next_question(scripted):
     assert (talk.status[0], talk.position[0], talk.effort[0]) == (0x1237, 1000, 5)
     script.answers = [None, measured, None]
     talk.cycle(0.0)
+    assert talk.fresh == [False] * 6  # it may be the answer to the first question
+    script.answers = [None, measured, None]
+    talk.cycle(0.0)
     assert talk.fresh == [True] + [False] * 5
 
 
@@ -250,6 +253,8 @@ def test_a_long_effort_comes_alone_and_an_answer_is_both_frames(scripted):
     talk.cycle(0.0)
     assert talk.fresh == [False]
     for answers in ([following, stood], [stood, following]):
+        script.answers = [None, *answers, None]
+        talk.begin()
         script.answers = [None, *answers, None]
         talk.cycle(0.0)
         assert talk.fresh == [True]
@@ -300,5 +305,7 @@ def test_listening_to_a_motor_does_not_command_it(scripted):
     assert script.sent[2][1] == bytes([3, 0, 0xCC, 0, 0, 0, 0, 0])
     script.sent.clear()
     talk.request[2] = Request.ENABLE
+    talk.cycle(0.0)  # none has answered: none is asked, so that what comes now is known to be late
+    assert script.sent == []
     talk.cycle(0.0)
     assert script.sent[2] == (3, b"\xff" * 7 + b"\xfc")

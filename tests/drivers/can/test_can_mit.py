@@ -133,7 +133,11 @@ def test_motors_switch_off_when_the_host_falls_silent():
         for number in range(1, 7):
             peer.wait_for(f"motor {number}: error 13")
         sample = until_fault(driver, where)
-        assert "error 13 (host silent)" in sample.fault
+        assert "this computer sent nothing for" in sample.fault
+        samples = [sample, *(driver.exchange(None) for _ in range(10))]
+        events = [event for sample in samples for event in sample.events]
+        assert sum("error 13 (host silent)" in event for event in events) == 6
+        assert not peer.printed(": on, gains (200")
 
 
 def test_a_quick_stop_holds_and_off_switches_off():

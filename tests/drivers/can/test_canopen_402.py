@@ -1,5 +1,7 @@
 """Driver canopen_402 against drives in another process on a real python-can bus."""
 
+import time
+
 import can
 import canopen
 import numpy as np
@@ -10,6 +12,7 @@ from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.can_peers import ARM, command, drives, follow, standing, until_fault
 from ...peers.can_arm import canopen_settings
+from ...peers.can_ends import multicast
 
 pytestmark = pytest.mark.clocked
 
@@ -221,6 +224,39 @@ def test_drives_stop_when_the_host_falls_silent():
         for _ in range(5):
             fault = fault or driver.exchange(command(standing(driver))).fault
         assert "heartbeat lost" in fault
+
+
+def test_after_a_pause_of_this_computer_drives_are_not_enabled_again_and_nothing_moves():
+    with drives(dead_man=0.2) as (peer, driver):
+        where = armed(driver)
+        follow(driver, where, 20)
+        stood, before = standing(driver), sum("enabled" in line for line in peer.lines)
+        time.sleep(0.6)  # the drives' watchdog stops them
+        peer.wait_for("node 6: stopping")
+        samples = [driver.exchange(command(stood + 0.3)) for _ in range(40)]
+        assert "this computer sent nothing for" in samples[0].fault
+        assert sum("enabled" in line for line in peer.lines) == before
+        fresh = [sample.position for sample in samples if not sample.stale.any()]
+        assert fresh
+        assert (np.abs(np.array(fresh) - stood) < 0.01).all()
+
+
+def test_another_program_on_the_bus_is_recognized():
+    with drives() as (peer, driver):
+        armed(driver)
+        with multicast(int(peer.address)) as other:
+            other.send(can.Message(arbitration_id=0x080, is_extended_id=False))
+            sample = until_fault(driver, standing(driver))
+        assert "another program sends SYNC" in sample.fault
+
+
+def test_two_drives_with_one_number_are_stale_and_told():
+    with drives() as (peer, driver):
+        armed(driver)
+        peer.tell("double 3")
+        samples = [driver.exchange(None) for _ in range(20)]
+        assert any("two different answers" in event for sample in samples for event in sample.events)
+        assert samples[-1].stale.tolist() == [False, False, True, False, False, False]
 
 
 def test_a_quick_stop_holds_and_off_overrides_it():

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -16,7 +17,7 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.trajectory import State
 
-from ...peers.can_arm import canopen_settings
+from ...peers.can_arm import canopen_settings, mit_settings
 from ...peers.peer_process import Peer
 from ...peers.ur_settings import ur_settings
 from ..controllers import rsi_controller
@@ -48,7 +49,7 @@ class Case:
         moves: Whether the arm moves at the end.
         levels: Stops that must be in the recording, in order.
         words: What the reason must say.
-        lines: What the peer is told once commands are taken.
+        lines: What the peer is told once commands are taken; "pause S" stops this computer's program for so long [s].
         quick: Whether it is shown in a hurry too.
     """
 
@@ -109,14 +110,26 @@ def krc(*faults):
     return cell
 
 
-def can(fault):
+def can(*faults, dead_man=2.0):
     @contextmanager
     def cell(folder):
-        with can_peer("can_nodes.py", "--robot", "cobot", "--lockstep", "--fifo", "--fault", fault) as peer:
-            given = canopen_settings(peer.address) | {"cycle": 0.01, "dead_man": 2.0, "heartbeat": 0.2}
-            yield peer, controller_file(folder, "canopen_402", given), ""
+        wrong = [word for fault in faults for word in ("--fault", fault)]
+        with can_peer("can_nodes.py", "--robot", "cobot", "--lockstep", "--fifo", *wrong) as peer:
+            given = canopen_settings(peer.address) | {"cycle": 0.01, "dead_man": dead_man, "heartbeat": 0.2}
+            yield peer, controller_file(folder, "canopen_402", given), "node 6: enabled"
 
     return cell
+
+
+def mit(folder):
+    return _mit(folder)
+
+
+@contextmanager
+def _mit(folder):
+    with can_peer("mit_motors.py", "--robot", "cobot", "--lockstep", "--fifo", "--cycle", 0.01) as peer:
+        given = mit_settings(peer.address) | {"cycle": 0.01, "dead_man": 0.5}
+        yield peer, controller_file(folder, "can_mit", given), "motor 6: on"
 
 
 CASES = (
@@ -135,6 +148,11 @@ CASES = (
     Case("CAN: joint runs on", can("deaf:2@120"), MOVES, ("OFF",)),
     Case("CAN: joint creeps on", can("creep:2@120"), MOVES, ("OFF",)),
     Case("CAN: power of a drive lost", can("unpowered:2@120"), STANDS, ("QUICK",), "supply"),
+    Case(
+        "CAN: this computer pauses", can(dead_man=0.5), STANDS, ("QUICK",), "sent nothing for", ("pause 3",), quick=True
+    ),
+    Case("MIT: this computer pauses", mit, STANDS, ("QUICK",), "sent nothing for", ("pause 3",)),
+    Case("UR: this computer pauses", ur, STANDS, ("QUICK",), "", ("pause 3",)),
     Case("CAN: a drive leaves operational", can("leave:2@120"), UNKNOWN, ("QUICK",), "no longer operational"),
 )
 
@@ -155,7 +173,8 @@ def told(case, folder):
             stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         ) as process:  # fmt: skip
             if case.lines:
-                threading.Thread(target=_misbehave, args=(peer, begins, case.lines), daemon=True).start()
+                arguments = peer, begins, case.lines, process.pid
+                threading.Thread(target=_misbehave, args=arguments, daemon=True).start()
             page, errors = process.communicate(timeout=PATIENCE)
     return _gathered(process.returncode, page, errors, folder)
 
@@ -182,12 +201,16 @@ def _slow():
     return LIMITS.__class__(**{**vars(LIMITS), **limits})
 
 
-def _misbehave(peer, begins, lines):
+def _misbehave(peer, begins, lines, process):
     peer.wait_for(begins, 60.0)
     time.sleep(ALONG)
     for line in lines:
-        peer.process.stdin.write(f"{line}\n")
-        peer.process.stdin.flush()
+        if line.startswith("pause"):
+            os.kill(process, signal.SIGSTOP)
+            time.sleep(float(line.split()[1]))
+            os.kill(process, signal.SIGCONT)
+        else:
+            peer.tell(line)
 
 
 def _gathered(code, page, errors, folder):
