@@ -15,7 +15,7 @@ from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
 from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
-from exidyn.trajectories.plans.plan_limits import EDITED, file_warnings, narrowed, some, within
+from exidyn.trajectories.plans.plan_limits import file_warnings, narrowed, some, within
 from exidyn.trajectories.trajectory import Trajectory
 
 from .arms import with_body
@@ -70,8 +70,9 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     beyond = violations(single, torque)
     if beyond:
         raise NotAllowed(
-            f"the plan goes beyond the limits of {_whose(plan, model.robot)}: {some(beyond)}. Plan it again, "
-            "or play it slower (exidyn record --speed)"
+            f"the plan{', edited by hand,' if plan.edited else ''} goes beyond the limits of "
+            f"{_whose(plan, model.robot)}: {some(beyond)}. Plan it again, or play it slower "
+            "(exidyn record --speed)"
         )
     return Checked(slowed, carrying, _finite(model.robot, slowed.trajectory), torque, warnings)
 
@@ -79,8 +80,7 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
 def _whose(plan: Plan, robot: Robot) -> str:
     """Whose limits were checked: the robot's, and those that the plan's file narrows."""
     narrower = narrowed(plan, robot)
-    file = f" and of its own file, narrower in {some(narrower)}" if narrower else ""
-    return f"{robot.name}{file}" + (f" ({EDITED})" if plan.edited else "")
+    return robot.name + (f" and of its own file, narrower in {some(narrower)}" if narrower else "")
 
 
 def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
