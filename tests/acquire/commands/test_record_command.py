@@ -15,7 +15,7 @@ from exidyn.acquire.commands.record_command import _clearances
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import model_text, urdf_text
+from exidyn.identify.robot_files.robot_file import model_text, read_model, urdf_text
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 
@@ -183,10 +183,10 @@ def test_a_controller_that_is_not_there_is_reported_before_a_rehearsal(arguments
 
 @pytest.mark.parametrize("edited", [False, True])
 def test_collisions_of_an_edited_motion_are_looked_at_again(edited, tmp_path):
-    model, robot = two_joints.model(), tmp_path / "bodies.urdf"
-    robot.write_text(urdf_text(model).replace("visual>", "collision>"))
+    robot = tmp_path / "bodies.urdf"
+    robot.write_text(urdf_text(two_joints.model()).replace("visual>", "collision>"))
     given = Namespace(robot=str(robot), region=None, approach=False, no_collision=False, packages=[])
-    assert bool(_clearances(given, replace(known_plan(), edited=edited), model)) == edited
+    assert bool(_clearances(given, replace(known_plan(), edited=edited), read_model(robot))) == edited
 
 
 def test_a_recording_of_an_edited_motion_does_not_make_it_pass_for_a_planned_one(arguments, tmp_path):
