@@ -15,7 +15,9 @@ from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.surroundings import read_surroundings
 from exidyn.identify.simulation.simulate import as_built
 from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
+from exidyn.trajectories.plans.plan_limits import within
 from exidyn.trajectories.plans.plan_summary import run_cost
 
 from ..arguments.command import Command, Group, Option, name_lines
@@ -115,7 +117,7 @@ def record_command(given: Namespace) -> int:
     require_json(given.json)
     require_showable(targets)
     require_attended(driver.simulated, given.yes)
-    clearances = _clearances(given, ready.model)
+    clearances = _clearances(given, plan, ready.model)
     require_clear(ready, clearances)
     job = _job(given, ready, clearances)
     speed = f"{100 * given.speed:g} % of the planned"
@@ -139,7 +141,7 @@ def record_command(given: Namespace) -> int:
         model=read_model(given.robot),
         driver=name,
         payload=payload,
-        trajectory=plan_text(read_plan(given.plan)),
+        trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{given.speed:g}",
         note=given.note,
     )
@@ -177,12 +179,14 @@ def _job(given: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) ->
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
-def _clearances(given: Namespace, model: Model) -> tuple[Clearance, ...]:
+def _clearances(given: Namespace, plan: Plan, model: Model) -> tuple[Clearance, ...]:
     """What the way to the motion and the motion must keep clear of.
 
-    A motion was planned clear of the arm itself; what stands around it may have been written down since.
+    A motion was planned clear of the arm itself, unless its file was edited; what stands around it may have
+    been written down since.
     """
-    if not given.approach and not read_surroundings(sources_of(given.robot, given.region)):
+    around = read_surroundings(sources_of(given.robot, given.region))
+    if not (given.approach or plan.edited or around):
         return ()
     return read_clearances(
         given.robot,

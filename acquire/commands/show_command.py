@@ -12,6 +12,7 @@ from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, fits
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.plans.plan_limits import file_warnings, within
 from exidyn.trajectories.plans.plan_page import Around, plan_page
 from exidyn.trajectories.plans.plan_space import Space, space_of
 from exidyn.trajectories.plans.plan_summary import summary
@@ -71,6 +72,8 @@ def show_command(given: Namespace) -> None:
     model = read_model(given.robot) if given.robot else None
     for difference in _differences(plan, model):
         print_warning(difference)
+    if model:
+        plan = within(plan, model.robot)
     torque = nominal_torque(plan, model) if model else None
     clearances = _clearances(given, model) if model else ()
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
@@ -116,13 +119,13 @@ def _require_places(given: Namespace) -> None:
 
 
 def _differences(plan: Plan, model: Model | None) -> list[str]:
-    """How the robot at hand differs from the one planned for."""
+    """How the file was edited, and how the robot at hand differs from the one planned for."""
     if model is None:
-        return []
+        return file_warnings(plan)
     different = fits(plan, model)
     if plan.joints != model.robot.joints:
         raise TrajectoryError(different[0])
-    return different
+    return [*file_warnings(plan, model.robot), *different]
 
 
 def _write_exports(plan: Plan, given: Namespace) -> list[Path]:

@@ -17,6 +17,7 @@ from exidyn.identify.simulation.plant import Transmission
 from exidyn.identify.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.plans.plan_limits import file_warnings
 
 from ..arguments.command import Command, Group, Option, any_number, positive, print_warning, valid_if
 from ..arguments.options import (
@@ -86,8 +87,9 @@ def simulate_command(given: Namespace) -> None:
     require_file(given.output, "--output", [given.arm, given.plan])
     arm, plan = read_arm(given.arm), read_plan(given.plan)
     nominal, carried = _carrying(given, arm)
-    for difference in robot_differences(plan, arm.robot) if plan.joints == arm.robot.joints else ():
-        print_warning(difference)
+    if plan.joints == arm.robot.joints:
+        for sentence in [*file_warnings(plan, arm.robot), *robot_differences(plan, arm.robot)]:
+            print_warning(sentence)
     began, run = time.perf_counter(), given.name or given.output.stem
     recording = simulated(
         arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,

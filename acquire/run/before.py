@@ -15,6 +15,7 @@ from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
 from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
+from exidyn.trajectories.plans.plan_limits import file_warnings, narrowed, some, within
 from exidyn.trajectories.trajectory import Trajectory
 
 from .arms import with_body
@@ -24,8 +25,6 @@ from .stopping.stop import UnitOf, turning
 
 NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
 RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
-SOME = 3
-"""Sentences that are enough to see what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +32,12 @@ class Checked:
     """A plan that this robot may run.
 
     Attributes:
-        plan: At the speed at which it is to be played.
+        plan: At the speed at which it is to be played, its limits no wider than the robot's.
         model: The robot with what it carries.
         limits: The robot's; those that are not given as the planner assumes them, or as the motion uses them.
         torque: Torque of the motion by the nominal model.
-        warnings: What may be different than when it was planned, a sentence each.
+        warnings: What was edited in its file, and what may be different than when it was planned, a sentence
+            each.
     """
 
     plan: Plan
@@ -50,15 +50,19 @@ class Checked:
 def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None) -> Checked:
     """The plan at a share of its speed [-], if the robot at hand may run it with what it carries.
 
+    Limits are those of the robot at hand; the plan's file can only narrow them.
+
     Raises:
         NotAllowed: It is for another robot, or goes beyond the limits of this one.
     """
     different = robot_differences(plan, model.robot)
     if different:
         raise NotAllowed(
-            f"{model.robot.name} must not run a plan for {plan.robot}: {_some(different)}. Plan it again"
+            f"{model.robot.name} must not run a plan for {plan.robot}: {some(different)}. Plan it again"
         )
-    slowed = plan if speed == 1.0 else replace(plan, trajectory=Slowed(plan.trajectory, speed))
+    warnings = (*file_warnings(plan, model.robot), *model_differences(plan, model))
+    held = within(plan, model.robot)
+    slowed = held if speed == 1.0 else replace(held, trajectory=Slowed(plan.trajectory, speed))
     # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
     single = replace(slowed, payload_pair=bool(payload))
     carrying = with_body(model, payload)
@@ -66,11 +70,17 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
     beyond = violations(single, torque)
     if beyond:
         raise NotAllowed(
-            f"the plan goes beyond the limits of {model.robot.name}: {_some(beyond)}. Plan it again, or "
-            "play it slower (exidyn record --speed)"
+            f"the plan{', edited by hand,' if plan.edited else ''} goes beyond the limits of "
+            f"{_whose(plan, model.robot)}: {some(beyond)}. Plan it again, or play it slower "
+            "(exidyn record --speed)"
         )
-    limits = _finite(model.robot, slowed.trajectory)
-    return Checked(slowed, carrying, limits, torque, tuple(model_differences(plan, model)))
+    return Checked(slowed, carrying, _finite(model.robot, slowed.trajectory), torque, warnings)
+
+
+def _whose(plan: Plan, robot: Robot) -> str:
+    """Whose limits were checked: the robot's, and those that the plan's file narrows."""
+    narrower = narrowed(plan, robot)
+    return robot.name + (f" and of its own file, narrower in {some(narrower)}" if narrower else "")
 
 
 def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
@@ -85,13 +95,8 @@ def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
     ]
     if touching:
         raise NotAllowed(
-            f"the plan runs into the arm itself, an obstacle or a wall: {_some(touching)}. Plan it again"
+            f"the plan runs into the arm itself, an obstacle or a wall: {some(touching)}. Plan it again"
         )
-
-
-def _some(sentences: Sequence[str]) -> str:
-    more = len(sentences) - SOME
-    return "; ".join(sentences[:SOME]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _finite(robot: Robot, motion: Trajectory) -> Limits:

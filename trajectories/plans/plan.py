@@ -39,6 +39,7 @@ class Plan(InNotebook):
         tick: Period of the controller's cycle [s].
         payload_pair: Whether it is to be run twice, unloaded and loaded.
         assumed: What was taken to be true, a sentence each.
+        edited: Whether it was read from a file without a checksum, which a person wrote or changed.
     """
 
     trajectory: Trajectory
@@ -56,6 +57,7 @@ class Plan(InNotebook):
     tick: float = 0.004
     payload_pair: bool = False
     assumed: tuple[str, ...] = ()
+    edited: bool = False
 
     def __post_init__(self) -> None:
         n = self.trajectory.dof
@@ -78,13 +80,18 @@ class Plan(InNotebook):
         return cls(
             trajectory=trajectory,
             joints=robot.joints,
-            units=tuple("rad" if revolute else "m" for revolute in robot.revolute),
+            units=units_of(robot),
             robot=robot.name,
             robot_hash=robot_hash(robot),
             model_hash=model_hash(model),
             limits=robot.limits,
             **given,
         )
+
+
+def units_of(robot: Robot) -> tuple[str, ...]:
+    """Unit of each joint's position, "rad" or "m"."""
+    return tuple("rad" if revolute else "m" for revolute in robot.revolute)
 
 
 def robot_hash(robot: Robot) -> str:
@@ -107,12 +114,19 @@ def fits(plan: Plan, model: Model) -> list[str]:
 
 
 def robot_differences(plan: Plan, robot: Robot) -> list[str]:
-    """Why this robot must not run the plan: other joints, limits or geometry."""
+    """Why this robot must not run the plan: other joints, limits or geometry.
+
+    The hash is that of the robot planned for. It says nothing of the limits in the plan's file, which may
+    have been edited since: `plan_limits.within` cuts those to the robot's.
+    """
     if plan.joints != robot.joints:
         return [
             f"the plan is for the joints {', '.join(plan.joints)} of {plan.robot}; "
             f"{robot.name} has {', '.join(robot.joints)}"
         ]
+    units = units_of(robot)
+    if plan.units != units:
+        return [f"the plan states units {', '.join(plan.units)}; {robot.name} has {', '.join(units)}"]
     if plan.robot_hash == robot_hash(robot):
         return []
     return _limit_differences(plan, robot) or [

@@ -13,6 +13,17 @@ from ..limits.usable_limits import ranges
 from ..search.torque_bound import TorqueBound
 from ..trajectory import Range, widest
 from .plan import Plan
+from .plan_jumps import jumps
+
+COARSEST = 0.004
+"""Spacing of the samples at which stops and torques are looked at, at most [s]: a swing of 10 Hz, beyond
+which filters of identification end, has 25 of them whatever cycle the plan states."""
+FINEST = 0.0005
+"""The same, at least [s]: half the cycle of the fastest controllers."""
+FEW = 0.25
+"""Share of the time in which the acceleration builds up, between two samples [-]: 25 a period of a sine."""
+MOST = 2e6
+"""Samples, from which on they are not made finer: half a gigabyte of states."""
 
 
 class Use(NamedTuple):
@@ -87,23 +98,46 @@ class Torque(NamedTuple):
 
 
 def nominal_torque(plan: Plan, model: Model) -> Torque:
-    """Torque of the motion by the model's priors, of a payload pair with the model's payload too."""
+    """Torque of the motion by the model's priors, of a payload pair with the model's payload too.
+
+    Its limits are the narrower of the plan's and the model's.
+    """
     payloads = ("", *model.payloads) if plan.payload_pair else ("",)
-    bound = TorqueBound(model, plan.limits.torque, payloads)
+    limit = np.minimum(plan.limits.torque, model.robot.limits.torque)
+    bound = TorqueBound(model, limit, payloads)
     states = plan.trajectory.every(plan.tick)
-    peaks = [torque_peaks(plan.trajectory, bound.of(load), plan.tick) for load in payloads]
+    peaks = [torque_peaks(plan.trajectory, bound.of(load), spacing(plan)) for load in payloads]
     runs = tuple((load or UNLOADED, bound.torque(states, load)) for load in payloads)
     reached = widest([Range(*peak[:4]) for peak in peaks])
-    return Torque(states.time, runs, Use("torque", reached, -plan.limits.torque, plan.limits.torque))
+    return Torque(states.time, runs, Use("torque", reached, -limit, limit))
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
-    """What the motion does that the robot's limits forbid, a sentence each; stops from every tick too."""
-    found = check(plan.trajectory, _said_or_used(plan), plan.tick)
+    """What the motion does that the plan's limits forbid, a sentence each; stops and jumps too.
+
+    Args:
+        plan: With its limits cut to those of the robot at hand by `plan_limits.within`.
+        torque: Torque of the same plan, if the model is known.
+    """
+    found = check(plan.trajectory, _said_or_used(plan), spacing(plan))
     if torque is not None:
         found += _beyond(torque.use)
     sliding = [joint for joint, unit in enumerate(plan.units) if unit == "m"]
-    return [violation.sentence(plan.joints, sliding) for violation in found]
+    sentences = [violation.sentence(plan.joints, sliding) for violation in found]
+    return sentences + jumps(plan, spacing(plan))
+
+
+def spacing(plan: Plan) -> float:
+    """Spacing of samples that shows a motion between its ticks too, whatever tick the plan states [s]."""
+    extremes = plan.trajectory.extremes()
+    acceleration, jerk = (
+        np.maximum(np.abs(reached.lower), np.abs(reached.upper))
+        for reached in (extremes.acceleration, extremes.jerk)
+    )
+    moving = jerk > 0.0
+    build_up = float(np.min(acceleration[moving] / jerk[moving], initial=np.inf))
+    finest = max(FINEST, plan.trajectory.duration / MOST)
+    return min(plan.tick, max(min(FEW * build_up, COARSEST), finest))
 
 
 def _said_or_used(plan: Plan) -> Limits:

@@ -9,7 +9,7 @@ import hashlib
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,8 @@ from exidyn.identify.arm.robot import Limits
 from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.toml_fields import block, check_keys, lines, number, numbers, parse_toml
 
-from ..errors import NotATrajectory
+from ..errors import BadLimits, NotATrajectory
+from ..limits.usable_limits import require_movable
 from .plan import Plan
 from .trajectory_rows import read_fields, read_trajectory, trajectory_blocks
 
@@ -32,6 +33,8 @@ HEAD = (
 TABLES = ("details", "trajectory", "margins", "limits")
 KEYS = ("checksum", "format", "kind", *HEAD, *TABLES)
 UNITS = ("rad", "m")
+MOST_COMMANDS = 1e8
+"""Of one motion: a day at 1 ms, whose states of six joints take 20 gigabytes."""
 CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
 REMARK = "# A motion planned by exidyn, in SI units; 'exidyn show' plots it."
 
@@ -61,7 +64,10 @@ def read_plan(path: Path | str) -> Plan:
 
 
 def plan_text(plan: Plan) -> str:
-    """The text of a trajectory file, its checksum in the second line."""
+    """The text of a trajectory file, its checksum in the second line; none where the plan was edited.
+
+    A checksum would make a motion that a person edited pass for one that exidyn planned.
+    """
     head = {"format": FORMAT, "kind": KIND} | {name: getattr(plan, name) for name in HEAD}
     parts = [
         lines(head),
@@ -71,6 +77,8 @@ def plan_text(plan: Plan) -> str:
         block("[limits]", vars(plan.limits)),
     ]
     text = "\n\n".join(parts) + "\n"
+    if plan.edited:
+        return f"{REMARK}\n{text}"
     checksum = _checksum(f"{REMARK}\n{text}")
     return f'{REMARK}\nchecksum = "{checksum}"\n{text}'
 
@@ -87,8 +95,8 @@ def parse_plan(text: str, where: str = "trajectory file") -> Plan:
         raise NotATrajectory(f"{error}; was the file cut off?") from error
     try:
         plan = _plan(table)
-        _require_unchanged(text)
-        return plan
+        _require_number_of_commands(plan)
+        return replace(plan, edited=not _unchanged(text))
     except (NotATrajectory, RobotError) as error:
         raise NotATrajectory(f"{where}: {error}") from error
 
@@ -124,7 +132,24 @@ def _limits(table: Mapping[str, Any], joints: int) -> Limits:
     for name in names:
         if name not in table:
             raise NotATrajectory(f"[limits]: key '{name}' is missing; was the file cut off?")
-    return Limits(**{name: numbers(table[name], joints, f"[limits] {name}", infinite=True) for name in names})
+    limits = Limits(
+        **{name: numbers(table[name], joints, f"[limits] {name}", infinite=True) for name in names}
+    )
+    try:
+        require_movable(limits)
+    except BadLimits as error:
+        raise NotATrajectory(f"[limits]: {error}") from error
+    return limits
+
+
+def _require_number_of_commands(plan: Plan) -> None:
+    """Raise where a period or tick makes a motion of more commands than any memory holds."""
+    count = plan.trajectory.duration / plan.tick
+    if not count <= MOST_COMMANDS:
+        raise NotATrajectory(
+            f"{plan.trajectory.duration:g} s with a command every {plan.tick:g} s are {count:.3g} commands, "
+            f"more than {MOST_COMMANDS:g}; was a duration or 'tick' edited?"
+        )
 
 
 def _any_number(value: object, where: str) -> float:
@@ -144,18 +169,21 @@ def _check_kind(table: Mapping[str, Any]) -> None:
         raise NotATrajectory(f"format {version!r}; this version reads format {FORMAT}{hint}")
 
 
-def _require_unchanged(text: str) -> None:
-    """Compare a text with its checksum; one without was written by hand and passes.
+def _unchanged(text: str) -> bool:
+    """Whether a text has its checksum; one without any was written or edited by hand.
 
     Raises:
         NotATrajectory: It is another text than was written.
     """
     found = CHECKSUM.search(text)
-    if found and found[1] != _checksum(text[: found.start()] + text[found.end() :]):
+    if found is None:
+        return False
+    if found[1] != _checksum(text[: found.start()] + text[found.end() :]):
         raise NotATrajectory(
             f"the file has changed since exidyn wrote it: its checksum is not {found[1]} any more. Plan the "
             "motion again, or, if the change is meant, remove the line that begins with 'checksum'"
         )
+    return True
 
 
 def _checksum(text: str) -> str:

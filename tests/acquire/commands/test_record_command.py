@@ -2,6 +2,7 @@
 
 import json
 import re
+from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,14 +11,17 @@ import pytest
 
 from exidyn.acquire.arguments.run_options import check_length
 from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
+from exidyn.acquire.commands.record_command import _clearances
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identify.robot_files.robot_file import model_text, read_model, urdf_text
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 
+from ...parts.plans.plans import known_plan
 from ...parts.runs.run_parts import MODEL, motion
+from ...parts.small import two_joints
 
 pytestmark = pytest.mark.clocked
 
@@ -175,3 +179,21 @@ def test_a_controller_that_is_not_there_is_reported_before_a_rehearsal(arguments
     printed = capsys.readouterr().err
     assert "no connection to 127.0.0.1:1" in printed
     assert "rehears" not in printed
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_collisions_of_an_edited_motion_are_looked_at_again(edited, tmp_path):
+    robot = tmp_path / "bodies.urdf"
+    robot.write_text(urdf_text(two_joints.model()).replace("visual>", "collision>"))
+    given = Namespace(robot=str(robot), region=None, approach=False, no_collision=False, packages=[])
+    assert bool(_clearances(given, replace(known_plan(), edited=edited), read_model(robot))) == edited
+
+
+def test_a_recording_of_an_edited_motion_does_not_make_it_pass_for_a_planned_one(arguments, tmp_path):
+    planned = Plan.of(motion(), MODEL, tick=0.002)
+    raised = replace(planned.limits, velocity=50.0 * planned.limits.velocity)
+    write_plan(replace(planned, limits=raised, edited=True), tmp_path / "trajectory.toml")
+    assert main(arguments) == 0
+    inside = parse_plan(read_recording(tmp_path / "run.mcap").trajectory)
+    assert inside.edited
+    assert np.array_equal(inside.limits.velocity, MODEL.robot.limits.velocity)

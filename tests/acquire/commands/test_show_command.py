@@ -165,3 +165,16 @@ def test_a_motion_through_an_obstacle_is_beyond(folder, capsys):
     assert re.search(r"BEYOND: .*link\d_\d to crate: -\d+ mm at \d", printed)
     assert show(folder, "plan.toml", "--robot", "bodies.toml", "--no-collision") == 0
     assert "BEYOND" not in capsys.readouterr().out
+
+
+def test_limits_raised_by_hand_are_reported_and_percentages_are_of_the_robot(folder, capsys):
+    plan = known_plan(MOTION)
+    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    honest = capsys.readouterr().out
+    raised = replace(plan.limits, velocity=50.0 * plan.limits.velocity, torque=50.0 * plan.limits.torque)
+    write_plan(replace(plan, limits=raised, edited=True), folder / "plan.toml")
+    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    printed, text = capsys.readouterr()
+    assert printed == honest
+    assert "warning: the plan's file has no checksum" in text
+    assert "warning: limits in the plan's file exceed those of two joints, which count: velocity of" in text

@@ -10,7 +10,11 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from mcap.reader import make_reader
+
+from exidyn.acquire.run.stopping.stop import WORDS
 from exidyn.acquire.terminal.run_summary import UNATTENDED
+from exidyn.drivers import StopLevel
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.plans.plan import Plan
@@ -70,6 +74,7 @@ class Told:
         code: Exit code.
         page: Standard output.
         errors: Lines of standard error.
+        waited: Time from each stop to the line that says so [s]; infinite where there is none.
         table: The JSON.
         recording: The file's own words about its end.
         levels: Stops in the recording, in order.
@@ -83,6 +88,7 @@ class Told:
     recording: dict = field(default_factory=dict)
     levels: tuple[str, ...] = ()
     info: str = ""
+    waited: tuple[float, ...] = ()
 
 
 def ur(folder):
@@ -175,8 +181,20 @@ def told(case, folder):
             if case.lines:
                 arguments = peer, begins, case.lines, process.pid
                 threading.Thread(target=_misbehave, args=arguments, daemon=True).start()
-            page, errors = process.communicate(timeout=PATIENCE)
+            errors = []
+            reader = threading.Thread(target=_timed, args=(process.stderr, errors), daemon=True)
+            reader.start()
+            threading.Timer(PATIENCE, process.kill).start()
+            page = process.stdout.read()
+            process.wait()
+            reader.join()
     return _gathered(process.returncode, page, errors, folder)
+
+
+def _timed(stream, lines):
+    """Keep each line and when it came [s since 1970]."""
+    for line in stream:
+        lines.append((time.time(), line.rstrip("\n")))
 
 
 def attempted(case, folder):
@@ -216,8 +234,9 @@ def _misbehave(peer, begins, lines, process):
 def _gathered(code, page, errors, folder):
     path = folder / "run.json"
     table = json.loads(path.read_text()) if path.exists() else {}
-    found = Told(code, page, errors.splitlines(), table)
+    found = Told(code, page, [line for _, line in errors], table)
     if (folder / "run.mcap").exists():
+        found.waited = tuple(_waited(folder / "run.mcap", errors))
         recording = read_recording(folder / "run.mcap")
         found.recording = dict(recording.outcome)
         stops = [event for event in recording.events if event.kind == "stop"]
@@ -225,6 +244,17 @@ def _gathered(code, page, errors, folder):
         command = [sys.executable, "-m", "exidyn.acquire.command_line", "info", "run.mcap"]
         found.info = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False).stdout
     return found
+
+
+def _waited(recording, lines):
+    """Time from each stop in a recording to its line on the terminal [s]."""
+    with recording.open("rb") as stream:
+        for _, _, message in make_reader(stream).iter_messages(["/events"]):
+            event = json.loads(message.data)
+            if event.get("kind") == "stop":
+                words = WORDS[StopLevel[json.loads(event["details"])["level"]]]
+                told = (when for when, line in lines if line.startswith(f"exidyn: {words}: "))
+                yield next(told, float("inf")) - 1e-9 * message.log_time
 
 
 def untold(case, found):
@@ -255,4 +285,6 @@ def wrong(case, found):
         bad.append(f"stops are {found.levels}, and {case.levels[-1]} is not among them")
     if case.words not in text:
         bad.append(f"the reason is '{text}', without '{case.words}'")
+    if float("inf") in found.waited:
+        bad.append("a stop was not printed while the run went on")
     return bad

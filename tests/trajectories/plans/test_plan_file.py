@@ -154,6 +154,16 @@ def test_a_file_cut_off_anywhere_is_refused(family):
             r"\[limits\] velocity\[1\]: expected a number; found",
         ),
         ("jerk = [200.0, 200.0]", "", r"\[limits\]: key 'jerk' is missing"),
+        ("jerk = [200.0, 200.0]", "jerk = [200.0]", r"\[limits\] jerk: 1 values, expected 2"),
+        ("jerk = [200.0, 200.0]", "jerk = [200.0, -1.0]", r"\[limits\]: joint 2: jerk limit -1 rad/s\^3; no"),
+        ("velocity = [3.0, 3.0]", "velocity = [0.0, 3.0]", r"\[limits\]: joint 1: velocity limit 0 rad/s"),
+        (
+            "velocity_lower = [-3.0",
+            "velocity_lower = [3.0",
+            r"\[limits\]: joint 1: backward velocity limit",
+        ),
+        ("velocity = [3.0, 3.0]", "velocity = [3.0, -inf]", r"\[limits\]: joint 2: velocity limit -inf"),
+        ("tick = 0.004", "tick = 1e-12", "6.66667 s with a command every 1e-12 s are 6.67e.12 commands"),
         ("[margins]", "[margin]", "unknown key 'margin'"),
         ("[details]", "details = 3\n[detail]", "unknown key 'detail'"),
     ],
@@ -221,8 +231,19 @@ def test_a_changed_digit_is_another_motion_and_refused():
     changed = text[:place] + ("7" if text[place] != "7" else "3") + text[place + 1 :]
     with pytest.raises(NotATrajectory, match="has changed since exidyn wrote it.*remove the line"):
         parse_plan(changed)
-    meant = re.sub(r'checksum = ".*"\n', "", changed)
-    assert not same(parse_plan(meant), known_plan())
+    meant = parse_plan(re.sub(r'checksum = ".*"\n', "", changed))
+    assert not same(meant.trajectory, known_plan().trajectory)
+    assert meant.edited
+
+
+@pytest.mark.parametrize("line", ["", 'checksum="0123456789abcdef"\n', "checksum = '0123456789abcdef'\n"])
+def test_a_file_without_a_checksum_that_exidyn_wrote_is_marked_and_gets_none(line):
+    text = plan_text(known_plan())
+    assert not parse_plan(text).edited
+    plan = parse_plan(re.sub(r'checksum = ".*"\n', line, text))
+    assert plan.edited
+    assert "checksum" not in plan_text(plan)
+    assert same(parse_plan(plan_text(plan)), plan)
 
 
 def test_line_ends_are_no_change():

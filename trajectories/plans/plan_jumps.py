@@ -1,0 +1,56 @@
+"""Jumps of a motion: places where a sample does not follow from the one before it.
+
+Pieces of a motion are stored with the state at which each begins, so a number changed by hand leaves a
+motion that keeps to every limit before and after a jump. Between two samples a time h apart a motion without
+jumps moves by its velocity and acceleration, and by at most J h^3 / 6 besides, where J is its largest jerk;
+velocity and acceleration change accordingly.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..families.sequence import JOIN
+from ..trajectory import Trajectory, unit_of
+from .plan import Plan
+
+JOINS = 4
+"""Joins of a sequence between two samples, at most; each may be off by `JOIN`."""
+
+
+def jumps(plan: Plan, spacing: float) -> list[str]:
+    """The largest jump of each joint in position, velocity and acceleration, a sentence each.
+
+    Args:
+        plan: The motion.
+        spacing: Spacing of the samples [s].
+    """
+    sentences = []
+    for name, size, time in _unexplained(plan.trajectory, spacing):
+        for joint in np.flatnonzero(np.max(size, axis=0) > 0.0):
+            row = int(np.argmax(size[:, joint]))
+            sentences.append(
+                f"{plan.joints[joint]}: {name} jumps by more than {size[row, joint]:.3g} "
+                f"{unit_of(name, plan.units[joint])} at {time[row]:.3f} s"
+            )
+    return sentences
+
+
+def _unexplained(trajectory: Trajectory, spacing: float) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Name of a quantity, what the jerk does not explain of its changes, shape (t, n), and when (t,) [s]."""
+    time = trajectory.every(spacing).time
+    states = trajectory.at(np.append(time, trajectory.duration))
+    step = np.diff(states.time)[:, None]
+    velocity, acceleration = states.velocity[:-1], states.acceleration[:-1]
+    expected = {
+        "position": step * (velocity + 0.5 * step * acceleration),
+        "velocity": step * acceleration,
+        "acceleration": 0.0 * step,
+    }
+    reached = trajectory.extremes().jerk
+    jerk = np.maximum(np.abs(reached.lower), np.abs(reached.upper))
+    allowed = (jerk * step**3 / 6.0, jerk * step**2 / 2.0, jerk * step)
+    for (name, change), most in zip(expected.items(), allowed, strict=True):
+        found = np.abs(np.diff(getattr(states, name), axis=0) - change)
+        # a NaN is named by the check of the limits
+        yield name, found - (1.0 + 1e-9) * most - JOINS * JOIN, states.time[:-1]
