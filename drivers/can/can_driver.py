@@ -248,6 +248,7 @@ class CanDriver(Driver, Generic[Round]):
         """A cycle of the bus, as `CanRound.cycle`; after a pause of this computer, a quick stop."""
         sent = talk.cycle(self._patience)
         if self._pause.seconds and self._armed and not self._level:
+            talk.received = time.monotonic()  # nothing was asked
             talk.fault = ""  # what drives report then follows from the pause
             talk.fail(self._pause.text())
             self.stop(StopLevel.QUICK)

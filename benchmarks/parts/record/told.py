@@ -14,7 +14,7 @@ MOVES = {True: "moves", None: "nobody knows", False: "stands"}
 
 
 def main(quick: bool) -> dict[str, Any]:
-    rows, silent, repeated, failed = [], 0, 0, []
+    rows, silent, repeated, failed, waited, blocks = [], 0, 0, [], [0.0], [0.0]
     for case in CASES:
         if quick and not case.quick:
             continue
@@ -28,12 +28,19 @@ def main(quick: bool) -> dict[str, Any]:
         failed += [case.name] * bool(bad)
         repeated += attempts > 1
         words = "; ".join([*places, *bad]) or "told"
-        rows.append([case.name, MOVES[case.moves], " ".join(seen.levels), words, attempts])
-    show("What a person is told of an arm at the end", ["controller", "arm", "stops", "", "attempts"], rows)
+        first, block = 1e3 * max(seen.waited, default=0.0), 1e3 * seen.table.get("longest_block", 0.0)
+        if not case.pauses:
+            waited.append(first)
+            blocks.append(block)
+        rows.append([case.name, MOVES[case.moves], " ".join(seen.levels), words, first, block, attempts])
+    columns = ["controller", "arm", "stops", "", "first word ms", "block ms", "attempts"]
+    show("What a person is told of an arm, at once and at the end", columns, rows)
     print("  told      by the terminal's last line, page, exit code, JSON, recording and exidyn info")
     return {
         "told": len(rows),
         "untold": silent,
+        "first_word_ms": max(waited),
+        "longest_block_ms": max(blocks),
         "told_repeated": repeated,
         "told_failed": len(failed),
         "told_failed_names": failed,

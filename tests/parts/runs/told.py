@@ -10,7 +10,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from mcap.reader import make_reader
+import numpy as np
 
 from exidyn.acquire.run.stopping.stop import WORDS
 from exidyn.acquire.terminal.run_summary import UNATTENDED
@@ -64,6 +64,11 @@ class Case:
     words: str = ""
     lines: tuple[str, ...] = ()
     quick: bool = False
+
+    @property
+    def pauses(self):
+        """Whether this computer's program does, so that it can neither print nor come round."""
+        return any(line.startswith("pause") for line in self.lines)
 
 
 @dataclass
@@ -145,6 +150,9 @@ CASES = (
     Case("UR: clock shows 1e30", ur, UNKNOWN, ("QUICK",), "", ("clock huge",)),
     Case("UR: clock stands still, arm runs on", ur, MOVES, ("OFF",), "", ("clock stop", "runs 0.8")),
     Case("UR: arm runs on", ur, MOVES, ("OFF",), "", ("runs 0.8",)),
+    Case("UR: dashboard silent", ur, MOVES, ("OFF",), "", ("dashboard silent", "runs 0.8"), quick=True),
+    Case("UR: dashboard floods", ur, MOVES, ("OFF",), "", ("dashboard flood", "runs 0.8")),
+    Case("UR: dashboard ends no line", ur, MOVES, ("OFF",), "", ("dashboard babble", "runs 0.8")),
     Case("UR: arm creeps on", ur, MOVES, ("OFF",), "", ("runs 0.08",), quick=True),
     Case("UR: connection cut", ur, UNKNOWN, ("QUICK",), "", ("cut",)),
     Case("UR: power lost", ur, STANDS, ("QUICK",), "power off", ("unpowered",)),
@@ -236,8 +244,8 @@ def _gathered(code, page, errors, folder):
     table = json.loads(path.read_text()) if path.exists() else {}
     found = Told(code, page, [line for _, line in errors], table)
     if (folder / "run.mcap").exists():
-        found.waited = tuple(_waited(folder / "run.mcap", errors))
         recording = read_recording(folder / "run.mcap")
+        found.waited = tuple(_waited(recording, errors))
         found.recording = dict(recording.outcome)
         stops = [event for event in recording.events if event.kind == "stop"]
         found.levels = tuple(str(event.details["level"]) for event in stops)
@@ -248,13 +256,12 @@ def _gathered(code, page, errors, folder):
 
 def _waited(recording, lines):
     """Time from each stop in a recording to its line on the terminal [s]."""
-    with recording.open("rb") as stream:
-        for _, _, message in make_reader(stream).iter_messages(["/events"]):
-            event = json.loads(message.data)
-            if event.get("kind") == "stop":
-                words = WORDS[StopLevel[json.loads(event["details"])["level"]]]
-                told = (when for when, line in lines if line.startswith(f"exidyn: {words}: "))
-                yield next(told, float("inf")) - 1e-9 * message.log_time
+    time = recording.signals["position"].time
+    for event in recording.events:
+        if event.kind == "stop":
+            words = WORDS[StopLevel[str(event.details["level"])]]
+            told = (when for when, line in lines if line.startswith(f"exidyn: {words}: "))
+            yield next(told, float("inf")) - 1e-9 * float(np.interp(event.time, time, recording.host_time))
 
 
 def untold(case, found):
