@@ -25,7 +25,6 @@ from ..run.stopping.stop import StopRequests
 from ..terminal import run_summary
 from ..terminal.json_output import print_written
 
-
 BLOCKED_LOOP = f"the driver or this computer has been blocked for {BLOCKED:g} s"
 """What is not known then, while it lasts."""
 

@@ -78,13 +78,17 @@ class Answers:
         elif self._may_skip:
             self._skipped[joint] = not self._skipped[joint]
             self._owed[joint] *= self._skipped[joint]
-        elif self._came[joint] == 1:  # one answer to one question: what was missing before does not come any more
+        elif (
+            self._came[joint] == 1
+        ):  # one answer to one question: what was missing before does not come any more
             self._owed[joint] = 0
         return not self._skipped[joint]
 
     def _report_late(self, joint: int) -> None:
         if not self._late[joint]:
-            self._report(f"{self._names[joint]}: an answer came after its cycle, or one before it was lost; not used")
+            self._report(
+                f"{self._names[joint]}: an answer came after its cycle, or one before it was lost; not used"
+            )
         self._late[joint] = True
 
     def _answered_twice(self, joint: int, data: bytes) -> None:

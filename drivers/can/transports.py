@@ -137,7 +137,9 @@ class SlcanTransport(Transport):
             return
         lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]
         text, sent, end = self._unsent + "".join(lines).encode(), 0, time.monotonic() + timeout
-        while sent < len(text) and select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))[1]:
+        while (
+            sent < len(text) and select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))[1]
+        ):
             sent += os.write(self._waited_for[0], text[sent:])
         inside_line = text[sent - 1] != ord("\r") if sent else bool(self._unsent)
         self._unsent = text[sent : text.find(b"\r", sent) + 1] if inside_line else b""

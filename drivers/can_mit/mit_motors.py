@@ -115,11 +115,12 @@ class MotorRound(CanRound):
         else:
             self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
 
-
     def _at_the_end(self, joint: int, state: State) -> State:
         """The state without its position, which is the end of the scale."""
         if np.isfinite(self.state[joint].position) or self.state[joint] is UNKNOWN:
-            self.report(f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; not used")
+            self.report(
+                f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; not used"
+            )
         return state._replace(position=float("nan"))
 
 

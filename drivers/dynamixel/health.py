@@ -116,7 +116,9 @@ class DynamixelHealth:
         if self._watchdogs_asked:
             states = self._bus.peek(WATCHDOG)
             stopped = f"was stopped by its bus watchdog after {1e-9 * gap:.3f} s of silence"
-            return next((f"{self._name(p)} {stopped}" for p, state in enumerate(states) if state == TRIPPED), "")
+            return next(
+                (f"{self._name(p)} {stopped}" for p, state in enumerate(states) if state == TRIPPED), ""
+            )
         torques = self._bus.peek(TORQUE)
         self._gap = 0 if any(on is not None for on in torques) else gap
         lost = "has its torque off, as after a loss of power"

@@ -74,7 +74,9 @@ class Nodes:
             if kind == 0x700 and number in self.quiet:
                 return
             self.end.send(frame(identifier, data))
-            if kind == 0x180 and number in self.doubled:  # by another drive of the same number, which stands elsewhere
+            if (
+                kind == 0x180 and number in self.doubled
+            ):  # by another drive of the same number, which stands elsewhere
                 self.end.send(frame(identifier, data[:2] + bytes([data[2] ^ 0x40]) + data[3:]))
 
         return send

@@ -8,7 +8,6 @@ through standard input, as in `servo_line.py`. Ends when its standard input does
 
 import argparse
 import struct
-import time
 
 import numpy as np
 from arm import make_plant

@@ -7,7 +7,6 @@ What goes wrong is sent through standard input, as in `servo_line.py`. Ends when
 
 import argparse
 import struct
-import time
 
 import numpy as np
 from arm import make_plant

@@ -126,6 +126,7 @@ class Motors:
 
     def __init__(self, end, plant, options):
         self.end, self.plant, self.faults, self.cycle = end, plant, options.fault, options.cycle
+        self.jumpy, self.cycles = options.jumpy, 0
         joints = len(plant.joints)
         damiao = options.maker == "damiao"
         self.sign, self.zero = sign(joints), zero(joints)
@@ -135,7 +136,7 @@ class Motors:
         ]
         self.silent, self.running = set(), set()
         self.random = np.random.default_rng(0)
-        self.asked, self.cycles, self.on_at = set(), 0, 0
+        self.asked, self.on_at = set(), 0
         self.looked = time.monotonic()
         self.pace, self.sensors = Pace(plant), Sensors()
         self.measure(time.time())
@@ -153,6 +154,7 @@ class Motors:
         ):
             motor.position, motor.velocity, motor.torque = position, velocity, current
             motor.celsius = celsius
+            motor.position += 0.1 * (self.cycles % 2) * (motor.number == self.jumpy)
 
     def handle(self, message):
         if message.is_extended_id or message.is_remote_frame or len(message.data) != 8:
@@ -249,6 +251,7 @@ def main():
     parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--register", action="append", default=[], help="MOTOR:NUMBER=VALUE")
     parser.add_argument("--on", action="store_true", help="all were left on, and hold where they stand")
+    parser.add_argument("--jumpy", type=int, default=0, metavar="MOTOR", help="its encoder jumps to and fro")
     parser.add_argument("--error", type=int, default=0, help="all begin with this error")
     parser.add_argument("--torque-range", type=float, default=MIT_RANGES[2], help="or current, for T-Motor")
     options = parser.parse_args()

@@ -14,7 +14,6 @@ from exidyn.drivers.values import any_of
 
 from .stop import FAULT, SILENT, Stop, UnitOf, turning
 
-
 RESTED = 0.2
 """Time without commands after which an arm rests [s]: what drives bear by default, and what a position loop takes."""
 
@@ -64,7 +63,9 @@ class JointMonitor(Monitor):
         beyond = value > self._limit
         if not self._counting and not any_of(beyond):  # as in nearly all cycles
             return None
-        self._count = np.where(beyond, self._counted(beyond, sample), np.where(np.isnan(value), self._count, 0))
+        self._count = np.where(
+            beyond, self._counted(beyond, sample), np.where(np.isnan(value), self._count, 0)
+        )
         self._counting = bool(self._count.any())
         if (self._count < self._cycles).all():
             return None

@@ -1,5 +1,6 @@
 """Driver can_mit against motors in another process on a real python-can bus."""
 
+import can
 import numpy as np
 import pytest
 
@@ -7,7 +8,8 @@ from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.can_peers import ARM, command, follow, motors, standing, until_fault
-from ...peers.can_arm import mit_settings
+from ...peers.can_arm import MASTER, mit_settings
+from ...peers.can_ends import multicast
 
 pytestmark = pytest.mark.clocked
 
@@ -138,6 +140,46 @@ def test_motors_switch_off_when_the_host_falls_silent():
         events = [event for sample in samples for event in sample.events]
         assert sum("error 13 (host silent)" in event for event in events) == 6
         assert not peer.printed(": on, gains (200")
+
+
+def test_another_program_that_commands_a_motor_is_recognized():
+    with motors() as (peer, driver):
+        where = armed(driver)
+        with multicast(int(peer.address)) as other:
+            other.send(can.Message(arbitration_id=3, data=b"\xff" * 7 + b"\xfd", is_extended_id=False))
+            sample = until_fault(driver, where)
+        assert "another program sends commands to joint3 (motor 3)" in sample.fault
+
+
+def test_an_answer_with_a_register_is_no_state():
+    with motors() as (peer, driver):
+        where = armed(driver)
+        with multicast(int(peer.address)) as other:
+            register = bytes([3, 0, 0x33, 21]) + bytes(4)  # as motor 3 answers another program
+            other.send(can.Message(arbitration_id=MASTER + 3, data=register, is_extended_id=False))
+            samples = [driver.exchange(command(where)) for _ in range(5)]
+        seen = [sample.position[2] for sample in samples if not sample.stale[2]]
+        np.testing.assert_allclose(seen, where[2], atol=0.01)
+        assert samples[-1].fault == ""
+
+
+def test_a_position_at_the_end_of_its_range_is_not_used():
+    with motors() as (peer, driver):
+        armed(driver)
+        peer.tell("sensor saturated 2 0.0")
+        peer.wait_for("sensor wrong")
+        samples = [driver.exchange(None) for _ in range(5)]
+        assert np.isnan(samples[-1].position[2])
+        assert sum("is the end of its range" in event for sample in samples for event in sample.events) == 1
+
+
+def test_motors_whose_positions_jump_are_not_switched_on():
+    with motors("--jumpy", 4) as (_, driver):
+        driver.open()
+        with pytest.raises(
+            NotReady, match=r"joint4 \(motor 4\) is not switched on: its last positions differ by"
+        ):
+            driver.arm_drives()
 
 
 def test_a_quick_stop_holds_and_off_switches_off():

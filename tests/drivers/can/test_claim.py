@@ -10,7 +10,9 @@ from exidyn.drivers.errors import NotReady
 
 from ...peers.can_ends import free_port
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has names that end with a process")
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="only Linux has names that end with a process"
+)
 
 HOLD = "import sys; from exidyn.drivers.can.claim import Claim; c = Claim(sys.argv[1]); print('has it', flush=True); input()"
 

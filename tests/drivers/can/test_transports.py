@@ -2,6 +2,7 @@
 
 import os
 import socket
+import time
 import tty
 
 import can
@@ -18,6 +19,7 @@ from exidyn.drivers.can.transports import (
     SocketcanTransport,
     transport_of,
 )
+from exidyn.drivers.host_clock import Pause
 
 from ...peers.can_ends import CHANNEL, free_port
 
@@ -232,3 +234,42 @@ def test_known_frames_differ_in_their_data_only(multicast):
         for data in (b"12345678", b"\xa4data\xc4\x01x", b""):
             other.send(can.Message(arbitration_id=0x181, data=data, **flags))
             assert transport.receive(1.0) == (0x181 | EXTENDED * flags["is_extended_id"], data)
+
+
+def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_pieces(serial):
+    transport, adapter = serial
+    with pytest.raises(OSError, match="does not take what it is sent"):
+        while True:
+            transport.send([(0x201, b"12345678")] * 6, 0.001)
+    os.set_blocking(adapter, False)
+    text = b""
+    while data := _read(adapter):
+        text += data
+    transport.send([(0x123, b"")], 0.1)
+    text += _read(adapter)
+    *lines, rest = text.split(b"\r")
+    assert rest == b""
+    assert lines.pop() == b"t1230"
+    assert set(lines) == {b"t2018" + b"12345678".hex().upper().encode()}
+
+
+def _read(descriptor):
+    try:
+        return os.read(descriptor, 4096)
+    except BlockingIOError:
+        return b""
+
+
+def test_after_a_pause_of_this_computer_frames_are_held_back_once(socketcan):
+    transport, kernel = socketcan
+    kernel.setblocking(False)
+    transport.pause = Pause(0.01)
+    transport.pause.begin()
+    time.sleep(0.05)
+    transport.send(FRAMES, 0.1)
+    with pytest.raises(BlockingIOError):
+        kernel.recv(100)
+    assert transport.pause.seconds > 0.01
+    transport.pause.patience = transport.pause._limit = float("inf")
+    transport.send(FRAMES, 0.1)
+    assert len([kernel.recv(100) for _ in FRAMES]) == len(FRAMES)

@@ -158,3 +158,11 @@ def test_all_bytes_of_a_long_packet_are_sent(line, direct):
     sender.join()
     assert came == packet
     port.close()
+
+
+def test_a_port_that_takes_nothing_is_not_waited_for(line):
+    _, name = line
+    port = SerialPort(name, 1_000_000, 0.1)
+    for _ in range(50):  # far more than a pseudo-terminal keeps
+        port.write(bytes(1000))
+    port.close()

@@ -163,7 +163,13 @@ CASES = (
     Case("CAN: joint creeps on", can("creep:2@120"), MOVES, ("OFF",)),
     Case("CAN: power of a drive lost", can("unpowered:2@120"), STANDS, ("QUICK",), "supply"),
     Case(
-        "CAN: this computer pauses", can(dead_man=0.5), STANDS, ("QUICK",), "sent nothing for", ("pause 3",), quick=True
+        "CAN: this computer pauses",
+        can(dead_man=0.5),
+        STANDS,
+        ("QUICK",),
+        "sent nothing for",
+        ("pause 3",),
+        quick=True,
     ),
     Case("MIT: this computer pauses", mit, STANDS, ("QUICK",), "sent nothing for", ("pause 3",)),
     Case("UR: this computer pauses", ur, STANDS, ("QUICK",), "", ("pause 3",)),

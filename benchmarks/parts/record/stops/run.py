@@ -81,7 +81,9 @@ class Failure:
             self._running = time.monotonic()
         if np.isfinite(command).all():
             self.commands = [*self.commands, command] if self.failed else [command]
-            self.velocity = np.abs(velocity) if not self.failed else np.maximum(self.velocity, np.abs(velocity))
+            self.velocity = (
+                np.abs(velocity) if not self.failed else np.maximum(self.velocity, np.abs(velocity))
+            )
 
     def asked(self) -> Stop | None:
         """Called in every cycle."""

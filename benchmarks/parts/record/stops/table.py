@@ -36,7 +36,9 @@ def main(quick: bool, drivers: Collection[str] = ()) -> dict[str, Any]:
         ["driver", "reading", "moved beyond rad", "block ms", "reason", "told at the end"],
         rows,
     )
-    print("  moved beyond   motion since the failure that commands, tracking and the stopping distance do not explain")
+    print(
+        "  moved beyond   motion since the failure that commands, tracking and the stopping distance do not explain"
+    )
     return {
         "stop_runs": len(runs),
         "stop_caused_motion": max((run.beyond for run in runs.values()), default=None),

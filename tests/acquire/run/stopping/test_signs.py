@@ -259,7 +259,9 @@ def at_rest(position, commanded, state=State.HOLDING, velocity=0.0):
     looking = signs()
     command = Command(np.array(commanded, float), velocity * TWO)
     for number in range(120):
-        looking.look(sample(number, position), command if number == 0 or state is State.HOLDING else None, state)
+        looking.look(
+            sample(number, position), command if number == 0 or state is State.HOLDING else None, state
+        )
     return looking.at_end()
 
 
