@@ -1,4 +1,4 @@
-"""The host's clock: ticks at absolute deadlines, what time it is, its pauses, how long answers usually take."""
+"""The host's clock: ticks at absolute deadlines, the time, pauses, and how long answers usually take."""
 
 import time
 from typing import NamedTuple
@@ -49,13 +49,14 @@ class HostClock:
 BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 """Of Linux, which counts the time in which a laptop was suspended too."""
 EARLY = 0.8
-"""Share of the drives' patience after which a pause counts [-]: they may have heard the host last a while before
-it paused, such as by a heartbeat that is sent eight times in that time."""
+"""Share of the drives' patience after which a pause counts [-]: they may have heard the host last a while
+before it paused, such as by a heartbeat that is sent eight times in that time."""
 
 
 class Pause:
-    """Notices when the host has sent nothing for so long that drives stop by themselves: it was paused, suspended
-    or too busy. What it would send next could switch them on again.
+    """Notices when the host has sent nothing for so long that drives stop by themselves.
+
+    It was paused, suspended or too busy. What it would send next could switch them on again.
 
     Args:
         patience: Silence of the host after which drives stop by themselves [s].
@@ -73,7 +74,7 @@ class Pause:
         self.seconds, self._last = 0.0, time.clock_gettime_ns(BOOT_CLOCK)
 
     def noticed(self) -> bool:
-        """Call right before something is sent: whether it must not be, since the host was silent for too long.
+        """Call right before something is sent: whether it must not be, since the silence was too long.
 
         It is said of the first sending after a pause only, so that a stop can follow.
         """

@@ -1,7 +1,7 @@
 """Resting: where joints stand before they are powered, known only where several measurements in a row agree.
 
-A drive holds the goal that it has when it is switched on. If that came from one wrong measurement, the drive would
-jump there.
+A drive holds the goal that it has when it is switched on. If that came from one wrong measurement, the drive
+would jump there.
 """
 
 from collections import deque
@@ -10,8 +10,8 @@ from statistics import median
 COUNT = 5
 """Measurements in a row that must agree."""
 APART = 0.035
-"""How far they may be from each other [rad] or [m]: two degrees, which a drive that is switched on may jump by, and
-which an arm held by hand does not move in five cycles."""
+"""How far they may be from each other [rad] or [m]: two degrees, which a drive that is switched on may jump
+by, and which an arm held by hand does not move in five cycles."""
 
 
 class Resting:

@@ -1,6 +1,7 @@
 """Announcer: prints at once what a person must know while a run goes on, and says when its loop is blocked.
 
-It prints from a thread of its own: a terminal that is slow, or that was stopped (Ctrl-S), does not hold up the loop.
+It prints from a thread of its own: a terminal that is slow, or that was stopped (Ctrl-S), does not hold up
+the loop.
 """
 
 import time
@@ -11,8 +12,8 @@ from threading import Thread
 from .realtime import yield_to_the_loop
 
 BLOCKED = 0.5
-"""Time without a cycle after which a person is told [s]: twice what the drives of most arms bear, and what a person
-takes to react to it."""
+"""Time without a cycle after which a person is told [s]: twice what the drives of most arms bear, and what a
+person takes to react to it."""
 LOOK = 0.1
 """Time between looks at the loop [s]."""
 FINISH = 1.0

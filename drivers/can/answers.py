@@ -1,9 +1,10 @@
-"""Answers: to which question a frame on a CAN bus belongs, of joints that answer each question with one frame.
+"""Answers: to which question a frame on a CAN bus belongs, of joints that answer each question with one.
 
 No frame carries a number or a time. One that comes after its cycle, from an adapter's queue or a slow motor,
-would be read in the next cycle, look right, and be late from then on. So questions and answers are counted: where
-an answer is missing, the next frame may be that one, and is not taken for a measurement of its cycle. A second
-frame to one question means that two nodes have the same number; which of them is the joint is not known.
+would be read in the next cycle, look right, and be late from then on. So questions and answers are counted:
+where an answer is missing, the next frame may be that one, and is not taken for a measurement of its cycle. A
+second frame to one question means that two nodes have the same number; which of them is the joint is not
+known.
 """
 
 import time
@@ -19,8 +20,8 @@ class Answers:
     Args:
         names: Names of the joints, for events.
         report: Called with an event, a sentence.
-        may_skip: Whether a joint can be left out of a cycle. Nothing that comes then is lost, and what comes is
-            known to be late.
+        may_skip: Whether a joint can be left out of a cycle. Nothing that comes then is lost, and what comes
+            is known to be late.
 
     Attributes:
         fresh: Whether each joint has answered the question of this cycle.
@@ -98,8 +99,8 @@ class Answers:
             return
         if now >= self._doubted_until[joint]:
             self._report(
-                f"{self._names[joint]}: two different answers to one question. Do two nodes have the same number? "
-                "Neither is used"
+                f"{self._names[joint]}: two different answers to one question. Do two nodes have the same "
+                "number? Neither is used"
             )
         self._doubted_until[joint] = now + DOUBTED
         self.fresh[joint] = False

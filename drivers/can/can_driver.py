@@ -21,7 +21,7 @@ from .transports import STANDARD, Frame
 MOST_EVENTS = 50
 """Events that are kept at most for one sample."""
 MOST = 500
-"""Frames that are read at most before a question is asked or after its cycle: more are a flood, and can wait."""
+"""Frames that are read at most before a question and after its cycle: more are a flood, and can wait."""
 FORGET = 0.1
 """How long what came unread may be read away [s]."""
 
@@ -134,7 +134,7 @@ class CanRound(ABC):
             self.received = time.monotonic()
         elif not self.fault and (what := self._commanded_by(identifier)):
             self.fail(
-                f"another program sends {what} (identifier 0x{identifier:03X}) on this bus: two programs that command "
+                f"another program sends {what} (identifier 0x{identifier:03X}) on this bus: two that command "
                 "one arm disturb each other. End the other one"
             )
 

@@ -1,7 +1,7 @@
-"""Claim: a bus is for one exidyn process of this computer, since two programs that command it disturb each other.
+"""Claim: a bus is for one exidyn process of a computer, since two that command it disturb each other.
 
-A CAN socket lets any number of programs send. What the claim holds is a name of Linux's abstract namespace, which
-is gone with the process, however it ends, and belongs to the same network namespace as the bus.
+A CAN socket lets any number of programs send. What the claim holds is a name of Linux's abstract namespace,
+which is gone with the process, however it ends, and belongs to the same network namespace as the bus.
 """
 
 import os
@@ -38,9 +38,10 @@ class Claim:
             holder = _holder(address)
             if holder == os.getpid():
                 return
+            process = f" (process {holder})" if holder else ""
             raise NotReady(
-                f"{bus} is in use by another exidyn{f' (process {holder})' if holder else ''}: two programs on one "
-                "bus disturb each other. Let the other end, then try again"
+                f"{bus} is in use by another exidyn{process}: two programs on one bus disturb each other. "
+                "Let the other end, then try again"
             ) from error
         self._socket = claim
 

@@ -77,7 +77,7 @@ class PythonCanTransport(Transport):
 
 
 def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None], pause: Pause) -> None:
-    """Send every frame, also after one that fails, but none after a pause; the first failure is raised at the end."""
+    """Send every frame, also after one that fails, and none after a pause; the first failure is raised."""
     failure: Exception | None = None
     for identifier, data in frames:
         if pause.noticed():
@@ -132,7 +132,7 @@ class SlcanTransport(Transport):
         self._text, self._lines, self._unsent = b"", deque[bytes](), b""
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """As in `Transport`, in one writing. A line of which the port took a part is completed by the next call."""
+        """As in `Transport`, in one writing. The next call completes a line of which the port took a part."""
         if self.pause.noticed():
             return
         lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]

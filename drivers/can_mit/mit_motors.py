@@ -119,7 +119,8 @@ class MotorRound(CanRound):
         """The state without its position, which is the end of the scale."""
         if np.isfinite(self.state[joint].position) or self.state[joint] is UNKNOWN:
             self.report(
-                f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; not used"
+                f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; "
+                "not used"
             )
         return state._replace(position=float("nan"))
 

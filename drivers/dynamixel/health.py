@@ -71,8 +71,8 @@ class DynamixelHealth:
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
         """Why servos have stopped themselves; empty if none has, or if it is not known yet.
 
-        At most one question is asked in a cycle: the loop must come round. Warnings of servos are added to `events`.
-        Raises LinkLost if the port is gone.
+        At most one question is asked in a cycle: the loop must come round. Warnings of servos are added to
+        `events`. Raises LinkLost if the port is gone.
         """
         self._note_gaps(answers, now)
         alerts = self._new_alerts(answers)

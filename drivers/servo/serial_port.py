@@ -12,7 +12,7 @@ from serial.tools import list_ports
 from ..errors import BadSettings, LinkLost, NotReady
 
 WRITE_WITHIN = 0.005
-"""A port that does not take a packet within this time has not taken it [s]: it is sent anew in the next cycle."""
+"""A port that does not take a packet within this time has not taken it [s]; the next cycle has another."""
 
 MOST = 4096
 """Bytes that Linux keeps of what nobody has read."""

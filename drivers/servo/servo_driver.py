@@ -38,8 +38,8 @@ SETTLING, LOOK = 1.0, 0.05
 """How long servos may give way after their torque is switched on, and how often that is looked at [s]."""
 
 IN_RUN, LONGER = 3.0, 0.005
-"""How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is better
-than none, but the loop must come round."""
+"""How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is
+better than none, but the loop must come round."""
 
 
 class ServoDriver(Driver):
@@ -127,9 +127,10 @@ class ServoDriver(Driver):
                 resting.add(joint, position)
         unsure = [joint for joint in range(self.arm.dof) if not resting.known(joint)]
         if unsure:
+            name, spread = bus.names[bus.servos[unsure[0]]], resting.spread(unsure[0])
             raise NotReady(
-                f"{bus.names[bus.servos[unsure[0]]]} is not switched on: {COUNT} readings of its {register} differ by "
-                f"{resting.spread(unsure[0]):.3g} rad, limit {APART:g}. Let the arm stand still, and look at the cable"
+                f"{name} is not switched on: {COUNT} readings of its {register} differ by {spread:.3g} rad, "
+                f"limit {APART:g}. Let the arm stand still, and look at the cable"
             )
         return self._units.counts(np.array([resting.position(joint) for joint in range(self.arm.dof)]))
 

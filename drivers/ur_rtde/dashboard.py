@@ -1,4 +1,4 @@
-"""The dashboard server of a Universal Robots controller: lines of text, asked before a run and beside its cycles."""
+"""The dashboard server of a Universal Robots controller: lines of text, asked before a run and beside it."""
 
 import select
 import socket
@@ -8,7 +8,7 @@ from contextlib import suppress
 LONGEST = 4096
 """Bytes that are read at once, and of an answer."""
 ANSWERED = 1.0
-"""Time within which the controller should have answered a request of a run [s]; it usually takes some hundredths."""
+"""Time within which the controller should have answered a request of a run [s]; hundredths are usual."""
 
 
 class Dashboard:
@@ -35,14 +35,14 @@ class Dashboard:
         return self._line() if self._sent(question) else ""
 
     def request(self, question: str) -> str:
-        """Ask without waiting for the answer, which `answers` has later; why it was not sent, empty if it was."""
+        """Ask without waiting for the answer, which `answers` has; why it was not sent, empty if it was."""
         if not self._sent(question):
             return f"the controller's dashboard does not take '{question}'"
         self._asked, self._due, self._text = question, time.monotonic() + ANSWERED, b""
         return ""
 
     def answers(self) -> list[str]:
-        """What the controller has said to a request since the last call, or that it says nothing; a sentence each."""
+        """What the controller has said to a request since the last call, or that it says nothing."""
         if not self._asked:
             return []
         self._receive()

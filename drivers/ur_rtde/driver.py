@@ -33,8 +33,8 @@ from .session import Session, agree, info_of, pause, start
 from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
 
 SILENCE, LONGEST = 5, 0.02
-"""Cycles without a package after which a sample is marked, at most so long [s]: fewer are a busy network, and the
-loop must come round."""
+"""Cycles without a package after which a sample is marked, at most so long [s]: fewer are a busy network, and
+the loop must come round."""
 LOST = 1.0
 """Time without a package after which waiting makes no sense [s]."""
 CLOSING = 1.0

@@ -1,4 +1,4 @@
-"""A quick stop never sets a joint in motion, whatever its position is read as: on every driver, against its peer."""
+"""A quick stop never sets a joint in motion, whatever its position is read as: on every driver."""
 
 import numpy as np
 import pytest

@@ -4,9 +4,9 @@
     python tests/peers/can_nodes.py --adapter                prints "ready /dev/pts/N": a slcan adapter
 
 Faults are given as KIND:NODE@CYCLE, in cycles after all drives are enabled: silent (nothing more is sent),
-mute (no PDO), quiet (no heartbeat), double (a second drive has its number), emergency, fault (0x3210), restart,
-noise, deaf and creep (moves on whatever it is told), unpowered, leave (pre-operational). Lines on its standard input
-are such faults, KIND NODE, or as in `sensors.py`. Ends when that does.
+mute (no PDO), quiet (no heartbeat), double (a second drive has its number), emergency, fault (0x3210),
+restart, noise, deaf and creep (moves on whatever it is told), unpowered, leave (pre-operational). Lines on
+its standard input are such faults, KIND NODE, or as in `sensors.py`. Ends when that does.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """Sensors of a simulated arm that show something else than where the joints are, when a peer is told so.
 
-Lines on a peer's standard input: "sensor KIND JOINT TURN" (JOINT from 0, TURN of its encoder [rad]) and "truth",
-which prints how far each joint has gone since: "truth LOW ... HIGH ..." [rad].
+Lines on a peer's standard input: "sensor KIND JOINT TURN" (JOINT from 0, TURN of its encoder [rad]) and
+"truth", which prints how far each joint has gone since: "truth LOW ... HIGH ..." [rad].
 """
 
 import numpy as np

@@ -15,7 +15,7 @@ from exidyn.drivers.values import any_of
 from .stop import FAULT, SILENT, Stop, UnitOf, turning
 
 RESTED = 0.2
-"""Time without commands after which an arm rests [s]: what drives bear by default, and what a position loop takes."""
+"""Time without commands after which an arm rests [s]: drives stop by themselves by default then."""
 
 
 class Monitor(ABC):
@@ -264,8 +264,8 @@ class Stale(Monitor):
         if share <= self._share:
             return None
         text = (
-            f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit {100 * self._share:.0f} %: "
-            "look at cable, termination and load of the bus"
+            f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit "
+            f"{100 * self._share:.0f} %: look at cable, termination and load of the bus"
         )
         return Stop(StopLevel.BRAKE, "stale samples", text, "", share, self._share, "")
 
@@ -273,8 +273,9 @@ class Stale(Monitor):
 class Lateness(Monitor):
     """Cycles that went by without a command: one long stall, or too many of the last second's.
 
-    A controller that did not ask has missed one too, though the loop came round. After a stall in which an arm that
-    gets no commands has come to rest, a controlled stop would set it in motion again, so that it is a quick stop.
+    A controller that did not ask has missed one too, though the loop came round. After a stall in which an
+    arm that gets no commands has come to rest, a controlled stop would set it in motion again, so that it is
+    a quick stop.
 
     Args:
         cycle: Time between exchanges [s].

@@ -143,7 +143,7 @@ class Signs:
         return self._standing()
 
     def _standing(self) -> Standstill:
-        """Of an arm that stands: whether it does so where it was commanded last, but for the way of a stop."""
+        """Say whether an arm that stands does so where it was commanded last, but for the way of a stop."""
         last = self._last_command
         if last is None:
             return Standstill(False, "the arm stands")
@@ -156,8 +156,8 @@ class Signs:
         unit, name = self._unit_of(joint, "rad"), self._joints[joint]
         text = (
             f"the arm stands, and {name} {away[joint]:.3g} {unit} from where it was commanded last, limit "
-            f"{limit[joint]:.3g}: it went there after that command, did not follow it, or its position is wrong. "
-            "Look at the arm before the next run"
+            f"{limit[joint]:.3g}: it went there after that command, did not follow it, or its position is "
+            "wrong. Look at the arm before the next run"
         )
         return Standstill(False, text, name, away=float(away[joint]))
 

@@ -111,8 +111,8 @@ class Standstill:
         joint: Name of the fastest joint, or of the one that stands furthest away; empty for none.
         speed: Speed of the fastest joint, in `unit`; NaN where unknown.
         unit: "rad/s" or "m/s".
-        away: Distance of a joint that stands from where it was commanded last [rad] or [m], where a stop does not
-            explain it; NaN for none.
+        away: Distance of a joint that stands from where it was commanded last [rad] or [m], where a stop does
+            not explain it; NaN for none.
     """
 
     moving: bool | None

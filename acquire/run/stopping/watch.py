@@ -48,8 +48,8 @@ class WatchLimits:
         least_silence: Cycles of silence that are borne at any rate.
         stall: Longest time without a cycle [s].
         missed: Share of a second's cycles that may be missed [-].
-        stale: Share of a second's samples in which a joint may be silent [-]: filled in between the others, a tenth
-            does not change what is identified.
+        stale: Share of a second's samples in which a joint may be silent [-]: filled in between the others, a
+            tenth does not change what is identified.
     """
 
     tracking: float = 0.035

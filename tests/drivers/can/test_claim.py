@@ -14,7 +14,13 @@ pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="only Linux has names that end with a process"
 )
 
-HOLD = "import sys; from exidyn.drivers.can.claim import Claim; c = Claim(sys.argv[1]); print('has it', flush=True); input()"
+HOLD = """
+import sys
+from exidyn.drivers.can.claim import Claim
+claim = Claim(sys.argv[1])
+print("has it", flush=True)
+input()
+"""
 
 
 def test_a_second_process_is_refused_and_told_which_has_it():

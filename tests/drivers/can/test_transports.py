@@ -239,8 +239,7 @@ def test_known_frames_differ_in_their_data_only(multicast):
 def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_pieces(serial):
     transport, adapter = serial
     with pytest.raises(OSError, match="does not take what it is sent"):
-        while True:
-            transport.send([(0x201, b"12345678")] * 6, 0.001)
+        _fill(transport)
     os.set_blocking(adapter, False)
     text = b""
     while data := _read(adapter):
@@ -251,6 +250,11 @@ def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_
     assert rest == b""
     assert lines.pop() == b"t1230"
     assert set(lines) == {b"t2018" + b"12345678".hex().upper().encode()}
+
+
+def _fill(transport):
+    while True:
+        transport.send([(0x201, b"12345678")] * 6, 0.001)
 
 
 def _read(descriptor):

@@ -100,14 +100,6 @@ def test_a_port_that_goes_away_is_a_lost_link(line):
         port.write(b"x")
 
 
-def test_a_port_that_takes_nothing_is_a_lost_link(line):
-    _, name = line
-    port = SerialPort(name, 1_000_000, 0.1)
-    with pytest.raises(LinkLost, match="is gone"):
-        port.write(bytes(1 << 20))
-    port.close()
-
-
 def test_the_latency_of_an_adapter_is_found(tmp_path):
     (tmp_path / "ttyUSB7").mkdir()
     (tmp_path / "ttyUSB7" / "latency_timer").write_text("16\n")

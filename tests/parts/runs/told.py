@@ -53,7 +53,8 @@ class Case:
         moves: Whether the arm moves at the end.
         levels: Stops that must be in the recording, in order.
         words: What the reason must say.
-        lines: What the peer is told once commands are taken; "pause S" stops this computer's program for so long [s].
+        lines: What the peer is told once commands are taken; "pause S" stops this computer's program for so
+            long [s].
         quick: Whether it is shown in a hurry too.
     """
 

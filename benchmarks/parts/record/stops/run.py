@@ -1,4 +1,4 @@
-"""One run that is stopped right after a joint's position is read wrongly; the peer reports where the arm really went."""
+"""One run that is stopped right after a position is read wrongly; the peer reports where the arm went."""
 
 import time
 from dataclasses import replace
@@ -99,7 +99,7 @@ class Failure:
 
 
 def seen(name: str, kind: str, folder: Path) -> Seen:
-    """Let it happen on a driver. Raises NoBus where it has no bus on this machine, Disturbed on a busy one."""
+    """Let it happen on a driver. Raises NoBus without a bus on this machine, Disturbed on a busy one."""
     arm = ARMS.get(name, COBOT)
     work, turn = job(SECONDS, arm), TURNS.get(name, 2.0 * np.pi)
     begins = ALONG * work.motion.duration

@@ -1,4 +1,4 @@
-"""Quick stops with wrong positions, on every driver: how far the arm moved, and how long the loop was blocked."""
+"""Quick stops with wrong positions, on every driver: how far the arm moved, how long the loop was blocked."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -36,9 +36,7 @@ def main(quick: bool, drivers: Collection[str] = ()) -> dict[str, Any]:
         ["driver", "reading", "moved beyond rad", "block ms", "reason", "told at the end"],
         rows,
     )
-    print(
-        "  moved beyond   motion since the failure that commands, tracking and the stopping distance do not explain"
-    )
+    print("  moved beyond   motion that commands, tracking and the stopping distance do not explain")
     return {
         "stop_runs": len(runs),
         "stop_caused_motion": max((run.beyond for run in runs.values()), default=None),
