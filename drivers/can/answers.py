@@ -59,10 +59,11 @@ class Answers:
 
     def take(self, joint: int, data: bytes) -> None:
         """A frame with an answer of a joint has come."""
-        self._came[joint] += 1
         if not self._owed[joint]:
-            self._answered_twice(joint, data)
+            if self._came[joint]:  # else it was not asked for, such as before the first question
+                self._answered_twice(joint, data)
             return
+        self._came[joint] += 1
         self._owed[joint] -= 1
         self._last[joint] = data
         if self._owed[joint] or self._skipped[joint] or not self._open:
@@ -95,7 +96,7 @@ class Answers:
     def _answered_twice(self, joint: int, data: bytes) -> None:
         """Doubt a joint with a second answer of another content; CAN itself may deliver a frame twice."""
         now = time.monotonic()
-        if data == self._last[joint] or self._came[joint] < 2:
+        if data == self._last[joint]:
             return
         if now >= self._doubted_until[joint]:
             self._report(

@@ -198,8 +198,8 @@ class CanMit(CanDriver[MotorRound]):
         if not self._resting.known(joint):
             return (
                 f"{motor.name} is not switched on: its last positions differ by "
-                f"{self._resting.spread(joint):.3g} rad, limit {APART:g}. Let the arm stand still, and look at "
-                "its encoder"
+                f"{self._resting.spread(joint):.3g} rad, limit {APART:g}. Let the arm stand still, and look "
+                "at its encoder"
             )
         why = error_text(motor.family, state.error) or "it stays off"
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"
