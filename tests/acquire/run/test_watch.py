@@ -23,6 +23,7 @@ from ...parts.controllers.can_peers import peer as can_peer
 from ...parts.runs.commissioning_parts import CELLS, controller_file
 from ...parts.runs.full_run import model as sliding_model
 from ...parts.runs.run_parts import ROBOT, Following
+from ...parts.system_needs import TERMINALS
 from ...peers.can_arm import mit_settings
 from ...peers.driver_peers import peer_of
 
@@ -146,6 +147,7 @@ def test_motors_that_reading_makes_limp_are_not_read_unasked(tmp_path, capsys, m
 
 
 def test_a_terminal_has_a_table_in_place_until_ctrl_c():
+    TERMINALS.require()
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "watch", "--robot", "cobot"]
     with subprocess.Popen(

@@ -3,12 +3,12 @@
 from contextlib import contextmanager
 
 import numpy as np
-import pytest
 
 from exidyn.drivers import Arm, Command, create
 
 from ...peers.can_arm import ObedientArm, canopen_settings, mit_settings
-from ...peers.peer_process import NoBus, Peer
+from ...peers.peer_process import Peer
+from ..system_needs import MULTICAST, TERMINALS
 
 SLOW = 0.01
 """Cycle of these tests [s]: busy machines keep to it."""
@@ -18,11 +18,9 @@ ARM = Arm(ObedientArm.joints, np.full(6, -3.0), np.full(6, 3.0), np.full(6, 3.0)
 
 @contextmanager
 def peer(script, *arguments):
-    try:
-        process = Peer(script, "--robot", "obedient", *arguments)
-    except NoBus as error:
-        pytest.skip(str(error))
-    with process:
+    """A peer's process, at a serial adapter or on a multicast group."""
+    (TERMINALS if "--adapter" in arguments else MULTICAST).require()
+    with Peer(script, "--robot", "obedient", *arguments) as process:
         yield process
 
 
