@@ -25,8 +25,8 @@ def test_the_arm_follows_and_its_units_are_ours():
     with motors() as (peer, driver):
         info = driver.open()
         assert info.signals == ("position", "velocity", "torque", "temperature")
-        assert "switched off 0.5 s" in info.dead_man
-        assert "TIMEOUT 10000 read back" in info.dead_man
+        assert "switched off 2 s" in info.dead_man
+        assert "TIMEOUT 40000 read back" in info.dead_man
         assert "answers with torque in N m" in info.settings["joint2 (motor 2)"]
         assert "KT_Value 0.945" in info.settings["joint2 (motor 2)"]
         assert not peer.printed("on")
@@ -119,7 +119,7 @@ def test_an_error_is_a_fault_that_names_the_motor():
 
 
 def test_a_silent_joint_is_stale_and_not_a_number():
-    with motors("--fault", "silent:2@5") as (_, driver):
+    with motors("--fault", "silent:2@5", hasty=True) as (_, driver):
         samples = follow(driver, armed(driver), 60)
         assert samples[-1].stale[1]
         assert np.isnan([samples[-1].position[1], samples[-1].torque[1], samples[-1].temperature[1]]).all()

@@ -10,7 +10,7 @@ import pytest
 from exidyn.drivers import create
 from exidyn.drivers.errors import NotReady
 
-from ...parts.controllers.can_peers import ARM, SLOW, command, follow, standing
+from ...parts.controllers.can_peers import ARM, SLOW, command, follow, late_answers_count, standing
 from ...parts.system_needs import MULTICAST
 from ...peers.can_arm import COUNTS, GEAR, canopen_settings, sign, zero
 from ...peers.can_ends import CHANNEL
@@ -54,7 +54,7 @@ def in_this_process():
 @pytest.fixture(params=[in_a_process, in_this_process], ids=["udp_multicast", "virtual"])
 def foreign(request):
     """Settings that reach drives on a bus."""
-    with request.param() as settings:
+    with late_answers_count(), request.param() as settings:
         yield settings
 
 
