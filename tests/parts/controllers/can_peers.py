@@ -38,8 +38,8 @@ def late_answers_count():
 def peer(script, *arguments):
     """A peer's process, at a serial adapter or on a multicast group.
 
-    A cycle of its arm passes with each question, however late that comes: by the clock, an arm whose host had to
-    wait ran ahead of its targets, and its drives reported a following error.
+    A cycle of its arm passes with each question, however late that comes: by the clock, an arm whose host had
+    to wait ran ahead of its targets, and its drives reported a following error.
     """
     (TERMINALS if "--adapter" in arguments else MULTICAST).require()
     with Peer(script, "--robot", "obedient", "--lockstep", *arguments) as process:
