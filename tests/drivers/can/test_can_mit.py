@@ -155,11 +155,11 @@ def test_a_quick_stop_holds_and_off_switches_off():
 
 
 def test_after_the_end_held_motors_do_not_miss_the_host():
-    with motors(dead_man=0.3) as (peer, driver):
+    with motors(dead_man=1.0) as (peer, driver):
         follow(driver, armed(driver), 20)
         driver.close()
         with pytest.raises(LookupError):
-            peer.wait_for("error 13", 0.8)
+            peer.wait_for("error 13", 2.0)
         assert not peer.printed(": off")
         assert not peer.printed("store")
 

@@ -240,12 +240,12 @@ def test_a_quick_stop_holds_and_off_overrides_it():
 
 @pytest.mark.parametrize(("how", "last"), [("hold", "stopping"), ("off", "switch-on disabled")])
 def test_after_the_end_drives_do_not_miss_the_host(how, last):
-    with drives(at_close=how, dead_man=0.2) as (peer, driver):
+    with drives(at_close=how, dead_man=1.0) as (peer, driver):
         follow(driver, armed(driver), 20)
         driver.close()
         peer.wait_for(f"node 6: {last}")
         with pytest.raises(LookupError):
-            peer.wait_for("0x8130", 0.6)
+            peer.wait_for("0x8130", 2.0)
         driver.close()  # again
         with pytest.raises(NotReady):
             driver.exchange(None)
