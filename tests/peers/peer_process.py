@@ -9,7 +9,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 STARTING = 900.0
-"""How long a peer may take to import and compile what it needs [s]: 15 s of a processor's time, of which it got
+"""How long a peer may take to import and compile what it needs [s]: 15 s of processor time, of which it got
 a tenth on two cores with ten others busy. Only a peer that hangs is waited for so long."""
 
 
