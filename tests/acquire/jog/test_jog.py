@@ -252,7 +252,7 @@ def test_a_person_reads_where_it_goes_and_what_is_in_order(capsys):
     assert "the joint turns about" in said
     rows = [row.split() for row in printed.out.splitlines()]
     [(held, lowest, to, highest, *rest)] = [row[2:] for row in rows if row[:2] == ["gravity", "torque"]]
-    # A mean over the cycles that were not missed, and a range around it: within 1 %, whatever the machine missed.
+    # A mean over the cycles that were not missed, and a range around it: within 1 %, whichever those are.
     np.testing.assert_allclose([float(held), float(lowest), float(highest)], [86.93, 65.27, 116.0], rtol=0.01)
     assert [to, *rest] == ["to", "N", "m", "right"]
     assert "This program cannot see the arm." in printed.out
