@@ -134,6 +134,8 @@ def test_arming_after_a_held_stop_goes_through_no_state_without_torque():
             driver.exchange(None)
         before = len(peer.lines)
         driver.arm_drives()
+        with peer._news:  # what drives print comes later than what they answer
+            assert peer._news.wait_for(lambda: len(peer.lines) >= before + 6, 60.0)
         assert {line.split(": ")[1].strip() for line in peer.lines[before:]} == {"enabled"}
 
 
