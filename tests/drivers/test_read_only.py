@@ -51,7 +51,7 @@ def test_axes_are_counted_where_they_are_listed():
 
 def test_motors_that_were_left_on_stay_on():
     """A dead-man that is set while there are no commands would switch them off, and the arm would drop."""
-    with motors("--on") as (peer, driver):
+    with motors("--on", dead_man=0.5) as (peer, driver):
         driver.open_to_read()
         for _ in range(120):  # more than twice the dead-man
             driver.exchange(None)

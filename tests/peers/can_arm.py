@@ -38,6 +38,10 @@ def zero(joints):
     return 0.05 * (1.0 + np.arange(joints))
 
 
+DEAD_MAN = 2.0
+"""Silence of the host after which drives stop [s]: processes on a busy machine stall for half a second."""
+
+
 def bus_settings(address):
     """How a driver reaches the bus of a peer that text this address."""
     if address.startswith("/"):
@@ -55,8 +59,8 @@ def canopen_settings(address, joints=6):
         "gear": GEAR,
         "sign": [int(one) for one in sign(joints)],
         "zero": [float(one) for one in zero(joints)],
-        "dead_man": 0.5,  # busy machines stall for longer than the usual time
-        "heartbeat": 0.2,
+        "dead_man": DEAD_MAN,
+        "heartbeat": 1.0,  # a drive counts as lost after 3.5 of them
     }
 
 
@@ -82,5 +86,5 @@ def mit_settings(address, joints=6, maker="damiao"):
         "kd": 3.0,
         "sign": [int(one) for one in sign(joints)],
         "zero": [float(one) for one in zero(joints)],
-        "dead_man": 0.5,
+        "dead_man": DEAD_MAN,
     }

@@ -185,14 +185,15 @@ class Nodes:
         for node in self.nodes:
             node.start()
         while not ended.is_set():
-            message = self.receive()
-            if message is not None:
+            message = self.receive(0.005)
+            while message is not None:  # what came while this process had to wait was no silence of the host
                 self.handle(message)
+                message = self.receive(0.0)
             self.pass_time()
 
-    def receive(self):
+    def receive(self, timeout):
         try:
-            return self.end.recv(0.005)
+            return self.end.recv(timeout)
         except Exception:  # noise, one's own too
             return None
 

@@ -2,7 +2,6 @@
 
 import os
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +11,8 @@ import pytest
 from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
 from exidyn.acquire.command_line import COMMANDS, command, main
 from exidyn.acquire.commands.drivers_command import SHELLS, parser_of_all
+
+from ...parts.system_needs import BASH
 
 pytestmark = pytest.mark.clocked(patient=True)
 
@@ -131,7 +132,6 @@ def script(tmp_path_factory) -> Path:
     return folder / "exidyn.bash"
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 @pytest.mark.parametrize(
     ("typed", "expected"),
     [
@@ -144,6 +144,7 @@ def script(tmp_path_factory) -> Path:
     ],
 )
 def test_bash_completes(script, typed, expected):
+    BASH.require()
     command = ["bash", "--norc", "-c", COMPLETE, str(script), *typed.split()]
     mentioned = subprocess.check_output(command, text=True, cwd=script.parent)
     assert mentioned.split() == [expected]

@@ -16,6 +16,7 @@ from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
 from exidyn.acquire.jog.effort import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
+from exidyn.acquire.run.stopping import watch
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identify.effects import CoulombFriction, RigidBody
 from exidyn.identify.model import Model
@@ -45,6 +46,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(UNATTENDED, "yes")
     monkeypatch.setattr(run_options, "WatchLimits", partial(replace, PATIENT))
+    # A peer counts the cycles that its process gets, on a busy machine half of those by the host.
+    monkeypatch.setattr(watch, "CLOCK_RATE", 0.0)
     return tmp_path
 
 
@@ -251,7 +254,10 @@ def test_a_person_reads_where_it_goes_and_what_is_in_order(capsys):
     assert "the flange goes 39.8 mm" in said
     assert "the joint turns about" in said
     rows = [row.split() for row in printed.out.splitlines()]
-    assert ["gravity", "torque", "86.93", "65.27", "to", "116.0", "N", "m", "right"] in rows
+    [(held, lowest, to, highest, *rest)] = [row[2:] for row in rows if row[:2] == ["gravity", "torque"]]
+    # A mean over the cycles that were not missed, and a range around it: within 1 %, whichever those are.
+    np.testing.assert_allclose([float(held), float(lowest), float(highest)], [86.93, 65.27, 116.0], rtol=0.01)
+    assert [to, *rest] == ["to", "N", "m", "right"]
     assert "This program cannot see the arm." in printed.out
 
 
@@ -271,7 +277,7 @@ def test_the_motion_is_slow_and_ends_where_it_began():
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
     code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2)
-    assert code == DONE
+    assert code == DONE, output["text"]
     assert list(verdicts(output).values())[:4] == ["right"] * 4
     assert json.loads(peer.lines[-1])["farthest"] == pytest.approx(2.0, abs=0.01)
     code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")

@@ -12,6 +12,7 @@ from exidyn.acquire.run.recorder import part_of, start_recorder
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 
 from ...parts.runs.recorded import cycle, end, event, head
+from ...parts.system_needs import REAL_TIME
 
 pytestmark = pytest.mark.clocked
 
@@ -117,9 +118,9 @@ def test_signals_that_ask_to_end_reach_the_process_neither_by_terminal_nor_other
 
 
 def test_a_process_started_by_a_loop_in_real_time_is_scheduled_as_usual(tmp_path):
-    with realtime() as refused:
-        if os.sched_getscheduler(0) != os.SCHED_FIFO:
-            pytest.skip(f"no real-time scheduling here: {refused}")
+    REAL_TIME.require()
+    with realtime():
+        assert os.sched_getscheduler(0) == os.SCHED_FIFO
         with start_recorder(tmp_path / "run.mcap") as sink:
             assert os.sched_getscheduler(sink.process_id) == os.SCHED_OTHER
 

@@ -29,6 +29,7 @@ from ...parts.runs.recorded import (
     record,
     record_until_failure,
 )
+from ...parts.system_needs import SMALL_DISK
 from ...peers.recorder_kills import kill
 
 pytestmark = pytest.mark.clocked
@@ -235,9 +236,8 @@ def small_disk(tmp_path):
     """A disk of five MiB, one of which is free behind what a recorder keeps back."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=5m", "none", disk], capture_output=True)
-    if mounted.returncode:
-        pytest.skip("only root may make a small disk")
+    SMALL_DISK.require()
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=5m", "none", disk], check=True)
     yield disk
     subprocess.run(["umount", "-l", disk], check=True)
 

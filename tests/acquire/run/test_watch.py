@@ -23,12 +23,14 @@ from ...parts.controllers.can_peers import peer as can_peer
 from ...parts.runs.commissioning_parts import CELLS, controller_file
 from ...parts.runs.full_run import model as sliding_model
 from ...parts.runs.run_parts import ROBOT, Following
+from ...parts.system_needs import TERMINALS
 from ...peers.can_arm import mit_settings
 from ...peers.driver_peers import peer_of
 
 pytestmark = pytest.mark.clocked
 
-SHORT = ["--seconds", "0.3"]
+SHORT = ["--seconds", "1.0"]
+"""Long enough for a few answers from a peer whose process has to wait on a busy machine."""
 
 
 def readings(capsys):
@@ -146,6 +148,7 @@ def test_motors_that_reading_makes_limp_are_not_read_unasked(tmp_path, capsys, m
 
 
 def test_a_terminal_has_a_table_in_place_until_ctrl_c():
+    TERMINALS.require()
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "watch", "--robot", "cobot"]
     with subprocess.Popen(

@@ -12,6 +12,7 @@ from exidyn.acquire.terminal import progress
 from exidyn.acquire.terminal.progress import Line, Progress, start_progress
 
 from ...parts.runs.recorded import cycle, end, head
+from ...parts.system_needs import TERMINALS
 
 
 def body(frame):
@@ -56,6 +57,7 @@ def terminal():
 
     No fixture: pytest captures anew between those and a test.
     """
+    TERMINALS.require()
     seen, own = pty.openpty()
     os.set_blocking(seen, False)
     before = os.dup(2)

@@ -13,6 +13,8 @@ from exidyn.acquire.study.rounds import tell
 from exidyn.acquire.terminal import stopwatch
 from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
 
+from ...parts.system_needs import TERMINALS
+
 pytestmark = pytest.mark.clocked
 
 SHARES = {"read": 0.25, "fit": 0.5, "draw": 0.25}
@@ -81,6 +83,7 @@ def test_a_sentence_of_a_study_stands_above_the_bar_and_not_behind_it(monkeypatc
 
 
 def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):
+    TERMINALS.require()
     ours, theirs = pty.openpty()
     monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
     monkeypatch.setattr(stopwatch, "REDRAW", 0.02)

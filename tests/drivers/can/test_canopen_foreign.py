@@ -10,11 +10,12 @@ import pytest
 from exidyn.drivers import create
 from exidyn.drivers.errors import NotReady
 
-from ...parts.controllers.can_peers import ARM, SLOW, command, follow, standing
+from ...parts.controllers.can_peers import ARM, SLOW, command, follow, late_answers_count, standing
+from ...parts.system_needs import MULTICAST
 from ...peers.can_arm import COUNTS, GEAR, canopen_settings, sign, zero
 from ...peers.can_ends import CHANNEL
 from ...peers.local_drives import drives_on
-from ...peers.peer_process import NoBus, Peer
+from ...peers.peer_process import Peer
 from ...peers.ros2_dictionary import ros2_dictionary
 
 pytestmark = pytest.mark.clocked
@@ -33,11 +34,8 @@ SETTINGS = {
 
 @contextmanager
 def in_a_process():
-    try:
-        process = Peer("local_drives.py", *POSITIONS)
-    except NoBus as error:
-        pytest.skip(str(error))
-    with process:
+    MULTICAST.require()
+    with Peer("local_drives.py", *POSITIONS) as process:
         yield canopen_settings(process.address)
 
 
@@ -56,7 +54,7 @@ def in_this_process():
 @pytest.fixture(params=[in_a_process, in_this_process], ids=["udp_multicast", "virtual"])
 def foreign(request):
     """Settings that reach drives on a bus."""
-    with request.param() as settings:
+    with late_answers_count(), request.param() as settings:
         yield settings
 
 

@@ -20,8 +20,8 @@ def run(driver):
     info = driver.open()
     driver.arm_drives()
     samples = follow(driver, standing(driver), 40)
-    assert len(samples) == 40
     assert not samples[-1].fault
+    assert len(samples) == 40
     return info, [sample for sample in samples if not sample.stale.any()]
 
 

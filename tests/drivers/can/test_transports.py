@@ -21,6 +21,7 @@ from exidyn.drivers.can.transports import (
 )
 from exidyn.drivers.host_clock import Pause
 
+from ...parts.system_needs import MULTICAST, TERMINALS
 from ...peers.can_ends import CHANNEL, free_port
 
 FRAMES = [(0x181, b"12345678"), (0x000, b"\x01\x05"), (0x080, b""), (0x7FF, b"\xff\xa4data\xc4")]
@@ -37,6 +38,7 @@ def socketcan():
 @pytest.fixture
 def serial():
     """A transport on a pseudo-terminal, and the adapter's side of it."""
+    TERMINALS.require()
     master, slave = os.openpty()
     tty.setraw(master)
     tty.setraw(slave)
@@ -57,6 +59,7 @@ def serial():
 @pytest.fixture
 def multicast():
     """A transport, and another bus of python-can's on the same group."""
+    MULTICAST.require()
     port = free_port()
     given = {
         "channel": CHANNEL,
@@ -65,10 +68,7 @@ def multicast():
         "fd": False,
         "ignore_config": True,
     }
-    try:
-        ours, theirs = can.Bus(**given), can.Bus(**given)
-    except (can.CanError, OSError) as error:
-        pytest.skip(f"no multicast on this machine: {error}")
+    ours, theirs = can.Bus(**given), can.Bus(**given)
     transport = transport_of(ours, "udp_multicast", CHANNEL, {"port": port})
     yield transport, theirs
     transport.close()

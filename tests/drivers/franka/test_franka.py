@@ -63,6 +63,16 @@ def until_fault(driver, command, seconds=20.0):
     raise AssertionError("no fault")
 
 
+def until_state(driver, command, condition, count=5000):
+    """The controller's state, by name, once it is so: the reason of a stop comes by TCP, states by UDP."""
+    for _ in range(count):
+        sample = driver.exchange(command)
+        state = dict(zip(STATE, sample.state, strict=False))
+        if state and condition(state):
+            return state
+    raise AssertionError(f"the state stays {state}")
+
+
 def moved(driver, command, count=1500, amplitude=0.1):
     """Samples of a motion there and back, with their commands."""
     found = []
@@ -135,8 +145,8 @@ def test_what_stops_the_arm_is_named_and_recorded_with_the_state(line, message, 
         assert re.search(message, sample.fault)
         assert len(sample.fault) < 290
         assert "\n" not in sample.fault
-        state = dict(zip(STATE, sample.state, strict=True))
-        assert (state["robot_mode"], state["error"]) == (mode, error)
+        shown = until_state(driver, command, lambda state: state["robot_mode"] == mode)
+        assert shown["error"] == error
         assert not driver.exchange(command).sent
 
 

@@ -10,12 +10,15 @@ import pytest
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.servo.serial_port import SerialPort, adapter_latency
 
+from ...parts.system_needs import TERMINALS
+
 pytestmark = pytest.mark.clocked
 
 
 @pytest.fixture
 def line():
     """Our end of a line, and the name of the other."""
+    TERMINALS.require()
     master, slave = os.openpty()
     for end in (master, slave):
         tty.setraw(end)

@@ -1,7 +1,4 @@
-"""The peer of driver ur_rtde and a client that is not ours: Universal Robots' own.
-
-It is not on PyPI: pip install git+https://github.com/UniversalRobots/RTDE_Python_Client_Library
-"""
+"""The peer of driver ur_rtde and a client that is not ours: Universal Robots' own, which is not on PyPI."""
 
 import numpy as np
 import pytest
@@ -13,6 +10,7 @@ from ...peers.ur_settings import ur_settings
 
 pytestmark = pytest.mark.clocked
 
+CLIENT = "https://github.com/UniversalRobots/RTDE_Python_Client_Library"
 CB3 = ("--robot", "obedient", "--series", "cb3")
 STOOD = [0.0, -1.0, 1.0, 0.0, 0.5, 0.0]
 NAMES = ["timestamp", "actual_q", "actual_current", "joint_temperatures", "robot_mode", "safety_mode"]
@@ -28,7 +26,7 @@ def peer():
 @pytest.fixture
 def maker(peer):
     """Universal Robots' own client, connected."""
-    rtde = pytest.importorskip("rtde.rtde", reason="Universal Robots' client is not installed")
+    rtde = pytest.importorskip("rtde.rtde", reason=f"not installed; pip install git+{CLIENT}")
     given = ur_settings(peer.address)
     client = rtde.RTDE(given["address"], given["rtde_port"])
     client.connect()

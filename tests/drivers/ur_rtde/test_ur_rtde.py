@@ -94,7 +94,8 @@ def test_what_changes_between_opening_and_arming_is_seen():
     with controller() as (peer, driver):
         driver.open()
         tell(peer, "slider 0.5")
-        time.sleep(0.3)
+        for _ in range(10):  # until it is in what the controller sends
+            driver.exchange(None)
         with pytest.raises(NotReady, match="slider"):
             driver.arm_drives()
         assert not peer.printed("program")

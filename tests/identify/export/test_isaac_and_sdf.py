@@ -1,6 +1,5 @@
 """Isaac Lab's actuators, run against stand-ins of its classes; SDF, read by libsdformat where that is."""
 
-import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, fields, replace
@@ -27,6 +26,7 @@ from exidyn.identify.model import Model
 
 from ...parts.runs.robots import six_axis, sliding
 from ...parts.runs.simulated import known
+from ...parts.system_needs import SDFORMAT, sdformat
 from ..simulation.test_plant_forces import drawn
 
 READER = Path(__file__).parents[2] / "parts" / "sdf_reader.cpp"
@@ -100,12 +100,9 @@ def test_isaac_lab_of_an_arm_without_servos_or_limits_leaves_both_open(monkeypat
 
 def read_by_libsdformat(text, tmp_path):
     """Rows of links and joints as that library has them, by name."""
-    wanted = shutil.which("pkg-config") and shutil.which("g++")
-    flags = wanted and subprocess.run(
-        ["pkg-config", "--cflags", "--libs", "sdformat12"], capture_output=True, text=True
-    )
-    if not wanted or flags.returncode:
-        pytest.skip("no libsdformat-dev with pkg-config and g++: nothing else here reads SDF")
+    SDFORMAT.require()
+    command = ["pkg-config", "--cflags", "--libs", sdformat()]
+    flags = subprocess.run(command, check=True, capture_output=True, text=True)
     program, model = tmp_path / "reader", tmp_path / "arm.sdf"
     made = ["g++", "-std=c++17", "-O0", str(READER), "-o", str(program), *flags.stdout.split()]
     subprocess.run(made, check=True, capture_output=True)

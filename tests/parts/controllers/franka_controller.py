@@ -9,7 +9,8 @@ from ...peers.peer_process import Peer
 
 PACKAGES = ("pylibfranka", "franky_sim")
 MISSING = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
-INSTALLED = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+REASON = f"not installed: {', '.join(MISSING)}; pip install '.[franka-sim]'"
+INSTALLED = pytest.mark.skipif(bool(MISSING), reason=REASON)
 BUFFER = 0.2
 """Of commands, for machines that are busy with other things [s]."""
 
@@ -18,6 +19,6 @@ BUFFER = 0.2
 def running(*arguments, patience=2000):
     """Its process, and settings that reach it."""
     if MISSING:
-        pytest.skip(f"not installed: {', '.join(MISSING)}")
+        pytest.skip(REASON)
     with Peer("franka_controller.py", "--patience", patience, *arguments) as peer:
         yield peer, {"address": peer.address, "buffer": BUFFER, "wait": 60.0}

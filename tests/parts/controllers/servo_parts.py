@@ -9,6 +9,7 @@ import numpy as np
 from exidyn.drivers import Arm, Command, create
 
 from ...peers.peer_process import Peer
+from ..system_needs import TERMINALS
 
 sys.path.append(str(Path(__file__).parents[2] / "peers"))
 import servo_units  # noqa: E402 - the peers' own, which are programs
@@ -24,6 +25,7 @@ def arm(joints=JOINTS):
 
 
 def peer(kind, *arguments):
+    TERMINALS.require()
     return Peer(f"{kind}_bus.py", *arguments)
 
 

@@ -3,13 +3,12 @@
 import base64
 import json
 import os
-import shutil
 import signal
 import subprocess
 import time
 from contextlib import contextmanager
 
-import pytest
+from ..system_needs import BASH, BROWSER, browser
 
 FLAGS = (
     "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -76,15 +75,14 @@ class Browser:
 @contextmanager
 def headless_browser(folder):
     """A browser without a window; its profile lies in the folder."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        pytest.skip("there is no Chromium; apt-get install chromium")
+    BROWSER.require()
+    BASH.require()
     to_browser, from_us = os.pipe()
     from_browser, to_us = os.pipe()
     # the browser reads from file 3 and writes to file 4
     command = ["bash", "-c", f'exec "$@" 3<&{to_browser} 4>&{to_us}', "bash"]
     process = subprocess.Popen(
-        [*command, program, *FLAGS, f"--user-data-dir={folder}"],
+        [*command, browser(), *FLAGS, f"--user-data-dir={folder}"],
         pass_fds=(to_browser, to_us),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

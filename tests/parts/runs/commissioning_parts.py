@@ -9,7 +9,7 @@ from exidyn.acquire.run.stopping.watch import WatchLimits
 from ...peers.driver_peers import REAL, peer_of
 from ...peers.driver_peers.kuka_rsi import POSE as POSE
 
-PATIENT = WatchLimits(silence=2.0, stall=2.0, missed=0.9)
+PATIENT = WatchLimits(silence=2.0, stall=2.0, missed=0.9, stale=1.0)
 """Monitors that do not mind a computer which is busy with other things; all others are as usual."""
 
 

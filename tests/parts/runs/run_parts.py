@@ -15,7 +15,7 @@ CYCLE = 0.002
 MODEL = read_model("cobot")
 ROBOT = MODEL.robot
 LIMITS = usable(ROBOT, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
-PATIENT = WatchLimits(missed=1.0, stall=10.0, silence=5.0)
+PATIENT = WatchLimits(missed=1.0, stall=10.0, silence=5.0, stale=1.0)
 """Watches nothing that a loaded machine spoils."""
 START = 0.5 * (LIMITS.position_lower + LIMITS.position_upper)
 

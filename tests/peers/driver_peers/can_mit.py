@@ -2,15 +2,15 @@
 
 from contextlib import contextmanager
 
-from ...parts.controllers.can_peers import peer
+from ...parts.controllers.can_peers import late_answers_count, peer
 from ..can_arm import mit_settings
 from . import DriverPeer
 
 
 @contextmanager
 def running(folder, *arguments):
-    with peer("mit_motors.py", "--cycle", 0.01, *arguments) as process:
+    with late_answers_count(), peer("mit_motors.py", "--cycle", 0.01, *arguments) as process:
         yield process, mit_settings(process.address) | {"cycle": 0.01}
 
 
-PEER = DriverPeer(running, states="off", powered=(": on,", "ordered to store"), patient={"dead_man": 2.0})
+PEER = DriverPeer(running, states="off", powered=(": on,", "ordered to store"))

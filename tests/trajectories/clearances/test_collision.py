@@ -362,7 +362,7 @@ def ur10():
     share = Path(pin.__file__).parents[4] / "share"
     path = share / "example-robot-data" / "robots" / "ur_description" / "urdf" / "ur10_robot.urdf"
     if not path.exists():
-        pytest.skip("example-robot-data is not installed: no UR10 with meshes")
+        pytest.skip("not installed: example-robot-data, which has a UR10 with meshes; pip install '.[bench]'")
     return path
 
 
