@@ -21,6 +21,7 @@ from exidyn.identify.model import Model
 from exidyn.identify.pages.diagnosis_document import report_html
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
 from exidyn.identify.schema import check
+from exidyn.quoting import hash_comment
 
 from ..terminal.json_output import json_text, write_whole
 
@@ -29,7 +30,7 @@ NAME = "traces.npz"
 WORDS = ("name", "role", "run")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
-ABSENT = "# Found, and no part of this model, which cannot hold it: "
+ABSENT = "Found, and no part of this model, which cannot hold it: "
 """First line of a model that lacks findings."""
 SIMULATED = "simulated"
 """Key of what was simulated; runs have their place."""
@@ -60,7 +61,7 @@ def write_diagnosis(
 def _model_file(model: Model, absent: Sequence[str]) -> str:
     """A robot.toml that first lists the findings that it does not hold."""
     lacking = ", ".join(effect_words(one) for one in absent)
-    head = f"{ABSENT}{lacking}.\n" if absent else ""
+    head = hash_comment(f"{ABSENT}{lacking}.") + "\n" if absent else ""
     return head + model_text(model)
 
 

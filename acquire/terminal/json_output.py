@@ -1,6 +1,5 @@
 """What a command found: as a page for a person, in colour in a terminal, and as JSON for scripts."""
 
-import json
 import os
 import re
 import sys
@@ -13,6 +12,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from exidyn import quoting
 from exidyn.identify.text_table import WIDTH
 
 HEAD = "written: "
@@ -92,7 +92,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 def json_text(table: dict[str, Any]) -> str:
     """JSON with a key a line, of values as `plain` takes them."""
-    return json.dumps(plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return quoting.json_text(plain(table)) + "\n"
 
 
 def plain(value: Any) -> Any:

@@ -1,6 +1,5 @@
 """What `exidyn watch` shows of a reading: a table, a line, or JSON."""
 
-import json
 import shutil
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TextIO
@@ -10,6 +9,7 @@ import numpy as np
 from exidyn.drivers import Info
 from exidyn.drivers.values import SIGNALS
 from exidyn.identify.text_table import fixed, table
+from exidyn.quoting import json_text
 
 from ..run.listener import Reading
 from .joint_units import JointUnits, one_unit
@@ -169,7 +169,7 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Res
             "residual_alarm_from": residual.alarm,
             "residual_alarms": [units.joints[joint] for joint in residual.over],
         }
-    return json.dumps(plain(content), ensure_ascii=False, allow_nan=False)
+    return json_text(plain(content), indent=None)
 
 
 class Redraw:
