@@ -19,6 +19,7 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_json, write_fit
 from exidyn.identify.model import Model
 from exidyn.identify.pages.diagnosis_document import report_html
+from exidyn.identify.recordings.decompression_limits import require_zip
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
 from exidyn.identify.schema import check
 from exidyn.quoting import hash_comment
@@ -123,6 +124,7 @@ def read_traces(path: Path) -> Traces:
         NotAFile: Cut off, or something else, or with arrays that do not agree.
     """
     try:
+        require_zip(path)
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             keys = {name.partition(".")[0] for name in file.files if "." in name}
             traces = tuple(
