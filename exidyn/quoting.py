@@ -28,6 +28,11 @@ def one_line(text: str) -> str:
     return CONTROL.sub(lambda match: _code(match[0]), text)
 
 
+def visible(text: str) -> str:
+    """The text with each control character but line feeds and tabs as its code, for a terminal."""
+    return CONTROL.sub(lambda match: match[0] if match[0] in "\n\t" else _code(match[0]), text)
+
+
 def _code(character: str) -> str:
     number = ord(character)
     return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"

@@ -18,10 +18,12 @@ from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.quoting import visible
 from exidyn.trajectories.next_run.choice import RUN
 
 from ..arguments.parser import complaint
 from ..run.errors import NotConfirmed
+from ..screen import beneath
 from ..terminal.json_output import write_whole
 from ..terminal.recording_text import why_it_ended
 
@@ -145,7 +147,7 @@ def fill_folder(result: Path, fill: Callable[[Path], None]) -> None:
 
 def tell(words: object) -> None:
     """Print a sentence on standard error, above a bar that is there, in one line for scripts."""
-    tqdm.write(complaint(f"exidyn: {' '.join(str(words).split())}"), sys.stderr)
+    tqdm.write(visible(complaint(f"exidyn: {' '.join(str(words).split())}")), beneath(sys.stderr))
 
 
 def ask(request: str) -> None:

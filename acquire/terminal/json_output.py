@@ -14,6 +14,9 @@ import numpy as np
 
 from exidyn import quoting
 from exidyn.identify.text_table import WIDTH
+from exidyn.quoting import visible
+
+from ..screen import beneath
 
 HEAD = "written: "
 SCREEN = Path("-")
@@ -34,7 +37,10 @@ _told = ContextVar("told", default=True)
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
     """Print the page, or the JSON text where that goes to standard output; write it where it has a file."""
-    print(text.rstrip("\n") if path == SCREEN else coloured(page), flush=True)
+    if path == SCREEN:
+        print(text.rstrip("\n"), flush=True)
+    else:
+        print(coloured(visible(page)), file=beneath(sys.stdout), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
         print_written(path)

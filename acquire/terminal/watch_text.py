@@ -9,9 +9,10 @@ import numpy as np
 from exidyn.drivers import Info
 from exidyn.drivers.values import SIGNALS
 from exidyn.identify.text_table import fixed, table
-from exidyn.quoting import json_text
+from exidyn.quoting import json_text, visible
 
 from ..run.listener import Reading
+from ..screen import beneath
 from .joint_units import JointUnits, one_unit
 from .json_output import plain
 
@@ -188,6 +189,6 @@ class Redraw:
         # A line that wraps, or scrolls away, could not be drawn over.
         shown = [line[: size.columns - 1] for line in lines[: size.lines - 1]]
         back = f"\x1b[{self._drawn}A" if self._drawn else ""
-        self._terminal.write(back + "\x1b[J" + "".join(f"{line}\n" for line in shown))
+        beneath(self._terminal).write(back + "\x1b[J" + "".join(f"{visible(line)}\n" for line in shown))
         self._terminal.flush()
         self._drawn = len(shown)

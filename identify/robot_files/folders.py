@@ -1,8 +1,8 @@
-"""Which files a description may name: those in its own folder or package, and in folders that a person stated.
+"""Which files a description may name: those in its folder or package, and in folders that a person stated.
 
-A description from elsewhere could otherwise have any file of this computer read: by `..`, by an absolute path,
-or by a symbolic link. Links inside a folder that a person stated are followed: `colcon build --symlink-install`
-makes such.
+A description from elsewhere could otherwise have any file of this computer read: by `..`, by an absolute
+path, or by a symbolic link. Links inside a folder that a person stated are followed: `colcon build
+--symlink-install` makes such links.
 """
 
 import os
@@ -55,11 +55,16 @@ class Folders:
             RobotError: It is in none; the message begins with `where` and says what to do.
         """
         if not self.hold(file):
-            raise RobotError(
-                f"{where}: {file} is outside of {self.own[0]}, the folder of the description. Put it there, or "
-                f"state its folder: {VARIABLE}={file.resolve().parent}"
-            )
+            raise RobotError(f"{where}: {outside(file)}")
         return file
+
+
+def outside(file: Path) -> str:
+    """What is wrong with a file in none of the folders, and what to do."""
+    return (
+        f"{file.name} is outside of the folder of the description. Put it there, or state its folder: "
+        f"{VARIABLE}={file.resolve().parent}"
+    )
 
 
 def ros_folders() -> list[Path]:

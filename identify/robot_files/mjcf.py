@@ -47,11 +47,13 @@ def compile_mjcf(source: Path | str, folder: str = "") -> Any:
     mujoco = optional("mujoco", "an MJCF", "mujoco")
     if not hasattr(mujoco, "MjSpec"):
         raise MissingPackage(f'MuJoCo {mujoco.__version__} has no MjSpec: pip install "mujoco>=3.3"')
+    text, path = (
+        (str(source).encode(), Path(folder) / "MJCF") if folder else (_content(Path(source)), Path(source))
+    )
+    included = require_mjcf_files(text, path)
     try:
         if not folder:
-            require_mjcf_files(_content(Path(source)), Path(source))
             return mujoco.MjSpec.from_file(str(source)).compile()
-        included = require_mjcf_files(str(source).encode(), Path(folder) / "MJCF")
         spec = mujoco.MjSpec.from_string(str(source), include=included)
         spec.modelfiledir = folder
         return spec.compile()

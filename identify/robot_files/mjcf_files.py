@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
 from ..errors import BrokenTree
@@ -61,6 +61,6 @@ def _read(text: bytes, where: str, found: _Found) -> Iterator[str]:
     for element in root.iter():
         found.folders |= {element.attrib[key] for key in FOLDERS if key in element.attrib}
         names = [value for key, value in element.attrib.items() if key.startswith("file")]
-        found.names += names
+        found.names += [*names, *(PurePosixPath(name).name for name in names)]  # the second by strippath
         if element.tag in MODELS:
             yield from names

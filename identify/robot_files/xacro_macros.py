@@ -11,7 +11,7 @@ from pathlib import Path
 from ..errors import BrokenTree, RobotError
 from ..limited_process import Ended, call
 from ..notebook import optional
-from .folders import VARIABLE, Folders
+from .folders import Folders, outside
 
 SECONDS = 30.0
 """Time that macros may take [s]; those of the largest robots take two, on a busy machine ten."""
@@ -60,9 +60,9 @@ def expand(source: str) -> str:
     sys.addaudithook(_guard(Folders.of(path), refused))
     try:
         return str(xacro.process_file(source).toxml())
-    except MemoryError:
-        raise
     except Exception as error:  # its expressions are Python's, and raise whatever that does
+        if isinstance(getattr(error, "exc", error), MemoryError):  # wrapped by xacro, or not
+            raise MemoryError from None
         if refused:
             raise RobotError(f"{path}: xacro: {refused[0]}") from None
         raise BrokenTree(f"{path}: xacro: {error}. {_advice(path)}") from None
@@ -87,9 +87,6 @@ def _guard(folders: Folders, refused: list[str]) -> Callable[[str, tuple[object,
             refuse(f"{file} is not written by macros")
         real = file.resolve()
         if not folders.hold(file) and not any(real.is_relative_to(folder) for folder in python):
-            refuse(
-                f"{file} is outside of {folders.own[0]}, the folder of the description. Put it there, or state "
-                f"its folder: {VARIABLE}={real.parent}"
-            )
+            refuse(outside(file))
 
     return guard

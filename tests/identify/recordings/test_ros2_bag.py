@@ -192,6 +192,5 @@ def test_a_time_stamp_that_no_clock_shows_is_refused(tmp_path, stamp):
     with closing(sqlite3.connect(file)) as bag, bag:
         bag.execute("UPDATE messages SET timestamp = ? WHERE id = 7", (stamp,))
     with pytest.raises(RecordingError, match="time"):
-        [found] = import_source(tmp_path / "bag", model())
-        write_recording(found, tmp_path / "run.mcap")
+        write_recording(import_source(tmp_path / "bag", model())[0], tmp_path / "run.mcap")
     assert not (tmp_path / "run.mcap").exists()

@@ -7,6 +7,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from errno import EFBIG
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -61,6 +62,8 @@ def refused_as(source: Path, form: str) -> Iterator[None]:
     except (ExidynError, MemoryError):
         raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno == EFBIG:  # what was unpacked on the disk
+            raise too_large(source) from None
         raise NotAFile(f"{source} cannot be read as {form}: {error}") from error
 
 
@@ -196,17 +199,17 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
     limit = _Limit(source)
     arrays = dict(_arrays("", named, between, limit))
     numbers: Counter[int] = Counter()
-    for array in arrays.values():
-        numbers[max(array.shape)] += array.size
+    for values in arrays.values():
+        numbers[max(values.shape)] += values.size
     if not numbers:
         raise NotAFile(f"{source} holds no arrays of numbers")
     [(length, _)] = numbers.most_common(1)
     columns: dict[str, np.ndarray] = {}
-    for name, array in arrays.items():
-        if array.ndim == 1 and len(array) == length:
-            columns[name] = array
-        elif length in array.shape and array.ndim == 2:
-            upright = array if len(array) == length else array.T
+    for name, values in arrays.items():
+        if values.ndim == 1 and len(values) == length:
+            columns[name] = values
+        elif length in values.shape and values.ndim == 2:
+            upright = values if len(values) == length else values.T
             columns |= {f"{name}{k + 1}": column for k, column in enumerate(upright.T)}
     return Table(list(columns), np.column_stack(list(columns.values())), **known)
 
@@ -233,14 +236,14 @@ def _arrays(name: str, value: Any, between: str, limit: _Limit) -> Iterator[tupl
     if len(lengths) > 2 or len(lengths) == 2 and min(lengths) > WIDEST:
         return  # pictures; they are not even read
     limit.add(math.prod(lengths))
-    array = np.asarray(value)
-    if array.dtype.names:
-        yield from _arrays(name, {field: array[field] for field in array.dtype.names}, between, limit)
-    elif array.dtype == object:
-        for place, one in enumerate(array.flat):
+    values = np.asarray(value)
+    if values.dtype.names:
+        yield from _arrays(name, {field: values[field] for field in values.dtype.names}, between, limit)
+    elif values.dtype == object:
+        for place, one in enumerate(values.flat):
             if isinstance(one, np.ndarray | np.void):
-                yield from _arrays(name if array.size == 1 else f"{name}{place + 1}", one, between, limit)
-    elif array.dtype.kind in "mM" and array.size > 1:
-        yield name, np.squeeze(array.astype(f"{array.dtype.kind}8[ns]").astype(float)) * 1e-9
-    elif array.dtype.kind in "biuf" and array.size > 1:
-        yield name, np.squeeze(array.astype(float))
+                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", one, between, limit)
+    elif values.dtype.kind in "mM" and values.size > 1:
+        yield name, np.squeeze(values.astype(f"{values.dtype.kind}8[ns]").astype(float)) * 1e-9
+    elif values.dtype.kind in "biuf" and values.size > 1:
+        yield name, np.squeeze(values.astype(float))
