@@ -46,7 +46,7 @@ def left_plot(pairs: Pairs) -> str:
     moved = np.array([choice["moved"] for choice, _ in pairs])
     joints = list(every[0])
     across = Span.around(np.append(moved, 0.0), margin=0.03)
-    lines = [np.array([one[joint] for one in every]) for joint in joints]
+    lines = [np.array([one[joint] for one in every], float) for joint in joints]
     panel = Panel(across, Span.around(*lines, np.array([0.0, 1.0])), 64, 22, 560, 180)
     styles = [STYLES[place % len(STYLES)] for place in range(len(joints))]
     content = legend(64, 14, list(zip(styles, joints, strict=True)))

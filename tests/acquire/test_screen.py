@@ -25,7 +25,7 @@ def clean(text):
 @pytest.fixture
 def recording(tmp_path):
     recorded = run("run")
-    robot = replace(recorded.robot, name=ESCAPES)
+    robot = replace(recorded.robot, name=ESCAPES.replace("\0", ""))
     hostile = replace(
         recorded,
         name=ESCAPES,
