@@ -117,6 +117,11 @@ def import_ros2_bag(
     signals = states.signals((own - start) * 1e-9, [group.index(name) for name in names])
     for samples in arrays.values():
         signals |= samples.signals((samples.bag - late - start) * 1e-9)
+    if not any(name in signals for name in EFFORT):
+        raise NotRecorded(
+            f"{source}: the messages have no efforts: the field effort of all {len(states.bag)} joint states is "
+            "empty or NaN. Record a topic with efforts or motor currents, or name it: --topic TOPIC"
+        )
     recording = Recording(
         name=source.stem,
         model=model,
