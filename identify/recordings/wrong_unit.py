@@ -71,7 +71,7 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
 
 def sign_advice(how: str) -> str:
     """What to do about positions that were read from a register without their sign; `how` they were."""
-    return f"The positions look like a register read {how}. Restore the sign, {OF_STEPS_SIGNED}, and import again"
+    return f"The positions look like a register read {how}. Restore the sign, {OF_STEPS_SIGNED}, and import"
 
 
 def in_ticks(values: np.ndarray) -> bool:

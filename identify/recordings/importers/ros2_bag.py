@@ -119,8 +119,8 @@ def import_ros2_bag(
         signals |= samples.signals((samples.bag - late - start) * 1e-9)
     if not any(name in signals for name in EFFORT):
         raise NotRecorded(
-            f"{source}: the messages have no efforts: the field effort of all {len(states.bag)} joint states is "
-            "empty or NaN. Record a topic with efforts or motor currents, or name it: --topic TOPIC"
+            f"{source}: the messages have no efforts: the field effort of all {len(states.bag)} joint states "
+            "is empty or NaN. Record a topic with efforts or motor currents, or name it: --topic TOPIC"
         )
     recording = Recording(
         name=source.stem,

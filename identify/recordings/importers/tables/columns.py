@@ -168,7 +168,9 @@ def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
     words = sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {signal, *PREFIXES[signal]})
     usual = [*PREFIXES[signal], signal, *words]
     by_joint = [f"{one}_{{joint}}" for one in usual]
-    by_joint += [f"{{joint}}{between}{one}" for one in (signal, *words) for between in "_./"]
+    by_joint += [
+        f"{{joint}}{between}{one}" for one in (signal, *words, *PREFIXES[signal]) for between in "_./"
+    ]
     return [f"{one}{{number}}" for one in usual] + by_joint
 
 

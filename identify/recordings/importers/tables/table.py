@@ -93,6 +93,8 @@ def _read_csv(source: Path) -> Table:
     separator = commonest if commonest in first else None  # any spaces
     # A line of names may be a comment, as numpy, MATLAB and rostopic write it.
     names = [column.strip().strip('"') for column in first.strip().lstrip("#% ").split(separator)]
+    if not names:
+        raise NotAFile(f"{source} line 1 is empty; expected the names of the columns")
     named = not all(_is_number(name) for name in names)
     if not named:  # columns without names are called by their numbers
         names = [str(place + 1) for place in range(len(names))]
