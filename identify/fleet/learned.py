@@ -11,8 +11,6 @@ from ..errors import RecordingError
 from ..fit.estimators.compressed import Compressed
 from .runs import ArmRuns, Frame, Population, Run, design_of, population, scattered
 
-TINY = float(np.finfo(float).tiny)
-"""Smallest variance [-]: the smallest number that is not rounded further."""
 PASSES = 3
 """Of scatter, units and the point of linearisation, each from the others: the third moves none by a tenth."""
 LEAST_SCATTER = 1e-3
@@ -144,8 +142,12 @@ def _scatter(found: Learned) -> Learned:
         expected.append(said[1:] + said[:-1])
     if not differences:
         return found
-    # Rounding leaves variances below zero where the numbers of a run are damaged.
-    every, usual = np.concatenate(differences), np.maximum(np.concatenate(expected), TINY)
+    every, usual = np.concatenate(differences), np.concatenate(expected)
+    # Rounding leaves variances below zero where the numbers of a run are damaged: it says nothing of scatter.
+    sound = np.all(usual > 0.0, axis=1)
+    if not sound.any():
+        return found
+    every, usual = every[sound], usual[sound]
     seen = _robust(every / np.sqrt(usual))
     trust = float(np.clip(np.median(seen), LEAST_SCATTER, 1.0))
     sizes = found.frame.sizes(found.units.mean[: len(found.frame.scale)])[found.scattering]
