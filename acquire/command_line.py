@@ -15,6 +15,7 @@ from .arguments.command import Option, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
 from .arguments.parser import CommandParser, complaint
 from .commands import COMMANDS, command
+from .screen import screens
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,11 +28,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code, one of `exit_codes`.
     """
     try:
-        try:
-            return _answered(arguments)
-        finally:
-            if sys.stdout is not None:  # as it is where it was closed
-                sys.stdout.flush()  # here, where the reason of a failure can still be reported
+        with screens():
+            try:
+                return _answered(arguments)
+            finally:
+                if sys.stdout is not None:  # as it is where it was closed
+                    sys.stdout.flush()  # here, where the reason of a failure can still be reported
     except BrokenPipeError:
         # What is left in the buffer would be tried again at the end of the process, with a complaint.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""Record: every driver beside a bare loop, faults, stops that do not work and who is told, kills, agreement.
+"""Record: every driver beside a bare loop, faults, stops that do not work, kills, damaged files, agreement.
 
     python benchmarks/record.py [--quick] [--json FILE] [--only PART ...] [--drivers DRIVER ...]
 
@@ -12,7 +12,7 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 
 from common import parser, save
-from parts.record import example, fuzz, kill, told
+from parts.record import bombs, example, fuzz, kill, told
 from parts.record.controllers import CONTROLLERS
 from parts.record.drivers import agreement
 from parts.record.drivers import table as drivers
@@ -28,6 +28,7 @@ PARTS = {
     "told": told.main,
     "kills": kill.main,
     "parsers": fuzz.main,
+    "bombs": bombs.main,
     "agreement": agreement.main,
     "example": example.main,
 }

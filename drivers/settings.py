@@ -7,6 +7,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
+from exidyn.quoting import double_quoted
+
 from .errors import BadSettings, listed
 
 FARTHEST = 1e9
@@ -113,4 +115,4 @@ def template(cls: type[Any]) -> str:
 def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    return double_quoted(value) if isinstance(value, str) else repr(value)

@@ -11,6 +11,7 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identified import identified
 from exidyn.identify.in_mujoco.attached import Attached
 from exidyn.identify.model import Model
+from exidyn.quoting import hash_comment
 
 __all__ = ["Attached", "attach"]
 
@@ -44,7 +45,8 @@ def _read(path: Path) -> Model:
     arm = read_arm(str(path))
     if path.suffix == ".toml" and path.is_file():
         first = path.read_text(encoding="utf-8").partition("\n")[0]
-        if first.startswith(ABSENT):
-            words = f"{path}: not attached, since no model holds it: {first.removeprefix(ABSENT)}"
+        head = hash_comment(ABSENT)
+        if first.startswith(head):
+            words = f"{path}: not attached, since no model holds it: {first.removeprefix(head)}"
             warnings.warn(words, RobotWarning, stacklevel=3)
     return arm

@@ -26,6 +26,7 @@ from ..fleet.work import (
     report_path,
     write_reports,
 )
+from ..screen import beneath
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 PAGE = "fleet.html"
@@ -92,7 +93,7 @@ def fleet_command(given: Namespace) -> int:
 def _progress(done: int, of: int, what: str = "new run") -> None:
     if sys.stderr.isatty() or done == of:
         end = "\n" if done == of else ""
-        print(f"\r{done} of {counted(of, what)}", end=end, file=sys.stderr, flush=True)
+        print(f"\r{done} of {counted(of, what)}", end=end, file=beneath(sys.stderr), flush=True)
 
 
 def _reported(done: int, of: int) -> None:

@@ -19,8 +19,10 @@ from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.fit_file import read_json, write_fit
 from exidyn.identify.model import Model
 from exidyn.identify.pages.diagnosis_document import report_html
+from exidyn.identify.recordings.decompression_limits import require_zip
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
 from exidyn.identify.schema import check
+from exidyn.quoting import hash_comment
 
 from ..terminal.json_output import json_text, write_whole
 
@@ -29,7 +31,7 @@ NAME = "traces.npz"
 WORDS = ("name", "role", "run")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
-ABSENT = "# Found, and no part of this model, which cannot hold it: "
+ABSENT = "Found, and no part of this model, which cannot hold it: "
 """First line of a model that lacks findings."""
 SIMULATED = "simulated"
 """Key of what was simulated; runs have their place."""
@@ -60,7 +62,7 @@ def write_diagnosis(
 def _model_file(model: Model, absent: Sequence[str]) -> str:
     """A robot.toml that first lists the findings that it does not hold."""
     lacking = ", ".join(effect_words(one) for one in absent)
-    head = f"{ABSENT}{lacking}.\n" if absent else ""
+    head = hash_comment(f"{ABSENT}{lacking}.") + "\n" if absent else ""
     return head + model_text(model)
 
 
@@ -122,6 +124,7 @@ def read_traces(path: Path) -> Traces:
         NotAFile: Cut off, or something else, or with arrays that do not agree.
     """
     try:
+        require_zip(path)
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             keys = {name.partition(".")[0] for name in file.files if "." in name}
             traces = tuple(

@@ -11,38 +11,32 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import quote, unquote
 from uuid import uuid4
 
 import numpy as np
-from msgspec import Struct
+from msgspec.structs import asdict as asdict_of
 
 from exidyn.identify.fit.fit_file import read_json
-from exidyn.identify.fit.fit_schema import Measures
 from exidyn.identify.fleet.kind import Kind
 from exidyn.identify.fleet.runs import Run
 from exidyn.identify.fleet.summary import Summary
 from exidyn.identify.notebook import optional
 from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.decompression_limits import require_size
 from exidyn.identify.robot_files.robot_file import model_text, parse_model
 from exidyn.identify.schema import checked
 
 from .source import Found
+from .store_schema import ChangeRow, IndexRow, KindFile, RunRow, plain, refused, require_kind
 
+R = TypeVar("R", bound=IndexRow)
 DAY = 86400.0
 CHANGES = "changes.parquet"
 """Table of all changes, in the store's folder."""
 MERGED = "month"
 """How the name of a file begins that holds all runs of a month."""
-
-
-class KindFile(Struct, frozen=True):
-    """Schema of a file in `kinds/`."""
-
-    robot: str
-    filtering: Filtering
-    measures: Measures
 
 
 @dataclass(frozen=True)
@@ -96,8 +90,13 @@ class Store:
             RobotError: The robot in it is wrong.
         """
         path = self.folder / "kinds" / f"{key}.json"
-        file = checked(read_json(path), KindFile, str(path))
-        return Kind(parse_model(file.robot, where=str(path)), file.filtering, file.measures)
+        with refused(path):
+            file = checked(read_json(path), KindFile, str(path))
+            return Kind(
+                parse_model(file.robot, where=str(path)),
+                Filtering(**asdict_of(file.filtering)),
+                file.measures,
+            )
 
     def kinds(self) -> list[str]:
         """All that are known."""
@@ -117,9 +116,9 @@ class Store:
             parts = sorted(folder.glob("*.parquet"))
             if len(parts) == 1:
                 continue
-            rows = arrow.concat_tables(
-                [parquet.read_table(part) for part in parts], promote_options="default"
-            )
+            for part in parts:
+                _table(part)  # one that is damaged is named
+            rows = arrow.concat_tables(map(_table, parts), promote_options="default")
             keys = np.asarray(rows["key"].to_pylist())
             rows = rows.take(np.unique(keys, return_index=True)[1])
             _write(folder / f"{MERGED}-{uuid4().hex}.parquet", rows)
@@ -128,33 +127,44 @@ class Store:
 
     def index(self) -> dict[str, dict[str, Any]]:
         """Every run without its summary, by key."""
-        return {
-            row["key"]: row
-            for row in self._rows(["key", "file", "size", "modified", "date", "kind", "error", "note"])
-        }
+        columns = ["key", "file", "size", "modified", "date", "kind", "error", "note"]
+        return {row.key: asdict_of(row) for row in self._rows(IndexRow, columns)}
 
     def arms(self, kind: str) -> dict[str, list[Run]]:
         """Identified runs of each arm of a type."""
         found: dict[str, dict[str, Run]] = {}
-        for row in self._rows():
-            if row["kind"] == kind and not row["error"]:
-                day = row["date"].timestamp() / DAY
-                found.setdefault(row["arm"], {})[row["key"]] = Run(row["key"], day, _summary(row))
+        of = self.kind(kind)
+        for row in self._rows(RunRow, of=of, key=kind):
+            day = row.date.timestamp() / DAY
+            found.setdefault(row.arm, {})[row.key] = Run(row.key, day, _summary(row))
         return {arm: list(runs.values()) for arm, runs in sorted(found.items())}
 
     def changes(self, arm: str) -> list[dict[str, Any]]:
         """What changed on an arm, as it was last written."""
-        _, parquet = _arrow()
         path = self.folder / CHANGES
-        rows = parquet.ParquetFile(path).read().to_pylist() if path.exists() else []
-        return [row for row in rows if row["arm"] == arm]
+        if not path.exists():
+            return []
+        with refused(path):
+            rows = [(row, checked(row, ChangeRow, str(path))) for row in _table(path).to_pylist()]
+        return [row for row, known in rows if known.arm == arm]
 
-    def _rows(self, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
-        _, parquet = _arrow()
+    def _rows(
+        self, schema: type[R], columns: Sequence[str] | None = None, of: Kind | None = None, key: str = ""
+    ) -> Iterator[R]:
+        """Rows of all files; those of a type of arm, identified, where one is stated."""
         for path in sorted(self.runs.glob("*/*/*.parquet")):
             arm = unquote(path.parent.parent.name.partition("=")[2])
-            for row in parquet.ParquetFile(path).read(columns).to_pylist():
-                yield {"note": "", **row, "arm": arm}  # files of an earlier version have no notes
+            with refused(path):
+                rows = [
+                    {"note": "", **plain(row), "arm": arm}  # files of an earlier version have no notes
+                    for row in _table(path, columns).to_pylist()
+                    if of is None or (row.get("kind") == key and not row.get("error"))
+                ]
+                found = [checked(row, schema, str(path)) for row in rows]
+                for row in found:
+                    if isinstance(row, RunRow) and of is not None:
+                        require_kind(row, of)
+            yield from found
 
 
 def _columns(row: Row) -> dict[str, Any]:
@@ -185,21 +195,32 @@ def _packed(factors: np.ndarray) -> np.ndarray:
     return np.concatenate([factor[upper] for factor in factors])
 
 
-def _summary(row: Mapping[str, Any]) -> Summary:
-    joints = len(row["counts"])
-    packed = np.reshape(row["factors"], (joints, -1))
+def _table(path: Path, columns: Sequence[str] | None = None) -> Any:
+    """A Parquet file as a table, if it is not too large; columns that it lacks are left out."""
+    _, parquet = _arrow()
+    with refused(path), parquet.ParquetFile(path) as file:
+        require_size(
+            path, sum(file.metadata.row_group(k).total_byte_size for k in range(file.num_row_groups))
+        )
+        there = [name for name in file.schema_arrow.names if columns is None or name in columns]
+        return file.read(there)
+
+
+def _summary(row: RunRow) -> Summary:
+    joints = len(row.counts)
+    packed = np.reshape(row.factors, (joints, -1))
     size = round((np.sqrt(8 * packed.shape[1] + 1) - 1) / 2)
     factors = np.zeros((joints, size, size))
     factors[(slice(None), *np.triu_indices(size))] = packed
     return Summary(
         factors=factors,
-        counts=np.array(row["counts"]),
-        noise=np.array(row["noise"], float),
-        residual=np.array(row["residual"], float),
-        temperature=np.array(row["temperature"], float),
-        payload=row["payload"],
-        known=row["payload_known"],
-        seconds=row["seconds"],
+        counts=np.array(row.counts),
+        noise=np.array(row.noise, float),
+        residual=np.array(row.residual, float),
+        temperature=np.array(row.temperature, float),
+        payload=row.payload,
+        known=row.payload_known,
+        seconds=row.seconds,
     )
 
 

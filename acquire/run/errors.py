@@ -12,6 +12,8 @@ from threading import Timer
 
 from exidyn.identify.errors import ExidynError
 
+from ..screen import beneath
+
 
 class RunError(ExidynError, RuntimeError):
     """A run cannot begin, or not go on."""
@@ -46,7 +48,9 @@ COMPILED = "exidyn: the simulated arm starts; the first time it is compiled, whi
 
 def print_line(text: str) -> None:
     """Print to standard error, over the line where there is one."""
-    print(f"{CLEAR if sys.stderr.isatty() else ''}{text}", file=sys.stderr, flush=True)
+    if sys.stderr.isatty():
+        beneath(sys.stderr).write(CLEAR)
+    print(text, file=sys.stderr, flush=True)
 
 
 @contextmanager

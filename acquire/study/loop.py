@@ -22,6 +22,7 @@ from ..run.errors import RunStopped
 from ..terminal.json_output import json_text, plain, write_whole
 from ..terminal.stopwatch import with_bar
 from .choice_file import choice_table, read_shapes, shape_table
+from .choice_schema import require_course
 from .notebook import notebook
 from .other_gains import gain_sentences, other_gains, with_gains
 from .rounds import CHOICE, NOTEBOOK, Round, fill_folder, next_round, rounds, tell
@@ -73,6 +74,7 @@ class Study:
     def _write_notebook(self, stopped: str = "") -> None:
         """The account so far, and why the last run ended before its time."""
         choices = [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
+        require_course(self.folder, choices)
         stops = [(one.name, why) for one in rounds(self.folder) for why in one.stops]
         write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped, stops))
 

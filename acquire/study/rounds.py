@@ -18,12 +18,16 @@ from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identify.schema import checked
+from exidyn.quoting import visible
 from exidyn.trajectories.next_run.choice import RUN
 
 from ..arguments.parser import complaint
 from ..run.errors import NotConfirmed
+from ..screen import beneath
 from ..terminal.json_output import write_whole
 from ..terminal.recording_text import why_it_ended
+from .choice_schema import ChoiceFile
 
 CHOICE, NEXT, NOTEBOOK, ROBOT = "choice.json", "next.toml", "notebook.html", "robot.toml"
 """Files: of a choice, of the motion that was chosen, of the whole study, of the arm it is about."""
@@ -76,6 +80,7 @@ class Round:
             raise NotAFile(
                 f"{path} is no choice of a study, format {FORMAT}; begin in another folder (--output)"
             )
+        checked(table, ChoiceFile, str(path))
         return table
 
     @property
@@ -145,7 +150,7 @@ def fill_folder(result: Path, fill: Callable[[Path], None]) -> None:
 
 def tell(words: object) -> None:
     """Print a sentence on standard error, above a bar that is there, in one line for scripts."""
-    tqdm.write(complaint(f"exidyn: {' '.join(str(words).split())}"), sys.stderr)
+    tqdm.write(visible(complaint(f"exidyn: {' '.join(str(words).split())}")), beneath(sys.stderr))
 
 
 def ask(request: str) -> None:

@@ -36,7 +36,7 @@ from ..run.before import checked
 from ..run.recorder import part_of
 from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import with_bar
-from .rounds import NEXT, Round, ask, tell
+from .rounds import CHOICE, NEXT, Round, ask, tell
 
 NONE = ("", ".toml", ".md", ".txt", ".json", ".html")
 """Endings of files that lie beside recordings."""
@@ -90,7 +90,7 @@ class Cell:
             RunStopped: It was stopped before its end.
         """
         if not one.plan.exists():
-            motion = None if chosen is None else read_plan(one.folder.parent / chosen["plan"])
+            motion = None if chosen is None else read_plan(one.folder.parent / _required(chosen, "plan"))
             write_plan(motion or excitation(self.model, self.wishes, None, 1, self.search)[1], one.plan)
         if chosen is not None and chosen["request"] and self.attended:
             ask(chosen["request"])
@@ -259,7 +259,7 @@ class Shelf:
         """The first begins without a body, as the nominal model is."""
         empty = [recording for recording in self.recordings if recording.payload is None]
         first = (empty or list(self.recordings))[0].name
-        wanted = first if chosen is None else chosen["recording"]
+        wanted = first if chosen is None else _required(chosen, "recording")
         [recording] = [recording for recording in self.recordings if recording.name == wanted]
         part = one.run.with_name("run.part.mcap")
         write_recording(recording, part)
@@ -273,3 +273,16 @@ class Shelf:
     def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
         """Its name."""
         return {"recording": offer.name}
+
+
+def _required(chosen: dict[str, Any], key: str) -> str:
+    """What was chosen.
+
+    Raises:
+        NotAFile: The study was begun with runs of the other kind.
+    """
+    if chosen.get(key) is None:
+        raise NotAFile(
+            f"{CHOICE} has chosen no {key}: the study was begun otherwise. Begin in another folder"
+        )
+    return str(chosen[key])

@@ -15,19 +15,19 @@ STYLES = ("measured", "predicted", "residual", "predicted dashed", "before thin"
 
 def open_plot(pairs: Pairs) -> str:
     """Entropy of everything behind each run, as it was expected and as it came."""
-    moved = np.array([choice["moved"] for choice, _ in pairs])
-    left = np.array([choice["entropy"] for choice, _ in pairs])
+    moved = np.array([choice["moved"] for choice, _ in pairs], float)
+    left = np.array([choice["entropy"] for choice, _ in pairs], float)
     expected = [
         np.nan if before is None else before["entropy"] - before["offers"][0]["gained"] for _, before in pairs
     ]
     across = Span.around(np.append(moved, 0.0), margin=0.03)
-    panel = Panel(across, Span.around(left, np.append(expected, 0.0)), 64, 22, 560, 180)
+    panel = Panel(across, Span.around(left, np.append(np.array(expected, float), 0.0)), 64, 22, 560, 180)
     content = (
         legend(64, 14, [("predicted", "left open"), ("residual", "expected to be")])
         + panel.axes("motion so far [s]", "open [bit]")
         + panel.line(moved, left, "predicted")
         + panel.dots(moved, left, "runs")
-        + _steps(panel, moved, left, np.array(expected))
+        + _steps(panel, moved, left, np.array(expected, float))
     )
     return picture(632, 236, "what is open over motion", content)
 
@@ -43,10 +43,10 @@ def _steps(panel: Panel, moved: np.ndarray, left: np.ndarray, expected: np.ndarr
 def left_plot(pairs: Pairs) -> str:
     """What is left of each joint beside all findings, over noise."""
     every = [choice["left_over_noise"] for choice, _ in pairs]
-    moved = np.array([choice["moved"] for choice, _ in pairs])
+    moved = np.array([choice["moved"] for choice, _ in pairs], float)
     joints = list(every[0])
     across = Span.around(np.append(moved, 0.0), margin=0.03)
-    lines = [np.array([one[joint] for one in every]) for joint in joints]
+    lines = [np.array([one[joint] for one in every], float) for joint in joints]
     panel = Panel(across, Span.around(*lines, np.array([0.0, 1.0])), 64, 22, 560, 180)
     styles = [STYLES[place % len(STYLES)] for place in range(len(joints))]
     content = legend(64, 14, list(zip(styles, joints, strict=True)))

@@ -1,6 +1,5 @@
 """What a command found: as a page for a person, in colour in a terminal, and as JSON for scripts."""
 
-import json
 import os
 import re
 import sys
@@ -13,7 +12,11 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from exidyn import quoting
 from exidyn.identify.text_table import WIDTH
+from exidyn.quoting import visible
+
+from ..screen import beneath
 
 HEAD = "written: "
 SCREEN = Path("-")
@@ -34,7 +37,10 @@ _told = ContextVar("told", default=True)
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
     """Print the page, or the JSON text where that goes to standard output; write it where it has a file."""
-    print(text.rstrip("\n") if path == SCREEN else coloured(page), flush=True)
+    if path == SCREEN:
+        print(text.rstrip("\n"), flush=True)
+    else:
+        print(coloured(visible(page)), file=beneath(sys.stdout), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
         print_written(path)
@@ -92,7 +98,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 def json_text(table: dict[str, Any]) -> str:
     """JSON with a key a line, of values as `plain` takes them."""
-    return json.dumps(plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return quoting.json_text(plain(table)) + "\n"
 
 
 def plain(value: Any) -> Any:

@@ -4,6 +4,8 @@ import sys
 import time
 from collections.abc import Sequence
 
+from exidyn.quoting import one_line
+
 from ..run.errors import CLEAR
 from ..run.frames import END, EVENT, SAMPLE, STAGES, read_cycle, read_event
 from ..run.pipe import PipeSink, PipeSource, SinkFailed
@@ -92,7 +94,7 @@ def stop_line(kind: bytes, body: bytes) -> str:
     event = read_event(body) if kind == EVENT else None
     if event is None or event.kind != "stop":
         return ""
-    return f"{CLEAR}{event.details.get('level', 'stop')}: {event.text}\n"
+    return f"{CLEAR}{one_line(str(event.details.get('level', 'stop')))}: {one_line(event.text)}\n"
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ from exidyn.identify.effects import name_of
 from exidyn.identify.recordings.align import follows_by
 from exidyn.identify.recordings.recording import SIGNALS, ControllerState, Event, Recording, Signal, Timing
 from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
+from exidyn.quoting import one_line
 
 SHOWN = 40
 """Events that are printed; of more than that, the first and last half."""
@@ -25,9 +26,9 @@ def describe(recording: Recording) -> str:
         "duration": f"{recording.duration:.3f} s",
         "payload": payload_words(recording),
         "trajectory": "inside" if recording.trajectory else "none",
-        **dict(recording.settings),
+        **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines = [recording.name]
+    lines = [one_line(recording.name)]
     width = max(map(len, facts)) + 2
     for name, text in facts.items():
         lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")

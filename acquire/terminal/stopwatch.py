@@ -12,6 +12,9 @@ import numpy as np
 from tqdm import tqdm
 
 from exidyn.identify.text_table import paragraph
+from exidyn.quoting import visible
+
+from ..screen import beneath
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
@@ -31,7 +34,7 @@ ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
 
 def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
     """The items one by one, with a bar and the time left in a terminal, without in pipes and files."""
-    return tqdm(items, file=sys.stderr, leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
+    return tqdm(items, file=beneath(sys.stderr), leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
 
 
 class Stopwatch:
@@ -76,7 +79,7 @@ class Stopwatch:
         since = f"{time.perf_counter() - self._start:6.1f} s  "
         line = "\n".join(paragraph(sentence, " " * len(since), since))
         if self._bar is not None:
-            tqdm.write(line, sys.stderr)
+            tqdm.write(visible(line), beneath(sys.stderr))
         else:
             print(line, file=sys.stderr, flush=True)
         self.enter(next((stage for stage in self._shares if sentence.startswith(stage)), self._stage))
@@ -107,7 +110,7 @@ class Stopwatch:
             return
         width, height = shutil.get_terminal_size()  # of one that states none, what is usual
         look = {"leave": False, "bar_format": FORM, "ncols": width - 1, "nrows": height}
-        with tqdm(total=1.0, file=sys.stderr, **look) as self._bar:
+        with tqdm(total=1.0, file=beneath(sys.stderr), **look) as self._bar:
             while not self._over.wait(REDRAW):
                 done, left = self.left(time.perf_counter())
                 words = f"about {tqdm.format_interval(left)} left" if math.isfinite(left) else ""

@@ -1,6 +1,5 @@
 """What `exidyn watch` shows of a reading: a table, a line, or JSON."""
 
-import json
 import shutil
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TextIO
@@ -10,8 +9,10 @@ import numpy as np
 from exidyn.drivers import Info
 from exidyn.drivers.values import SIGNALS
 from exidyn.identify.text_table import fixed, table
+from exidyn.quoting import json_text, visible
 
 from ..run.listener import Reading
+from ..screen import beneath
 from .joint_units import JointUnits, one_unit
 from .json_output import plain
 
@@ -169,7 +170,7 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Res
             "residual_alarm_from": residual.alarm,
             "residual_alarms": [units.joints[joint] for joint in residual.over],
         }
-    return json.dumps(plain(content), ensure_ascii=False, allow_nan=False)
+    return json_text(plain(content), indent=None)
 
 
 class Redraw:
@@ -188,6 +189,6 @@ class Redraw:
         # A line that wraps, or scrolls away, could not be drawn over.
         shown = [line[: size.columns - 1] for line in lines[: size.lines - 1]]
         back = f"\x1b[{self._drawn}A" if self._drawn else ""
-        self._terminal.write(back + "\x1b[J" + "".join(f"{line}\n" for line in shown))
+        beneath(self._terminal).write(back + "\x1b[J" + "".join(f"{visible(line)}\n" for line in shown))
         self._terminal.flush()
         self._drawn = len(shown)

@@ -9,7 +9,8 @@ import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
+
+from exidyn.quoting import xml_attribute, xml_content
 
 from ..errors import BadSettings
 
@@ -178,14 +179,14 @@ def config_text(config: RsiConfig) -> str:
     facts = {"IP_NUMBER": config.address, "PORT": str(config.port)}
     facts |= {"SENTYPE": config.sentype, "ONLYSEND": str(config.only_send).upper()}
     lines = ["<ROOT>", "  <CONFIG>"]
-    lines += [f"    <{name}>{escape(text)}</{name}>" for name, text in facts.items()]
+    lines += [f"    <{name}>{xml_content(text)}</{name}>" for name, text in facts.items()]
     lines += ["  </CONFIG>"]
     for way, elements in (("SEND", config.send), ("RECEIVE", config.receive)):
         lines += [f"  <{way}>", "    <ELEMENTS>"]
         for element in elements:
             index = str(element.index) if element.index else INTERNAL
             hold = f' HOLDON="{int(element.hold)}"' * (way == "RECEIVE")
-            tag = quoteattr(element.tag)
+            tag = xml_attribute(element.tag)
             lines.append(f'      <ELEMENT TAG={tag} TYPE="{element.kind}" INDX="{index}"{hold} />')
         lines += ["    </ELEMENTS>", f"  </{way}>"]
     return "\n".join([*lines, "</ROOT>"]) + "\n"

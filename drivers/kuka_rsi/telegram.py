@@ -11,6 +11,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from exidyn.quoting import xml_attribute
+
 from .config import OWN, Element
 
 STAMP = "IPOC"
@@ -150,7 +152,7 @@ class Answer:
                 groups.setdefault(first, {})[second] = fields.get(element.tag, _NOTHING[element.kind])
         note = "<EStr></EStr>" * any(element.tag == f"{OWN}EStr" for element in receive)
         body = "".join(_element(name, group) for name, group in groups.items())
-        begin = f'<Sen Type="{sentype}">'.replace("%", "%%")
+        begin = f"<Sen Type={xml_attribute(sentype)}>".replace("%", "%%")
         self._template = f"{begin}{note}{body}<{STAMP}>".encode()
         self._tags = tuple(tag.encode() for tag in corrections)
         self._switch = switch.encode()

@@ -6,6 +6,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from exidyn.quoting import visible
+
 from ..text_table import UNKNOWN, digits
 from .document import (
     Block,
@@ -38,12 +40,13 @@ def html(document: Document, style: str = "") -> str:
         style: CSS beyond that of every page.
     """
     chapters = [_numbered(chapter) for chapter in document.chapters]
-    return TEMPLATES.get_template("page.html").render(
+    page = TEMPLATES.get_template("page.html").render(
         document=document,
         sections=[section for section in document.sections if section.blocks],
         chapters=[chapter for chapter in chapters if chapter.sections],
         style=Markup(style),
     )
+    return visible(page)
 
 
 def _numbered(chapter: Chapter) -> Chapter:

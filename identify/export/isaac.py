@@ -9,6 +9,8 @@ from textwrap import indent
 
 import numpy as np
 
+from exidyn.quoting import python_text
+
 from ..arm.robot import Robot
 from .portable import Portable
 
@@ -27,13 +29,14 @@ FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
     "viscous_friction": lambda portable: np.maximum(portable.joints.damping, 0.0),
 }
 """Field of an actuator -> its value at each joint, shape (n,), SI."""
-HEAD = '''"""Actuators of {name} for Isaac Lab, by exidyn; SI units, at the joints.
+HEAD = '''"""Actuators of an arm for Isaac Lab, by exidyn; SI units, at the joints.
 
 ArticulationCfg(..., actuators=ACTUATORS). {law}
 """
 
 from isaaclab.actuators import ImplicitActuatorCfg
 
+ROBOT = {name}
 ACTUATORS = {{
     "arm": ImplicitActuatorCfg(
         joint_names_expr={joints},
@@ -51,7 +54,7 @@ def isaac(portable: Portable) -> str:
     robot = portable.robot
     law = BY_EFFORT if robot.servo is None else BY_SERVO
     patterns = [re.escape(joint) for joint in robot.joints]
-    head = HEAD.format(name=robot.name, law=law, joints=_listed(patterns))
+    head = HEAD.format(name=python_text(robot.name), law=law, joints=_listed(patterns))
     rows = [
         f"{name}={_by_joint(patterns, values(portable))},"
         for name, values in FIELDS.items()
@@ -67,7 +70,7 @@ def _stiffness(robot: Robot) -> np.ndarray:
 
 
 def _listed(patterns: list[str]) -> str:
-    return f"[{', '.join(map(_quoted, patterns))}]"
+    return f"[{', '.join(map(python_text, patterns))}]"
 
 
 def _by_joint(patterns: list[str], values: np.ndarray) -> str:
@@ -75,13 +78,9 @@ def _by_joint(patterns: list[str], values: np.ndarray) -> str:
     if np.all(values == values[0]):
         return _number(values[0])
     known = [(p, v) for p, v in zip(patterns, values, strict=True) if np.isfinite(v)]
-    rows = "".join(f"    {_quoted(pattern)}: {_number(value)},\n" for pattern, value in known)
+    rows = "".join(f"    {python_text(pattern)}: {_number(value)},\n" for pattern, value in known)
     return f"{{\n{rows}}}"
 
 
 def _number(value: float) -> str:
     return repr(float(f"{value:.{DIGITS}g}"))
-
-
-def _quoted(text: str) -> str:
-    return repr(text)

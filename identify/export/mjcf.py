@@ -10,11 +10,12 @@ reverses over the same velocity :math:`v_r` as the model's, :math:`2 M / (t_c (1
 line instead of tanh, and with as little inertia, by which it would feel acceleration, as the step allows.
 """
 
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 import pinocchio as pin
+
+from exidyn.quoting import xml_document
 
 from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..arm.robot import Robot
@@ -60,8 +61,7 @@ def mjcf(portable: Portable) -> str:
     actuators = SubElement(root, "actuator")
     for place in range(robot.dof):
         _add_motor(actuators, portable, place)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root, declaration=False)
 
 
 def _add_bodies(world: Element, portable: Portable) -> list[Element]:

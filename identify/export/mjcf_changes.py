@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from exidyn.quoting import xml_attribute
+
 from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..errors import RobotError
 from ..model import Model
@@ -203,7 +205,7 @@ def _write_body(file: File, body: int, numbers: np.ndarray, edits: Edits) -> Non
     tag = file.elements.body(body)
     inertial = next((child for child in tag.children if child.name == "inertial"), None)
     if inertial is None:
-        attributes = " ".join(f'{name}="{value}"' for name, value in words.items())
+        attributes = " ".join(f"{name}={xml_attribute(value)}" for name, value in words.items())
         edits.add_inside(tag, f"<inertial {attributes}/>")
     else:
         edits.set(inertial, **words, **dict.fromkeys(OTHER_FORMS))
@@ -224,5 +226,5 @@ def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
     if options:
         edits.set(options[-1], gravity=_words(new))
     else:
-        edits.add_inside(file.elements.root, f'<option gravity="{_words(new)}"/>')
+        edits.add_inside(file.elements.root, f"<option gravity={xml_attribute(_words(new))}/>")
     return []

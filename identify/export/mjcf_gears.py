@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exidyn.quoting import xml_attribute
+
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_names import joint_name, turns
@@ -99,9 +101,9 @@ def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
         " ".join(f"{value:.{DIGITS}g}" for value in one[joint])
         for one in (compiled.jnt_axis, compiled.jnt_pos)
     )
-    name = TWIST.format(gear.joint)
+    name = xml_attribute(TWIST.format(gear.joint))
     hinge = turns(compiled, joint)
-    kind = f'<joint name="{name}" type="{"hinge" if hinge else "slide"}" axis="{axis}" pos="{anchor}" {PLAIN}'
+    kind = f'<joint name={name} type="{"hinge" if hinge else "slide"}" axis="{axis}" pos="{anchor}" {PLAIN}'
     if not gear.play:
         spring = f'stiffness="{gear.stiffness:.{DIGITS}g}" damping="{gear.damping:.{DIGITS}g}"'
         return f'{kind} limited="false" {spring}/>'

@@ -1,10 +1,11 @@
 """SDFormat, of Gazebo and Drake: links, joints, limits, and what `<dynamics>` has of friction and springs."""
 
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 import pinocchio as pin
+
+from exidyn.quoting import xml_document
 
 from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..robot_files.robot_text import words
@@ -33,8 +34,7 @@ def sdf(portable: Portable) -> str:
         _add_joint(model, portable, place, joint, parent, links[place])
     flange = SubElement(model, "frame", {"name": "flange", "attached_to": links[-1]})
     _add_pose(flange, robot.flange)
-    ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root)
 
 
 def _add_pose(element: Element, placement: pin.SE3, relative_to: str = "") -> None:

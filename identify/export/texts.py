@@ -1,6 +1,5 @@
 """Formats of text: JSON and robot.toml, which have everything, and URDF."""
 
-import json as standard
 from dataclasses import fields
 from typing import Any
 from xml.etree import ElementTree
@@ -8,6 +7,8 @@ from xml.etree.ElementTree import SubElement
 
 import numpy as np
 import pinocchio as pin
+
+from exidyn.quoting import json_text, one_line, xml_document
 
 from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
@@ -33,7 +34,7 @@ def json(portable: Portable) -> str:
         "flange": _placement(robot.flange),
         "effects": [_effect(model, effect) for effect in model.effects],
     }
-    return standard.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(_plain(table)) + "\n"
 
 
 def _joint(model: Model, place: int) -> dict[str, Any]:
@@ -96,10 +97,9 @@ def toml(portable: Portable) -> str:
 def urdf(portable: Portable) -> str:
     """Links as cylinders; `<dynamics>` has viscous and dry friction."""
     root = ElementTree.fromstring(urdf_text(portable.model))
-    places = {name: place for place, name in enumerate(portable.robot.joints)}
+    places = {one_line(name): place for place, name in enumerate(portable.robot.joints)}
     for joint in root.findall("joint"):
         if (place := places.get(joint.get("name", ""))) is not None:
             damping, friction = portable.joints.damping[place], portable.joints.dry[place]
             SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
-    ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root)

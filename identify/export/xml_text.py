@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
+from exidyn.quoting import xml_attribute
+
 from ..errors import RobotError
 
 ATTRIBUTE = re.compile(
@@ -109,12 +111,12 @@ def _with_attributes(tag: bytes, attributes: dict[str, tuple[str, str] | None]) 
         value = left.pop(name)
         if value is None:
             return b""
-        quote = found["quoted"][:1]
         new, text = value
-        return found["before"] + new.encode() + found["between"] + quote + text.encode() + quote
+        quoted = xml_attribute(text, found["quoted"][:1].decode())
+        return found["before"] + new.encode() + found["between"] + quoted.encode()
 
     tag = ATTRIBUTE.sub(replaced, tag)
     close = re.search(rb"\s*/?>$", tag)
     at = close.start() if close else len(tag)
-    new = "".join(f' {value[0]}="{value[1]}"' for value in left.values() if value is not None)
+    new = "".join(f" {value[0]}={xml_attribute(value[1])}" for value in left.values() if value is not None)
     return tag[:at] + new.encode() + tag[at:]

@@ -143,6 +143,11 @@ def _scatter(found: Learned) -> Learned:
     if not differences:
         return found
     every, usual = np.concatenate(differences), np.concatenate(expected)
+    # Rounding leaves variances below zero where the numbers of a run are damaged: it says nothing of scatter.
+    sound = np.all(usual > 0.0, axis=1)
+    if not sound.any():
+        return found
+    every, usual = every[sound], usual[sound]
     seen = _robust(every / np.sqrt(usual))
     trust = float(np.clip(np.median(seen), LEAST_SCATTER, 1.0))
     sizes = found.frame.sizes(found.units.mean[: len(found.frame.scale)])[found.scattering]

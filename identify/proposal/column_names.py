@@ -4,19 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from ..recordings.importers.tables.signal_words import WORDS
 from ..recordings.recording import EFFORT
 
-WORDS: dict[str, frozenset[str]] = {
-    "temperature": frozenset("temp temps temperature temperatures temperatur".split()),
-    "torque": frozenset("tau taus torque torques trq effort efforts moment moments drehmoment nm".split()),
-    "link_position": frozenset("ql secondary".split()),
-    "velocity": frozenset(
-        "dq qd vel velocity velocities speed speeds qdot omega geschwindigkeit drehzahl rpm".split()
-    ),
-    "position": frozenset("q pos position positions angle angles winkel theta lage".split()),
-    "current": frozenset("i cur curr current currents strom amps iq".split()),
-}
-"""Signal -> words for it; the first signal with a word counts: `current position` is a position."""
 COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
 OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())

@@ -18,7 +18,7 @@ from .described_bodies import described
 from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
-from .refusals import no_time, not_found
+from .refusals import no_time, not_found, require_computable
 from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, moves, quirks
 
@@ -91,6 +91,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     if servo := only_commanded(chosen):
         names, values, chosen = with_error(names, values, chosen)
         read.append(chosen["current"])
+    require_computable(names, values, sorted({clock, *(place for family in read for place in family.places)}))
     kept = _usable(values, clock, read)
     time = values[kept, clock]
     chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)

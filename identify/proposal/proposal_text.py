@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exidyn.quoting import hash_comment
+
 from ..arm.robot import PositionServo, Robot
 from ..model import Model
 from ..robot_files.description import XML
@@ -83,11 +85,11 @@ def robot_toml(
     """
     gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
     tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
-    head = [f"# Proposed by exidyn init from {log}; what it did not decide is said in comments."]
-    head += [f"# {_open_words(guess)}" for guess in proposal.open]
+    head = [hash_comment(f"Proposed by exidyn init from {log}; what it did not decide is said in comments.")]
+    head += [hash_comment(_open_words(guess)) for guess in proposal.open]
     known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
     if gains and not known:
-        head.append(f"# Gains of the log [N m per unit]: [{gains}]")
+        head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
     drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n" if known else ""
     n = model.robot.dof
     servo = None
@@ -131,7 +133,7 @@ def preset_toml(
     unit = {"position": position, "command": position, "link_position": position}
     if units.velocity:
         unit |= {"velocity": velocity, "command_velocity": velocity}
-    blocks = [f"# Proposed by exidyn init from {log}."]
+    blocks = [hash_comment(f"Proposed by exidyn init from {log}.")]
     blocks += [] if rate is None else [lines({"rate": rate})]
     for signal, names in proposal.columns.items():
         if signal == "time" and rate is not None:

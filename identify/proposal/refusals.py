@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arm.robot import Robot
-from ..errors import BadTime, RecordingError, listed
+from ..errors import BadTime, NotFinite, RecordingError, listed
+from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import advice, steps_back
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
@@ -47,6 +48,26 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
         f"{digits(time[first])} in row {first + 1} to {digits(time[first + 1])} in row {first + 2}. "
         f"{advice(time, others)}"
     )
+
+
+def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:
+    """Refuse columns with numbers that the import refuses too: sums of their squares are no numbers.
+
+    Args:
+        names: Names of the columns, c of them.
+        values: Shape (t, c).
+        places: Columns that are read.
+
+    Raises:
+        NotFinite: With the column and the first row, from 1.
+    """
+    for place in places:
+        rows = np.flatnonzero(np.isfinite(values[:, place]) & ~is_number(values[:, place]))
+        if len(rows):
+            raise NotFinite(
+                f"column {names[place]} is above {LARGEST:g} in {len(rows)} of {len(values)} rows, first in "
+                f"row {rows[0] + 1}: {values[rows[0], place]:g}. Leave such rows out"
+            )
 
 
 def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:

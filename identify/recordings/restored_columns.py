@@ -50,7 +50,18 @@ def unwrapped(position: np.ndarray, turn: float = 2 * np.pi) -> Restored | None:
 
 
 def signed(effort: np.ndarray) -> Restored | None:
-    """Efforts (t,) whose sign was lost when a register was read; None where none was lost.
+    """Efforts (t,) whose sign was lost when a register was read; None where none was lost."""
+    lost = lost_sign(effort)
+    if lost is None:
+        return None
+    changed = int(np.sum(lost.values < 0))
+    return lost._replace(
+        fact=f"was read {lost.fact}; the sign is restored in {changed} of {len(effort)} samples"
+    )
+
+
+def lost_sign(effort: np.ndarray) -> Restored | None:
+    """Values (t,) of a register with their sign, and how they were read without it; None if none was lost.
 
     A number of k bits was read as one without sign (-45 becomes 65491), or one bit of it is the sign
     (-45 becomes 1069). Its unit may be any: one step of it is one count of the register.
@@ -80,10 +91,7 @@ def signed(effort: np.ndarray) -> Restored | None:
     name = min(readings, key=lambda one: _roughness(readings[one]))
     if _roughness(readings[name]) * SMOOTHER > _roughness(counts):
         return None
-    changed = int(np.sum(readings[name] < 0))
-    return Restored(
-        readings[name] * step, f"was read {name}; the sign is restored in {changed} of {len(effort)} samples"
-    )
+    return Restored(readings[name] * step, name)
 
 
 def _example(turn: int) -> str:

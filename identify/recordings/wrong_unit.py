@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from ..arm.robot import Robot
+from .restored_columns import lost_sign
 
 PERCENT = 100.0
 """Opening of a gripper that is all of it."""
@@ -22,6 +23,7 @@ PER_CENT = (
     "joints = [...] in robot.toml"
 )
 OF_STEPS = "subtract that of zero, and multiply by 2 pi over the steps a turn (often 4096)"
+OF_STEPS_SIGNED = "subtract that of zero, and multiply by 2 pi over the steps a turn if they are steps"
 MILLIMETRES = "It looks like millimetres: import with positions in metres"
 
 
@@ -51,6 +53,9 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
         unit: "rad", "deg" or one of length.
     """
     turning = [(robot.joints[j], values[:, j]) for j in np.flatnonzero(robot.revolute)]
+    signs = {joint: lost.fact for joint, column in turning if (lost := lost_sign(column)) is not None}
+    if signs:
+        return [f"{joint}: {sign_advice(how)}" for joint, how in signs.items()]
     ticks = [joint for joint, column in turning if in_ticks(column)]
     if ticks:
         joint, column = next(one for one in turning if one[0] in ticks)
@@ -62,6 +67,11 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
         for joint, column in turning
         if unit == "rad" and in_percent(joint, column)
     ]
+
+
+def sign_advice(how: str) -> str:
+    """What to do about positions that were read from a register without their sign; `how` they were."""
+    return f"The positions look like a register read {how}. Restore the sign, {OF_STEPS_SIGNED}, and import"
 
 
 def in_ticks(values: np.ndarray) -> bool:
@@ -79,6 +89,8 @@ def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
         values: Its positions.
         others: Positions of the other joints that turn, shape (n - 1, t).
     """
+    if (lost := lost_sign(values)) is not None:
+        return sign_advice(lost.fact)
     # They may have been taken for degrees already.
     ticks = next((one for one in (values, np.degrees(values)) if in_ticks(one)), None)
     if ticks is not None:

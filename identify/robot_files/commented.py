@@ -6,6 +6,8 @@ import sys
 import textwrap
 from collections.abc import Iterator
 
+from exidyn.quoting import hash_comment, one_line
+
 from ..effects import Effect
 from ..model import Model
 from .robot_text import RIGID_BODY, model_text
@@ -137,4 +139,5 @@ def _attributes(effect: Effect) -> dict[str, str]:
 
 
 def _comment(text: str) -> list[str]:
-    return textwrap.wrap(text, WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False)
+    lines = textwrap.wrap(one_line(text), WIDTH - len(hash_comment("")), break_long_words=False)
+    return [hash_comment(line) for line in lines]

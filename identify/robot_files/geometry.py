@@ -4,7 +4,6 @@ A hull is faster to measure from than a mesh, has a depth of penetration, and ho
 distance between hulls is never larger than between what they stand for.
 """
 
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import pinocchio as pin
 
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
+from .folders import PACKAGE, Folders, ros_folders
 from .hulls import read_hull
 from .mjcf_geometry import read_mjcf_geometry
 from .robot_file import DESCRIPTIONS, builtin_names
@@ -142,7 +142,7 @@ def _numbers(element: Element, key: str, count: int, where: str, default: str = 
     return found
 
 
-def _find_mesh(name: str, urdf: Path, package_dirs: Iterable[str | Path], where: str) -> Path:
+def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where: str) -> Path:
     """Path of a mesh as a URDF names it: in a package, as a file, or beside the URDF; else an error.
 
     Such as `package://arm/meshes/link.stl`, `file:///meshes/link.stl` or `meshes/link.stl`. `package_dirs`
@@ -151,19 +151,28 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Iterable[str | Path], where:
     for prefix in IN_PACKAGES:
         if name.startswith(prefix):
             package, _, rest = name.removeprefix(prefix).partition("/")
-            return _find(name, urdf, _package_roots(urdf, package_dirs), package, rest, where)
+            return _find(name, urdf, package_dirs, _package_roots(urdf, package_dirs), package, rest, where)
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
-    return _find(name, urdf, [urdf.parent, *map(Path, package_dirs)], "", name, where)
+    return _find(name, urdf, package_dirs, [urdf.parent, *map(Path, package_dirs)], "", name, where)
 
 
-def _find(name: str, urdf: Path, folders: list[Path], package: str, rest: str, where: str) -> Path:
+def _find(
+    name: str,
+    urdf: Path,
+    stated: Sequence[str | Path],
+    folders: list[Path],
+    package: str,
+    rest: str,
+    where: str,
+) -> Path:
+    allowed = Folders.of(urdf, stated)
     for folder in folders:
         if (folder / package / rest).is_file():
-            return folder / package / rest
+            return _allowed(folder / package / rest, folder / package, package, urdf, allowed, where)
         # a package checked out under another name, or given itself
         if package and _is_package(folder, package) and (folder / rest).is_file():
-            return folder / rest
+            return _allowed(folder / rest, folder, package, urdf, allowed, where)
     around = urdf.resolve().parents
     others = [str(folder) for folder in folders if folder.resolve() not in around]
     looked = ", ".join([*others, "the folders around the URDF" if package else "the URDF's own"])
@@ -174,14 +183,24 @@ def _find(name: str, urdf: Path, folders: list[Path], package: str, rest: str, w
     )
 
 
+def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders, where: str) -> Path:
+    """The mesh, if it is in the package that was named, or else where the URDF may have it.
+
+    Raises:
+        RobotError: It is elsewhere.
+    """
+    around = root.resolve() in urdf.resolve().parents and root.name == package
+    named = package and (around or (root / PACKAGE).is_file())
+    if named and mesh.resolve().is_relative_to(root.resolve()):
+        return mesh
+    return folders.require(mesh, where)
+
+
 def _is_package(folder: Path, package: str) -> bool:
-    return folder.name == package or (folder / "package.xml").is_file()
+    return folder.name == package or (folder / PACKAGE).is_file()
 
 
 def _package_roots(urdf: Path, package_dirs: Iterable[str | Path]) -> list[Path]:
     """Folders that may hold packages: those given, the URDF's and those around it, ROS 1's and ROS 2's."""
     urdf = urdf.resolve()
-    ros = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
-    ament = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    shares = [Path(entry) / "share" for entry in ament if entry]
-    return list(dict.fromkeys([*map(Path, package_dirs), *urdf.parents, *ros, *shares]))
+    return list(dict.fromkeys([*map(Path, package_dirs), *urdf.parents, *ros_folders()]))

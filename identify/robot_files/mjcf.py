@@ -1,6 +1,5 @@
 """MJCF, MuJoCo's own format, as MuJoCo compiles it: kinematics, inertias, friction, springs, limits."""
 
-import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +13,12 @@ from ..errors import BrokenTree, MissingPackage, RobotError, UnknownJoint
 from ..notebook import optional
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
 from .mjcf_drives import motor_coupling, torque_limits
+from .mjcf_files import require_mjcf_files
 from .mjcf_names import HOLD, enum_of, following_joints, joint_name, locked_joints, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
 from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
 
-INCLUDE = re.compile(r"""<include\s+file\s*=\s*["']([^"']*)["']""")
 SITES = (*FLANGES, "attachment_site", "attachment")
 """Names (or ends of names) of sites that people hang payloads on, the likeliest first."""
 
@@ -42,15 +41,20 @@ def compile_mjcf(source: Path | str, folder: str = "") -> Any:
 
     Raises:
         BrokenTree: MuJoCo refuses it.
+        RobotError: It names a file outside of its folder.
         MissingPackage: MuJoCo is not installed.
     """
     mujoco = optional("mujoco", "an MJCF", "mujoco")
     if not hasattr(mujoco, "MjSpec"):
         raise MissingPackage(f'MuJoCo {mujoco.__version__} has no MjSpec: pip install "mujoco>=3.3"')
+    text, path = (
+        (str(source).encode(), Path(folder) / "MJCF") if folder else (_content(Path(source)), Path(source))
+    )
+    included = require_mjcf_files(text, path)
     try:
         if not folder:
             return mujoco.MjSpec.from_file(str(source)).compile()
-        spec = mujoco.MjSpec.from_string(str(source), include=_included(str(source), Path(folder)))
+        spec = mujoco.MjSpec.from_string(str(source), include=included)
         spec.modelfiledir = folder
         return spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -58,16 +62,11 @@ def compile_mjcf(source: Path | str, folder: str = "") -> Any:
         raise BrokenTree(f"{where}: MuJoCo: {error}") from error
 
 
-def _included(text: str, folder: Path) -> dict[str, bytes]:
-    """Files that a text includes, and those do, by the names that it has for them."""
-    found: dict[str, bytes] = {}
-    texts = [text]
-    while texts:
-        for name in INCLUDE.findall(texts.pop()):
-            if name not in found and (folder / name).is_file():
-                found[name] = (folder / name).read_bytes()
-                texts.append(found[name].decode(errors="replace"))
-    return found
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BrokenTree(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:

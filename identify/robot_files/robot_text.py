@@ -6,11 +6,12 @@ The robot.toml reads back to the last digit; of the URDF a viewer shows cylinder
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 import pinocchio as pin
+
+from exidyn.quoting import xml_document
 
 from ..arm.newton_euler import Joint, LinkFrame, joints_of, link_frames
 from ..arm.robot import PositionServo, Robot
@@ -156,8 +157,7 @@ def urdf_text(model: Model) -> str:
     _add_fixed(root, drawn, frames[-1].child, flange, robot.flange)
     # the schema wants nothing in order, but people read links before joints
     root[:] = sorted(root, key=lambda element: element.tag, reverse=True)
-    ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return xml_document(root)
 
 
 def _add_fixed(root: Element, drawn: dict[str, Element], parent: str, child: str, placement: pin.SE3) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.quoting import double_quoted
+
 from ..errors import RobotError, UnknownKey
 from ..schema import LARGEST
 
@@ -168,7 +170,7 @@ def _value_text(value: Any) -> str:
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
     if isinstance(value, str):
-        return _string(value)
+        return double_quoted(value)
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{_key(key)} = {_value_text(item)}' for key, item in value.items())} }}"
     if isinstance(value, Sequence | np.ndarray):
@@ -184,9 +186,4 @@ def _rows(matrix: Sequence | np.ndarray) -> str:
 
 def _key(key: str) -> str:
     plain = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
-    return key if plain else _string(key)
-
-
-def _string(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
+    return key if plain else double_quoted(key)

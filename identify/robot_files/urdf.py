@@ -12,10 +12,10 @@ import pinocchio as pin
 
 from ..arm.robot import Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
-from ..notebook import optional
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
 from .toml_fields import number, read_text, strings
 from .urdf_checks import MOVING, axis_of, check_joint, check_urdf, link_at, numbers_of, read_tree, urdf_doubts
+from .xacro_macros import expanded
 
 XACRO = ".xacro"
 ENDINGS = (".urdf", XACRO)
@@ -29,21 +29,12 @@ def read_urdf(path: Path) -> str:
     """Text of a URDF; macros are expanded, with the defaults of their arguments, by the package xacro.
 
     Raises:
-        RobotError: The file cannot be read.
-        BrokenTree: The macros cannot be expanded.
+        RobotError: The file cannot be read, or its macros read a file outside of its folder.
+        BrokenTree: The macros cannot be expanded, or not within the limits of time and memory.
         MissingPackage: xacro is not installed.
     """
     text = read_text(path)
-    if path.suffix.lower() != XACRO:
-        return text
-    xacro = optional("xacro", f"{path.name}, a file of macros,", "xacro")
-    try:
-        return xacro.process_file(str(path)).toxml()
-    except Exception as error:  # its expressions are Python's, and raise whatever that does
-        raise BrokenTree(
-            f"{path}: xacro: {error}. Where it needs arguments or ROS packages, expand it where these are: "
-            f"xacro {path.name} NAME:=VALUE > arm.urdf"
-        ) from error
+    return expanded(path) if path.suffix.lower() == XACRO else text
 
 
 def parse_urdf(

@@ -1,12 +1,10 @@
 """A plan as the text of other programs' files (CSV, ROS, KRL): a function a format, in a table."""
 
-import json
-import re
 from collections.abc import Callable
 
 import numpy as np
 
-from exidyn.identify.text_table import WIDTH
+from exidyn.quoting import double_quoted, hash_comment, krl_comment, krl_name
 
 from ..errors import BadLimits
 from ..trajectory import States
@@ -32,8 +30,6 @@ KRL_RATE = 2.0
 """Points a second: a motion from point to point cannot follow faster swings anyway [Hz]."""
 KRL_AXES = (*(f"A{i}" for i in range(1, 7)), *(f"E{i}" for i in range(1, 7)))
 """Axes of an E6AXIS."""
-KRL_NAME = 24
-"""Longest name of a KRL module."""
 WITHIN = 50
 """Instants between two points at which the speed is looked at."""
 
@@ -78,17 +74,11 @@ def _krl_remarks(plan: Plan) -> list[str]:
         ";It is for the way to the start and for slow checks of where the arm goes. The motion itself",
         ";goes through RSI, cycle by cycle. Between points, and where it rounds them, the arm takes other",
         ";ways than planned: those are not checked for collisions. Begin with a low override.",
-        f";Axes: {names}"[:WIDTH],
+        krl_comment(f"Axes: {names}"),
         ";Degrees (mm where a joint slides), counted and zeroed as the robot's description has them:",
         ";compare a few points with the pendant in T1 before anything moves fast.",
         ";Speeds in per cent of the description's velocity limits.",
     ]
-
-
-def krl_name(robot: str) -> str:
-    """A name that KRL accepts: letters, digits and underscores, no digit first."""
-    plain = re.sub(r"\W+", "_", robot, flags=re.ASCII).strip("_")
-    return f"exidyn_{plain}"[:KRL_NAME]
 
 
 def _percent(plan: Plan, times: np.ndarray) -> np.ndarray:
@@ -141,11 +131,11 @@ def ros_text(plan: Plan, rate: float | None = None) -> str:
     """ROS 2 trajectory_msgs/JointTrajectory as YAML for `ros2 topic pub`; 50 points a second."""
     states = points(plan, rate or ROS_RATE)
     lines = [
-        f"# {plan.robot}, {plan.trajectory.duration:.9g} s, planned by exidyn. To send it once:",
+        hash_comment(f"{plan.robot}, {plan.trajectory.duration:.9g} s, planned by exidyn. To send it once:"),
         '# ros2 topic pub --once TOPIC trajectory_msgs/msg/JointTrajectory "$(cat THIS_FILE)"',
         *_ros_remarks(states),
         'header: {stamp: {sec: 0, nanosec: 0}, frame_id: ""}',
-        f"joint_names: {json.dumps(plan.joints, ensure_ascii=False)}",
+        f"joint_names: [{', '.join(map(double_quoted, plan.joints))}]",
         "points:",
     ]
     for row, time in enumerate(states.time):

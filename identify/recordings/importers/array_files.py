@@ -1,6 +1,8 @@
 """Files of named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files."""
 
 import json
+import struct
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,10 +11,13 @@ import numpy as np
 
 from ...errors import NotAFile
 from ...notebook import optional
+from ..decompression_limits import PIECE, largest_size, require_size, require_zip, too_large
 from .tables.table import Table, refused_as, table_of
 
 HDF5 = b"\x89HDF"
 """How an HDF5 file begins, or one of MATLAB behind its own 512 bytes."""
+MATLAB_HEAD, COMPRESSED = 128, 15
+"""Bytes before the first element of a MATLAB file of version 5, and the type of one that zlib has packed."""
 STATE = "observation.state"
 """LeRobot's column of joint positions."""
 
@@ -33,7 +38,28 @@ def read_matlab(source: Path) -> list[Table]:
     if HDF5 in (begin[: len(HDF5)], begin[512:]):
         return read_hdf5(source, between=".")
     with refused_as(source, "a MATLAB file"):
+        _require_matlab(source)
         return [table_of(source, loadmat(source))]
+
+
+def _require_matlab(source: Path) -> None:
+    """Refuse variables that are too large once decompressed; each is an element of the file, by zlib or not.
+
+    Raises:
+        NotAFile: With the limit.
+    """
+    limit, size = largest_size(source), 0
+    with open(source, "rb") as file:
+        order = "<" if file.read(MATLAB_HEAD)[-2:] == b"IM" else ">"
+        while len(tag := file.read(8)) == 8:
+            kind, length = struct.unpack(f"{order}II", tag)
+            content = file.read(length)
+            unpacker = zlib.decompressobj()
+            while kind == COMPRESSED and content and not unpacker.eof:
+                size += len(unpacker.decompress(content, PIECE))
+                content = unpacker.unconsumed_tail
+                if size > limit:
+                    raise too_large(source)
 
 
 def read_hdf5(source: Path, between: str = "/") -> list[Table]:
@@ -61,8 +87,10 @@ def read_npz(source: Path) -> list[Table]:
     Raises:
         NotAFile: It is no such file, or holds no arrays of numbers.
     """
-    with refused_as(source, "a NumPy file"), open(source, "rb") as file, np.load(file) as arrays:
-        return [table_of(source, dict(arrays))]
+    with refused_as(source, "a NumPy file"), open(source, "rb") as file:
+        require_zip(source)
+        with np.load(file) as arrays:
+            return [table_of(source, dict(arrays))]
 
 
 def read_parquet(source: Path) -> list[Table]:
@@ -106,6 +134,7 @@ def _parquet_columns(source: Path) -> dict[str, np.ndarray]:
     columns = {}
     with refused_as(source, "Parquet"), parquet.ParquetFile(source) as file:
         names = [one.name for one in file.schema_arrow if _numeric(types, one.type)]
+        require_size(source, 8 * file.metadata.num_rows * len(names))
         table = file.read(columns=names)
         for name in names:
             column = table[name].to_numpy()

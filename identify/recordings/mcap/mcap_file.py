@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import NotAFile, RecordingError
+from ...errors import BadTime, NotAFile, RecordingError
 from ...model import Model
 from ...robot_files.robot_file import parse_model
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
@@ -51,6 +51,8 @@ from .mcap_writer import (
     write_merged,
 )
 
+LATEST = 2**63 * 1e-9
+"""Times that the format holds end here [s since 1970]."""
 MOST = 1e9
 """Number in the timing of a cycle, at most: seconds late, cycles missed; what is above is damage."""
 
@@ -102,9 +104,28 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
         content.append((EVENTS, np.array([event.time for event in recording.events]), messages))
     streams = []
     for topic, time, messages in content:
+        _require_times(recording, topic, time, epoch)
         published = nanoseconds(time) + epoch
         streams.append(Stream(topic, published, _host_clock(recording, published, epoch), messages))
     return streams
+
+
+def _require_times(recording: Recording, topic: Topic, time: np.ndarray, epoch: int) -> None:
+    """Refuse times (t,) [s] after an epoch [ns] that the format cannot hold.
+
+    Raises:
+        BadTime: One is before 1970 or after 2262.
+    """
+    clocks = [time + 1e-9 * epoch]
+    if recording.host_time is not None:
+        clocks.append(1e-9 * recording.host_time)
+    for clock in clocks:
+        wrong = clock[~((clock >= 0.0) & (clock < LATEST))]
+        if len(wrong):
+            raise BadTime(
+                f"{recording.name}: {topic.name} has a time of {wrong[0]:.6g} s since 1970; valid are 0 to "
+                f"{LATEST:.6g} s (the year 2262). Correct the clock, or leave those samples out"
+            )
 
 
 def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:

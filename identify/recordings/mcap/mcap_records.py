@@ -21,6 +21,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from ...errors import NotAFile
+from ..decompression_limits import LEAST, largest_size, too_large
 
 MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")
@@ -49,6 +50,7 @@ class Contents:
         chunks: Unpacked content of each chunk, as far as it could be read.
         lost: What could not be read, in sentences.
         finished: Whether the writer came to its end.
+        room: How much all chunks that are still to be unpacked may hold [B].
     """
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -59,6 +61,7 @@ class Contents:
     chunks: list[bytes] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     finished: bool = False
+    room: int = LEAST
 
     def rows(self, channel: int, message: np.dtype) -> np.ndarray:
         """All messages of one channel, shape (t,): log_time, publish_time [ns] and `body`, a `message`.
@@ -112,10 +115,12 @@ def read_contents(path: Path) -> Contents:
         raise NotAFile(
             f"{path} is not an MCAP file: it begins with {begin!r}; other formats are imported first"
         )
-    contents = Contents()
+    contents = Contents(room=largest_size(path))
     for kind, body, complete in _records(data, len(MAGIC)):
         if kind in _READERS:
             _READERS[kind](contents, body, complete)
+        if contents.room < 0:
+            raise too_large(path)
     return contents
 
 
@@ -162,7 +167,10 @@ def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
     begin, end, size, checksum = _CHUNK.unpack_from(body)
     head = _CHUNK.size + 4 + int.from_bytes(body[_CHUNK.size : _CHUNK.size + 4], "little")
     packing = bytes(body[_CHUNK.size + 4 : head]).decode(errors="replace")
-    data = _unpacked(packing, body[head + 8 :], size)
+    data = _unpacked(packing, body[head + 8 :], min(size, contents.room + 1))
+    contents.room -= len(data)
+    if contents.room < 0:
+        return
     whole = complete and len(data) == size and (not checksum or zlib.crc32(data) == checksum)
     if not whole:
         contents.lost.append(
@@ -177,7 +185,7 @@ def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
 def _unpacked(packing: str, packed: memoryview, size: int) -> bytes:
     """Content of a chunk, as far as its compressed blocks are whole."""
     if packing == "":
-        return bytes(packed)
+        return bytes(packed[:size])
     if packing != "lz4":
         raise NotAFile(
             f"chunks are compressed by '{packing}'; read are lz4 and none. Compress the file again with lz4"
@@ -186,12 +194,13 @@ def _unpacked(packing: str, packed: memoryview, size: int) -> bytes:
     parts = []
     try:
         for start in range(0, len(packed), _PIECE):  # in pieces, so that damage takes only what follows it
-            parts.append(unpacker.decompress(packed[start : start + _PIECE]))
-            if unpacker.eof:
+            parts.append(unpacker.decompress(packed[start : start + _PIECE], max_length=size))
+            size -= len(parts[-1])
+            if unpacker.eof or size <= 0:
                 break
     except RuntimeError:
         pass
-    return b"".join(parts)[:size]
+    return b"".join(parts)
 
 
 _PIECE = 1 << 16

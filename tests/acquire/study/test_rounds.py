@@ -18,13 +18,14 @@ from exidyn.acquire.study.rounds import (
 from exidyn.identify.errors import DifferentRobot, NotAFile
 
 from ...parts.small import two_joints
+from ...parts.small.small_choice import choice
 
 
 def chosen(folder, verdict, number=1, **more):
     one = next_round(folder)
     assert one.number == number
     one.diagnosis.mkdir(parents=True)
-    table = {"exidyn_study": FORMAT, "verdict": verdict, "asked": {}} | more
+    table = choice(verdict) | more
     (one.diagnosis / CHOICE).write_text(json.dumps(table))
     return one
 

@@ -5,34 +5,11 @@ from dataclasses import dataclass, field
 import pytest
 
 from exidyn.acquire.study.loop import Study
-from exidyn.acquire.study.rounds import CHOICE, FORMAT, NOTEBOOK, Round
+from exidyn.acquire.study.rounds import CHOICE, NOTEBOOK, Round
 from exidyn.acquire.terminal.json_output import json_text
 
 from ...parts.small import two_joints
-
-
-def choice(verdict, moved):
-    """As `choice_table` makes it."""
-    offer = {
-        "name": "a swept sine",
-        "motion": 15.0,
-        "seconds": 75.0,
-        "request": "Hang the body on the flange",
-    }
-    return {
-        "exidyn_study": FORMAT,
-        "verdict": verdict,
-        "believed": ["Joint 2 has a spring."],
-        "findings": [],
-        "entropy": 2.0 - moved / 20.0,
-        "left_over_noise": {"shoulder": 1.1, "elbow": 3.0 - moved / 20.0},
-        "items": [{"words": "spring or weight", "entropy": 1.0, "open": True, "decidable": verdict == "run"}],
-        "offers": [offer | {"gained": 0.9}],
-        "remains": ["Spring or weight. No motion settles it."] if verdict == "undecidable" else [],
-        "moved": moved,
-        "asked": {},
-        "chosen": {"take": "this"} if verdict == "run" else None,
-    }
+from ...parts.small.small_choice import choice
 
 
 @dataclass
@@ -49,7 +26,7 @@ class Steps:
         self.done.append(what)
 
     def make(self, one, chosen):
-        self.step(("run", one.number, chosen and chosen["take"]))
+        self.step(("run", one.number, chosen and chosen["recording"]))
         one.run.write_text("")
 
     def identify(self, runs, part):

@@ -1,14 +1,20 @@
 """RSI_EthernetConfig.xml, read and written."""
 
+from dataclasses import replace
+from xml.etree import ElementTree
+
 import pytest
 
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.kuka_rsi.config import Element, config_text, read_config, standard_config
 from exidyn.drivers.kuka_rsi.layout import layout_of
 from exidyn.drivers.kuka_rsi.settings import RsiSettings, config_of
+from exidyn.drivers.kuka_rsi.telegram import Answer
 from exidyn.drivers.settings import read_settings
+from exidyn.quoting import one_line
 
 from ...parts.controllers.rsi_controller import config_file, driver
+from ...parts.small.hostile_names import NAMES
 
 pytestmark = pytest.mark.clocked
 
@@ -37,6 +43,20 @@ def test_what_is_written_is_read_again(tmp_path, torque):
     config = standard_config("10.1.2.3", 49001, "A&B", only_send=True, torque=torque, stop=torque)
     path.write_text(config_text(config))
     assert read_config(path) == config
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_hostile_names_stay_inside_their_element(tmp_path, name):
+    path, plain = tmp_path / "config.xml", standard_config("10.1.2.3", 49001)
+    path.write_text(config_text(replace(plain, sentype=f"A{name}", address=f"B{name}")))
+    read = read_config(path)
+    assert (read.sentype, read.address) == (one_line(f"A{name}").strip(), one_line(f"B{name}").strip())
+    assert replace(read, sentype=plain.sentype, address=plain.address) == plain
+    answer = Answer(f"A{name}", plain.receive, ["AK.A1"]).complete(b"", b"7")
+    head = Answer(f"A{name}", plain.receive, ["AK.A1"]).head([0.0])
+    telegram = ElementTree.fromstring(head + answer)
+    assert telegram.get("Type") == one_line(f"A{name}")
+    assert telegram.findtext("IPOC") == "7"
 
 
 def test_names_types_and_channels_of_other_peoples_files(tmp_path):

@@ -3,6 +3,7 @@
 import re
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -221,6 +222,7 @@ def test_the_program_is_one_that_the_peer_can_run_and_nothing_else_is():
     settings = UrSettings(address="")
     text = program_text(settings, 7)
     assert "servoj(q, 0, 0, 0.002, 0.03, 300)" in text
+    assert program_text(replace(settings, address='"\nhalt\n"'), 7) == text  # numbers are all that it holds
     inputs, written = [0, 1], {}
     functions = {
         "write_output_integer_register": written.__setitem__,

@@ -1,6 +1,8 @@
 """ROS 2 bags, written by another library."""
 
+import sqlite3
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
 from exidyn.identify.recordings.importers import import_source, kind_of
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
+from exidyn.identify.recordings.mcap.mcap_file import write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
@@ -180,3 +183,25 @@ def test_the_order_of_joints_may_change_from_message_to_message(tmp_path):
 def test_all_joints_of_a_bag_are_named(tmp_path):
     write_arms(tmp_path / "bag", {"/joint_states": TWO_ARMS})
     assert sorted(joints_of_bag(tmp_path / "bag")) == sorted(name for names in TWO_ARMS for name in names)
+
+
+@pytest.mark.parametrize("stamp", [-1, 2**63 - 1])
+def test_a_time_stamp_that_no_clock_shows_is_refused(tmp_path, stamp):
+    write_bag(tmp_path / "bag", "sqlite3")
+    [file] = (tmp_path / "bag").glob("*.db3")
+    with closing(sqlite3.connect(file)) as bag, bag:
+        bag.execute("UPDATE messages SET timestamp = ? WHERE id = 7", (stamp,))
+    with pytest.raises(RecordingError, match="time"):
+        write_recording(import_source(tmp_path / "bag", model())[0], tmp_path / "run.mcap")
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_a_bag_without_efforts_is_refused_with_that_word(tmp_path):
+    write_bag(tmp_path / "bag", "sqlite3", effort=False)
+    [file] = (tmp_path / "bag").glob("*.db3")
+    with closing(sqlite3.connect(file)) as bag, bag:
+        bag.execute(
+            "DELETE FROM messages WHERE topic_id = (SELECT id FROM topics WHERE name = '/motor_current')"
+        )
+    with pytest.raises(NotRecorded, match="no efforts: the field effort of all 200 joint states is"):
+        import_source(tmp_path / "bag", model())

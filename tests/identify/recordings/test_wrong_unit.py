@@ -35,3 +35,13 @@ def test_only_what_opens_is_in_per_cent(joint, there):
 
 def test_whole_degrees_are_no_steps():
     assert not in_ticks(np.round(OPENING))
+
+
+@pytest.mark.parametrize("step", [1.0, 2 * np.pi / 4096, 360.0 / 4096])
+def test_positions_with_a_sign_bit_are_named_as_such(step):
+    """As servos of Feetech send them: -45 is 32768 + 45."""
+    counts = np.rint(900.0 * np.sin(np.linspace(0.0, 12.0, 500)))
+    column = step * np.where(counts < 0, 2.0**15 - counts, counts)
+    advice = angle_advice("elbow", column, np.empty((0, 500)))
+    assert "bit 15, as part of the number: -45 is 32813" in advice
+    assert "degrees" not in advice

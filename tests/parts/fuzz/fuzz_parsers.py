@@ -1,7 +1,9 @@
 """Every parser with valid files for it: what is damaged, how, and how it is read."""
 
+import gzip
 import json
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +12,9 @@ import numpy as np
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.diagnosis_files import read_answers
 from exidyn.acquire.files.report_files import read_diagnosed
+from exidyn.acquire.fleet.store import CHANGES
 from exidyn.acquire.run.arms import make_driver
+from exidyn.acquire.study.rounds import CHOICE
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
@@ -21,7 +25,7 @@ from exidyn.identify.recordings.mcap.mcap_recover import recover
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..runs import parser_files
+from ..runs import kept_files, parser_files
 from ..runs.parser_files import Files
 from ..small import two_joints
 from . import fuzz_uses
@@ -153,6 +157,44 @@ def _preset() -> list[Damage]:
     ]
 
 
+def _fleet() -> list[Damage]:
+    """Each kind of file of a store: of tables the rows, and the bytes."""
+    files = kept_files.fleet_store()
+    runs = [name for name in files if name.startswith("runs/")]
+    kind = f"kinds/{kept_files.KIND}.json"
+    rows = [({**files, name: kept_files.rows_of(files[name])}, name) for name in (*runs[:2], CHANGES)]
+    edits = [Damage(table, name, EDITED, kept_files.parquet_of) for table, name in rows]
+    return [
+        *edits,
+        *edits,
+        Damage(files, kind, JSON),
+        Damage(files, kind, EDITED),
+        Damage(files, runs[0], BINARY),
+    ]
+
+
+def _study() -> list[Damage]:
+    """The choice of each round, as text and by its values."""
+    files = kept_files.study()
+    names = [name for name in files if name.endswith(CHOICE)]
+    return [Damage(files, name, kinds) for name in names for kinds in (EDITED, JSON)]
+
+
+def _packed(name: str, plain: Callable[[], bytes]) -> Callable[[], list[Damage]]:
+    """A compressed file: its bytes, and what is in it."""
+    return lambda: [
+        Damage({name: gzip.compress(plain())}, name, BINARY),
+        Damage({name: plain()}, name, TEXT, gzip.compress),
+    ]
+
+
+def _npz() -> bytes:
+    file = BytesIO()
+    run = parser_files.short_run().signals["position"]
+    np.savez_compressed(file, t=run.time, q=run.values, i=run.values)
+    return file.getvalue()
+
+
 def _controllers() -> list[Damage]:
     texts = [
         f'driver = "{name}"\n[settings]\n{settings}' for name, settings in parser_files.CONTROLLERS.items()
@@ -220,6 +262,12 @@ PARSERS: dict[str, Parser] = {
     "HDF5": Parser(
         _one("run.h5", parser_files.hdf5, BINARY), lambda folder, name: import_source(folder / name, MODEL), 4
     ),
+    "fleet store": Parser(_fleet, lambda folder, name: fuzz_uses.compare(folder)),
+    "study": Parser(_study, lambda folder, name: fuzz_uses.notebook_of(folder)),
+    "CSV, compressed": Parser(
+        _packed("run.csv.gz", parser_files.table), lambda folder, name: import_source(folder / name, MODEL)
+    ),
+    "NumPy": Parser(_one("run.npz", _npz, BINARY), lambda folder, name: import_source(folder / name, MODEL)),
     "RTDE": Parser(
         _one("packages", parser_files.rtde_packages, PACKETS),
         lambda folder, name: fuzz_uses.hear(folder / name),

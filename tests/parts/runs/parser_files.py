@@ -272,6 +272,7 @@ def write(files: Files, folder: Path) -> None:
     """Write files into a folder."""
     folder.mkdir(exist_ok=True)
     for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
 
 

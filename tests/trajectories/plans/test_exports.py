@@ -12,6 +12,7 @@ from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.plans.exports import EXPORTS, KRL_AXES, csv_text, krl_text, ros_text
 
 from ...parts.plans.plans import SAMPLES, fourier, known_plan, phases
+from ...parts.small.hostile_names import HALVES, NAMES
 
 
 @pytest.fixture
@@ -147,3 +148,16 @@ def test_a_motion_of_one_sample_has_a_start_and_an_end(plan):
     short = replace(plan, trajectory=phases().hold(np.zeros(2), 0.01))
     assert len(krl_points(krl_text(short))) == 2
     assert len(message(ros_text(short))["points"]) == 2
+
+
+@pytest.mark.parametrize("name", [*NAMES, *HALVES])
+def test_hostile_names_stay_inside_their_comment_or_text(plan, name):
+    plain = name.replace("\ud800", "").replace("\udcff", "")
+    named = replace(plan, robot=name, joints=(f"{plain}0", f"{plain}1"))
+    lines, harmless = krl_text(named).splitlines(), krl_text(plan).splitlines()
+    assert len(lines) == len(harmless)
+    commands = [line for line in lines if not line.startswith((";", "&COMMENT", "DEF "))]
+    assert commands == [line for line in harmless if not line.startswith((";", "&COMMENT", "DEF "))]
+    assert re.fullmatch(r"DEF exidyn_\w*\( \)", lines[1], re.ASCII)
+    assert message(ros_text(named))["joint_names"] == list(named.joints)
+    assert csv_text(named) == csv_text(plan)

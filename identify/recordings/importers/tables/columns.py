@@ -15,6 +15,7 @@ from ....notebook import optional
 from ...optional_signals import NEEDED
 from ...recording import SIGNALS, Recording
 from ...servo_error import LAW
+from .signal_words import UNITS_ONLY, WORDS
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
@@ -164,8 +165,12 @@ def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
     if signal in given:
         names = given[signal]
         return [names if "{" in names else f"{names}{{number}}"] if isinstance(names, str) else []
-    usual = [*PREFIXES[signal], signal]
-    by_joint = [f"{one}_{{joint}}" for one in usual] + [f"{{joint}}{between}{signal}" for between in "_./"]
+    words = sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {signal, *PREFIXES[signal]})
+    usual = [*PREFIXES[signal], signal, *words]
+    by_joint = [f"{one}_{{joint}}" for one in usual]
+    by_joint += [
+        f"{{joint}}{between}{one}" for one in (signal, *words, *PREFIXES[signal]) for between in "_./"
+    ]
     return [f"{one}{{number}}" for one in usual] + by_joint
 
 

@@ -1,19 +1,28 @@
 """Table: named columns of numbers, of a file of text or from arrays."""
 
 import gzip
+import math
+import zlib
+from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from errno import EFBIG
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from ....errors import ExidynError, NotAFile, WrongShape
+from ...decompression_limits import largest_size, require_gzip, require_size, too_large
 
 WIDEST = 200
 """Columns of a matrix, at most: one with more rows and columns is a picture."""
 COMMENT = "#"
+LONGEST_LINE = 1_000_000
+"""Characters of a line, at most: of ten thousand columns with a hundred characters each."""
 
 
 class Table(NamedTuple):
@@ -50,9 +59,11 @@ def refused_as(source: Path, form: str) -> Iterator[None]:
     """Whatever a library raises of a damaged file, as `NotAFile`; they raise many kinds of errors."""
     try:
         yield
-    except ExidynError:
+    except (ExidynError, MemoryError):
         raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno == EFBIG:  # what was unpacked on the disk
+            raise too_large(source) from None
         raise NotAFile(f"{source} cannot be read as {form}: {error}") from error
 
 
@@ -60,39 +71,95 @@ def read_csv(source: Path) -> list[Table]:
     """Read a line of names, then a row of numbers a line; what cannot be read is named by its line.
 
     Between columns are commas, semicolons, tabs or spaces; without commas, numbers may have a decimal comma.
+    The text is never held as a whole: of a compressed file it may be a hundred times as large as its numbers.
 
     Raises:
-        NotAFile: The file is missing, empty, cut off, or no table.
+        NotAFile: The file is missing, empty, cut off, too large, or no table.
         WrongShape: A row of another length than the line of names.
     """
-    opener = gzip.open if source.name.endswith(".gz") else open
     try:
-        with opener(source, "rt", encoding="utf-8-sig") as file:
-            first, rows = file.readline(), list(file)
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+        if source.name.endswith(".gz"):
+            require_gzip(source)
+        return [_read_csv(source)]
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise NotAFile(f"{source} cannot be read as a table: {error}") from error
-    if not rows:
-        raise NotAFile(f"{source} has no samples" if first else f"{source} is empty")
+
+
+def _read_csv(source: Path) -> Table:
+    first = next(_lines(source), (1, ""))[1]
+    if not first:
+        raise NotAFile(f"{source} is empty")
     commonest = max(",;\t", key=first.count)
     separator = commonest if commonest in first else None  # any spaces
     # A line of names may be a comment, as numpy, MATLAB and rostopic write it.
     names = [column.strip().strip('"') for column in first.strip().lstrip("#% ").split(separator)]
-    begin = 2
-    if all(_is_number(name) for name in names):  # columns without names are called by their numbers
-        names, rows, begin = [str(place + 1) for place in range(len(names))], [first, *rows], 1
-    if separator != ",":
-        rows = [row.replace(",", ".") for row in rows]
-    numbered = [(line, row) for line, row in enumerate(rows, begin) if row.partition(COMMENT)[0].strip()]
-    if not numbered:
-        raise NotAFile(f"{source} has no samples")
+    if not names:
+        raise NotAFile(f"{source} line 1 is empty; expected the names of the columns")
+    named = not all(_is_number(name) for name in names)
+    if not named:  # columns without names are called by their numbers
+        names = [str(place + 1) for place in range(len(names))]
+    rows = partial(_rows, source, named, separator != ",", len(names))
+    numbered = array("q")
     text: dict[str, str] = {}
     try:
-        values = np.loadtxt(rows, delimiter=separator, comments=COMMENT, ndmin=2)
+        with catch_warnings():
+            simplefilter("ignore")  # numpy's, where there is no row; the error below says it
+            values = np.loadtxt(_counted(rows(), numbered), delimiter=separator, comments=COMMENT, ndmin=2)
+    except NotAFile:
+        raise
     except ValueError:  # one of the rows needs a closer look
         values = np.empty((0, 0))
     if values.shape != (len(numbered), len(names)):
-        values = np.array([_row(source, line, row, separator, names, text) for line, row in numbered])
-    return [Table(names, values, np.array([line for line, _ in numbered]), text)]
+        numbers, numbered = array("d"), array("q")
+        for line, row in rows():
+            numbers.extend(_row(source, line, row, separator, names, text))
+            numbered.append(line)
+        values = np.array(numbers).reshape(-1, len(names))
+    if not numbered:
+        raise NotAFile(f"{source} has no samples")
+    return Table(names, values, np.array(numbered), text)
+
+
+def _lines(source: Path) -> Iterator[tuple[int, str]]:
+    """Number and text of each line.
+
+    Raises:
+        NotAFile: A line is longer than any row of numbers.
+    """
+    opener = gzip.open if source.name.endswith(".gz") else open
+    with opener(source, "rt", encoding="utf-8-sig") as file:
+        line = 0
+        while row := file.readline(LONGEST_LINE):
+            line += 1
+            if len(row) == LONGEST_LINE:
+                raise NotAFile(
+                    f"{source} line {line}: more than {LONGEST_LINE - 1} characters: it is no table"
+                )
+            yield line, row
+
+
+def _rows(source: Path, named: bool, decimal_comma: bool, width: int) -> Iterator[tuple[int, str]]:
+    """Number and text of each line that holds a row.
+
+    Raises:
+        NotAFile: They have more numbers than the limit.
+    """
+    most = largest_size(source) // (8 * width)
+    count = 0
+    for line, row in _lines(source):
+        if line == 1 and named or not row.partition(COMMENT)[0].strip():
+            continue
+        count += 1
+        if count > most:
+            raise too_large(source)
+        yield line, row.replace(",", ".") if decimal_comma else row
+
+
+def _counted(rows: Iterator[tuple[int, str]], numbered: "array[int]") -> Iterator[str]:
+    """The rows; the number of each one's line is kept."""
+    for line, row in rows:
+        numbered.append(line)
+        yield row
 
 
 def _is_number(cell: str) -> bool:
@@ -131,40 +198,54 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
     Raises:
         NotAFile: There is no array of numbers.
     """
-    arrays = dict(_arrays("", named, between))
+    limit = _Limit(source)
+    arrays = dict(_arrays("", named, between, limit))
     numbers: Counter[int] = Counter()
-    for array in arrays.values():
-        numbers[max(array.shape)] += array.size
+    for values in arrays.values():
+        numbers[max(values.shape)] += values.size
     if not numbers:
         raise NotAFile(f"{source} holds no arrays of numbers")
     [(length, _)] = numbers.most_common(1)
     columns: dict[str, np.ndarray] = {}
-    for name, array in arrays.items():
-        if array.ndim == 1 and len(array) == length:
-            columns[name] = array
-        elif length in array.shape and array.ndim == 2:
-            upright = array if len(array) == length else array.T
+    for name, values in arrays.items():
+        if values.ndim == 1 and len(values) == length:
+            columns[name] = values
+        elif length in values.shape and values.ndim == 2:
+            upright = values if len(values) == length else values.T
             columns |= {f"{name}{k + 1}": column for k, column in enumerate(upright.T)}
     return Table(list(columns), np.column_stack(list(columns.values())), **known)
 
 
-def _arrays(name: str, value: Any, between: str) -> Iterator[tuple[str, np.ndarray]]:
+class _Limit:
+    """The limit of what a file may hold, as numbers of 8 bytes."""
+
+    def __init__(self, source: Path) -> None:
+        self._source, self._size = source, 0
+
+    def add(self, count: int) -> None:
+        """Count the numbers of an array before they are read; NotAFile where they are too many."""
+        self._size += 8 * count
+        require_size(self._source, self._size)
+
+
+def _arrays(name: str, value: Any, between: str, limit: _Limit) -> Iterator[tuple[str, np.ndarray]]:
     """All arrays of numbers with one or two axes longer than one, as floats, and their names."""
     if isinstance(value, Mapping):
         for key, one in value.items():
-            yield from _arrays(f"{name}{between}{key}" if name else str(key), one, between)
+            yield from _arrays(f"{name}{between}{key}" if name else str(key), one, between, limit)
         return
     lengths = [count for count in getattr(value, "shape", ()) if count > 1]
     if len(lengths) > 2 or len(lengths) == 2 and min(lengths) > WIDEST:
         return  # pictures; they are not even read
-    array = np.asarray(value)
-    if array.dtype.names:
-        yield from _arrays(name, {field: array[field] for field in array.dtype.names}, between)
-    elif array.dtype == object:
-        for place, one in enumerate(array.flat):
+    limit.add(math.prod(lengths))
+    values = np.asarray(value)
+    if values.dtype.names:
+        yield from _arrays(name, {field: values[field] for field in values.dtype.names}, between, limit)
+    elif values.dtype == object:
+        for place, one in enumerate(values.flat):
             if isinstance(one, np.ndarray | np.void):
-                yield from _arrays(name if array.size == 1 else f"{name}{place + 1}", one, between)
-    elif array.dtype.kind in "mM" and array.size > 1:
-        yield name, np.squeeze(array.astype(f"{array.dtype.kind}8[ns]").astype(float)) * 1e-9
-    elif array.dtype.kind in "biuf" and array.size > 1:
-        yield name, np.squeeze(array.astype(float))
+                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", one, between, limit)
+    elif values.dtype.kind in "mM" and values.size > 1:
+        yield name, np.squeeze(values.astype(f"{values.dtype.kind}8[ns]").astype(float)) * 1e-9
+    elif values.dtype.kind in "biuf" and values.size > 1:
+        yield name, np.squeeze(values.astype(float))

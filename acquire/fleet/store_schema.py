@@ -1,0 +1,138 @@
+"""Schemas of what a fleet keeps: the types of arms, the runs, and the changes that were found."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct
+
+from exidyn.identify.errors import ExidynError, NotAFile
+from exidyn.identify.fit.fit_schema import Measures
+from exidyn.identify.fleet.kind import Kind
+from exidyn.identify.schema import (
+    Count,
+    Name,
+    Number,
+    Positive,
+    Size,
+    check,
+    check_length,
+)
+
+EARLIEST, LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(2262, 1, 1, tzinfo=UTC)
+"""Dates that a recording can have: its clock counts nanoseconds since 1970 in 63 bits."""
+Text = Annotated[str, Meta(max_length=100_000)]
+MaybeNumber = Number | None
+"""None where it was not measured."""
+
+
+class FilteringRow(Struct, frozen=True, forbid_unknown_fields=True):
+    """Filters of all runs of a type of arm; see `Filtering`."""
+
+    rate: Positive | None = None
+    position_cutoff: Positive | None = None
+    torque_cutoff: Positive | None = None
+    standstill: Positive | None = None
+
+    def __post_init__(self) -> None:
+        check(self.rate is not None, "rate", self.rate, "a sampling rate, as a fleet leaves nothing open")
+        for name in ("position_cutoff", "torque_cutoff"):
+            cutoff = getattr(self, name)
+            check(cutoff is not None, name, cutoff, "a frequency, as a fleet leaves nothing open")
+            check(cutoff < 0.5 * self.rate, name, cutoff, f"less than {0.5 * self.rate:g}, half the rate")
+
+
+class KindFile(Struct, frozen=True):
+    """A file in `kinds/`."""
+
+    robot: str
+    filtering: FilteringRow
+    measures: Measures
+
+
+class IndexRow(Struct, frozen=True):
+    """A run without its summary."""
+
+    key: Name
+    date: datetime
+    kind: Text
+    file: Text
+    size: Count
+    modified: Size
+    error: Text
+    note: Text
+    arm: Name
+
+    def __post_init__(self) -> None:
+        aware = self.date.tzinfo is not None
+        check(aware and EARLIEST <= self.date < LATEST, "date", self.date, "a date in UTC from 1970 to 2261")
+        check("/" not in self.key and ".." not in self.key, "key", self.key, "the name of a file")
+        for name in ("key", "file", "arm"):
+            check("\0" not in getattr(self, name), name, getattr(self, name), "no character of code 0")
+
+
+class RunRow(IndexRow, frozen=True):
+    """A run that was identified."""
+
+    seconds: Positive
+    payload: Text
+    payload_known: bool
+    temperature: list[MaybeNumber]
+    residual: list[Size]
+    noise: list[Size]
+    counts: list[Count]
+    factors: list[Number]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        joints = len(self.counts)
+        check(joints > 0, "counts", self.counts, "a number for each joint")
+        for name in ("temperature", "residual", "noise"):
+            check_length(getattr(self, name), name, joints, "one per joint")
+
+
+class ChangeRow(Struct, frozen=True):
+    """A change that was found; only its arm and date are read."""
+
+    arm: Name
+    date: datetime
+
+
+def require_kind(row: RunRow, kind: Kind) -> None:
+    """Refuse a run whose summary is not of a type of arm.
+
+    Raises:
+        Disagreement: With the number of values that differs.
+    """
+    joints, width = kind.model.robot.dof, len(kind.base.names) + 2
+    check_length(row.counts, "counts", joints, "one per joint")
+    check_length(
+        row.factors, "factors", joints * width * (width + 1) // 2, f"{joints} triangles of {width} rows"
+    )
+
+
+@contextmanager
+def refused(path: Path) -> Iterator[None]:
+    """Whatever is wrong with a file of a fleet, as `NotAFile` with what to do."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever pyarrow raises of a damaged file, and `Disagreement`
+        if isinstance(error, ExidynError) and not isinstance(error, NotAFile):
+            raise
+        text = str(error).removeprefix(f"{path}: ")
+        raise NotAFile(
+            f"{path}: {text}. Remove that file; exidyn fleet then makes it anew of its recordings"
+        ) from error
+
+
+def plain(value: Any) -> Any:
+    """What Parquet holds as the schema takes it: NaN, which stands for what was not measured, as None."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and value != value else value

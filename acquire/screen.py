@@ -1,0 +1,56 @@
+"""The terminal: what is printed shows control characters as their codes, whichever file they come from.
+
+A name in a file could otherwise move the cursor, hide what was printed, or change the terminal's title.
+"""
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO, cast
+
+from exidyn.quoting import visible
+
+
+class Screen:
+    """A stream that shows control characters as their codes; everything else is the stream's.
+
+    Attributes:
+        beneath: The stream.
+    """
+
+    def __init__(self, beneath: TextIO) -> None:
+        self.beneath = beneath
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        self.beneath.write(visible(text))
+        return len(text)
+
+    def writelines(self, texts: Iterable[str]) -> None:
+        """Write several."""
+        for text in texts:
+            self.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.beneath, name)
+
+
+def beneath(stream: TextIO) -> TextIO:
+    """The stream itself, for colors and cursor movements of exidyn; texts go through `visible` first."""
+    return stream.beneath if isinstance(stream, Screen) else stream
+
+
+@contextmanager
+def screens() -> Iterator[None]:
+    """Inside, standard output and standard error are screens."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = map(_screen, before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _screen(stream: TextIO | None) -> Any:
+    """A screen; a stream that was closed before the start stays None."""
+    return stream if stream is None or isinstance(stream, Screen) else cast(TextIO, Screen(stream))

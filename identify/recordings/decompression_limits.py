@@ -1,0 +1,75 @@
+"""How large a file may become when it is decompressed: a small file cannot fill the memory."""
+
+import gzip
+import os
+from pathlib import Path
+from typing import IO
+from zipfile import ZipFile
+
+from ..errors import NotAFile, RecordingError
+
+VARIABLE = "EXIDYN_LARGEST_FILE"
+"""Environment variable with another limit [B], for files from a trusted source."""
+LEAST = 200_000_000
+"""Limit for small files [B]: 25 million numbers, such as an hour of position and current of six joints at
+500 Hz."""
+RATIO = 20
+"""Limit for other files, over their size: measured numbers are compressed to a third or a fifth, numbers that
+hardly change to a tenth; a decompression bomb to a thousandth."""
+PIECE = 1 << 20
+"""Bytes that are decompressed at a time while they are counted."""
+
+
+def largest_size(path: Path) -> int:
+    """Largest size of the content of a file or folder [B].
+
+    Raises:
+        RecordingError: The environment variable holds no number of bytes.
+    """
+    stated = os.environ.get(VARIABLE, "")
+    if stated:
+        if not stated.isdecimal():
+            raise RecordingError(f"{VARIABLE} is '{stated}'; expected a number of bytes such as {10 * LEAST}")
+        return int(stated)
+    files = path.rglob("*") if path.is_dir() else [path]
+    size = sum(file.stat().st_size for file in files if file.is_file())
+    return max(LEAST, RATIO * size)
+
+
+def too_large(path: Path) -> NotAFile:
+    """The error for a file whose content exceeds the limit."""
+    return NotAFile(
+        f"{path}: its content exceeds {largest_size(path) / 1e6:.0f} MB, the limit for its size. If "
+        f"its source is trusted, state a larger limit in bytes: {VARIABLE}={5 * largest_size(path)}"
+    )
+
+
+def require_size(path: Path, size: int) -> None:
+    """Refuse a file whose content has more bytes than the limit.
+
+    Raises:
+        NotAFile: With the limit, and how to state another one.
+    """
+    if size > largest_size(path):
+        raise too_large(path)
+
+
+def require_stream(path: Path, stream: IO[bytes]) -> None:
+    """The same for content that only decompression can measure; the stream is read to its end."""
+    limit, size = largest_size(path), 0
+    while piece := stream.read(PIECE):
+        size += len(piece)
+        if size > limit:
+            raise too_large(path)
+
+
+def require_gzip(path: Path) -> None:
+    """The same for a file compressed by gzip."""
+    with gzip.open(path) as stream:
+        require_stream(path, stream)
+
+
+def require_zip(path: Path) -> None:
+    """The same for a zip archive, such as an .npz; no member is read beyond the size that it states."""
+    with ZipFile(path) as archive:
+        require_size(path, sum(member.file_size for member in archive.infolist()))

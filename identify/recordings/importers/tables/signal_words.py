@@ -1,0 +1,16 @@
+"""Words for signals in the names of columns, for the import and for what is proposed for a log."""
+
+WORDS: dict[str, frozenset[str]] = {
+    "temperature": frozenset("temp temps temperature temperatures temperatur".split()),
+    "torque": frozenset("tau taus torque torques trq effort efforts moment moments drehmoment nm".split()),
+    "link_position": frozenset("ql secondary".split()),
+    "velocity": frozenset(
+        "dq qd vel velocity velocities speed speeds qdot omega geschwindigkeit drehzahl rpm".split()
+    ),
+    "position": frozenset("q pos position positions angle angles winkel theta lage".split()),
+    "current": frozenset("i cur curr current currents strom amps iq".split()),
+}
+"""Signal -> words for it; the first signal with a word counts: `current position` is a position."""
+
+UNITS_ONLY = frozenset(("nm", "rpm"))
+"""Words that are units: they say nothing without another word."""

@@ -1,0 +1,76 @@
+"""Which files a description may name: those in its folder or package, and in folders that a person stated.
+
+A description from elsewhere could otherwise have any file of this computer read: by `..`, by an absolute
+path, or by a symbolic link. Links inside a folder that a person stated are followed: `colcon build
+--symlink-install` makes such links.
+"""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import RobotError
+
+VARIABLE = "EXIDYN_FOLDERS"
+"""Environment variable with further folders, as PATH has them."""
+PACKAGE = "package.xml"
+"""What makes a folder a package of ROS."""
+
+
+@dataclass(frozen=True)
+class Folders:
+    """Folders whose files a description may name.
+
+    Attributes:
+        own: Of the description and of its package, without symbolic links.
+        stated: Stated by a person, on the command line or in the environment.
+    """
+
+    own: tuple[Path, ...]
+    stated: tuple[Path, ...]
+
+    @classmethod
+    def of(cls, description: Path, stated: Iterable[str | Path] = ()) -> "Folders":
+        """Those of a description's file, of its package, of ROS, and further ones."""
+        file = description.resolve()
+        packages = [folder for folder in file.parents if (folder / PACKAGE).is_file()][:1]
+        own = (description.parent.resolve(), file.parent, *packages)
+        named = [*map(Path, stated), *ros_folders(), *_entries(VARIABLE)]
+        return cls(tuple(dict.fromkeys(own)), tuple(dict.fromkeys(named)))
+
+    def hold(self, file: Path) -> bool:
+        """Whether a file is in one of them."""
+        real, named = file.resolve(), Path(os.path.abspath(file))
+        inside = any(real.is_relative_to(folder) for folder in self.own)
+        return inside or any(
+            real.is_relative_to(folder.resolve()) or named.is_relative_to(os.path.abspath(folder))
+            for folder in self.stated
+        )
+
+    def require(self, file: Path, where: str) -> Path:
+        """The file, if it is in one of them.
+
+        Raises:
+            RobotError: It is in none; the message begins with `where` and says what to do.
+        """
+        if not self.hold(file):
+            raise RobotError(f"{where}: {outside(file)}")
+        return file
+
+
+def outside(file: Path) -> str:
+    """What is wrong with a file in none of the folders, and what to do."""
+    return (
+        f"{file.name} is outside of the folder of the description. Put it there, or state its folder: "
+        f"{VARIABLE}={file.resolve().parent}"
+    )
+
+
+def ros_folders() -> list[Path]:
+    """Folders of packages that the environment of ROS 1 and ROS 2 states."""
+    return [*_entries("ROS_PACKAGE_PATH"), *(entry / "share" for entry in _entries("AMENT_PREFIX_PATH"))]
+
+
+def _entries(variable: str) -> list[Path]:
+    return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]

@@ -1,0 +1,92 @@
+"""Macros of xacro, expanded in a process of its own: their expressions are Python, and run without an end.
+
+The process has limits of time and memory, starts no program, writes nothing, and reads only files that the
+description may name.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from ..errors import BrokenTree, RobotError
+from ..limited_process import Ended, call
+from ..notebook import optional
+from .folders import Folders, outside
+
+SECONDS = 30.0
+"""Time that macros may take [s]; those of the largest robots take two, on a busy machine ten."""
+MEMORY = 500_000_000
+"""Memory that they may take [B]; those of the largest robots take 60 MB, Python and xacro included."""
+READ = ("r", "rb", "rt", None)
+"""Modes in which a file is only read; None where a library passes flags."""
+FORBIDDEN = (
+    "subprocess.", "socket.", "shutil.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork",
+    "os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod",
+    "os.chown",
+)  # fmt: skip
+"""How Python calls what no macro needs: programs, networks, and changes of files."""
+
+
+def expanded(path: Path) -> str:
+    """The URDF that a file of macros makes, with the defaults of their arguments.
+
+    Raises:
+        BrokenTree: The macros cannot be expanded, or exceed the limits.
+        RobotError: They read a file outside of their folder.
+        MissingPackage: xacro is not installed.
+    """
+    optional("xacro", f"{path.name}, a file of macros,", "xacro")
+    try:
+        text = call(f"{__name__}:expand", [str(path)], MEMORY, SECONDS)
+        return str(text)
+    except Ended as error:
+        raise BrokenTree(f"{path}: xacro {error}. {_advice(path)}") from None
+    except MemoryError:
+        raise BrokenTree(f"{path}: xacro needs more than {MEMORY / 1e6:.0f} MB. {_advice(path)}") from None
+
+
+def _advice(path: Path) -> str:
+    return (
+        f"Where it needs arguments, ROS packages or more time, expand it where these are: xacro {path.name} "
+        "NAME:=VALUE > arm.urdf"
+    )
+
+
+def expand(source: str) -> str:
+    """The same, in the process of its own."""
+    import xacro
+
+    path, refused = Path(source), list[str]()
+    sys.addaudithook(_guard(Folders.of(path), refused))
+    try:
+        return str(xacro.process_file(source).toxml())
+    except Exception as error:  # its expressions are Python's, and raise whatever that does
+        if isinstance(getattr(error, "exc", error), MemoryError):  # wrapped by xacro, or not
+            raise MemoryError from None
+        if refused:
+            raise RobotError(f"{path}: xacro: {refused[0]}") from None
+        raise BrokenTree(f"{path}: xacro: {error}. {_advice(path)}") from None
+
+
+def _guard(folders: Folders, refused: list[str]) -> Callable[[str, tuple[object, ...]], None]:
+    """An audit hook of Python that refuses what no macro needs, and notes it."""
+    python = {Path(entry).resolve() for entry in (*sys.path, sys.prefix, sys.base_prefix) if entry}
+
+    def refuse(what: str) -> None:
+        refused.append(what)
+        raise PermissionError(what)
+
+    def guard(event: str, arguments: tuple[object, ...]) -> None:
+        if event.startswith(FORBIDDEN):
+            refuse(f"{event} is not allowed in macros")
+        if event != "open" or not isinstance(arguments[0], str | bytes):
+            return
+        name, mode = arguments[:2]
+        file = Path(name.decode(errors="replace") if isinstance(name, bytes) else str(name))
+        if mode not in READ:
+            refuse(f"{file} is not written by macros")
+        real = file.resolve()
+        if not folders.hold(file) and not any(real.is_relative_to(folder) for folder in python):
+            refuse(outside(file))
+
+    return guard

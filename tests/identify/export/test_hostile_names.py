@@ -1,0 +1,85 @@
+"""Exports of an arm whose names are code: every format parses, holds the names, and runs nothing."""
+
+import ast
+import builtins
+import json
+import re
+import tomllib
+from types import ModuleType
+from xml.etree import ElementTree
+
+import mujoco
+import pytest
+
+from exidyn.identify.export import FORMATS, Portable
+from exidyn.identify.robot_files.commented import commented_text
+from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.quoting import one_line
+
+from ...parts.runs.simulated import known
+from ...parts.small.hostile_names import NAMES, model, values
+
+
+@pytest.fixture(params=NAMES, ids=range(len(NAMES)))
+def arm(request):
+    of = model(request.param)
+    return Portable.of(known(of, values(of)))
+
+
+def text_of(name, arm):
+    """What is written; it can be encoded."""
+    text = FORMATS[name].text(arm)
+    FORMATS[name].leaves_out(arm)
+    return text.encode().decode()
+
+
+def test_isaac_lab_is_literals_only(arm, monkeypatch):
+    text, called = text_of("isaaclab", arm), []
+    monkeypatch.setattr(builtins, "exidyn_was_here", lambda: called.append(True), raising=False)
+    tree = ast.parse(text)
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    assert [call.func.id for call in calls] == ["ImplicitActuatorCfg"]
+    module = ModuleType("isaaclab.actuators")
+    module.ImplicitActuatorCfg = lambda **fields: fields
+    monkeypatch.setitem(__import__("sys").modules, "isaaclab", ModuleType("isaaclab"))
+    monkeypatch.setitem(__import__("sys").modules, "isaaclab.actuators", module)
+    made = {}
+    exec(compile(tree, "actuators.py", "exec"), made)
+    assert not called
+    assert made["ROBOT"] == arm.robot.name
+    patterns = made["ACTUATORS"]["arm"]["joint_names_expr"]
+    assert [bool(re.fullmatch(p, j)) for p, j in zip(patterns, arm.robot.joints, strict=True)] == [True] * 2
+
+
+@pytest.mark.parametrize("name", ["urdf", "sdf", "mjcf"])
+def test_xml_holds_the_names(arm, name):
+    root = ElementTree.fromstring(text_of(name, arm))
+    joints = [joint.get("name") for joint in root.iter("joint") if joint.get("type") != "fixed"]
+    expected = [one_line(joint) for joint in arm.robot.joints]
+    assert [joint for joint in joints if joint in expected] == expected
+    robot = {"urdf": root, "mjcf": root, "sdf": root.find("model")}[name]
+    assert robot.get("model" if name == "mjcf" else "name") == one_line(arm.robot.name)
+    assert len(list(root.iter("dynamics"))) == (0 if name == "mjcf" else 2)
+
+
+def test_mujoco_reads_the_mjcf(arm):
+    compiled = mujoco.MjModel.from_xml_string(text_of("mjcf", arm))
+    assert [compiled.joint(k).name for k in range(2)] == [one_line(joint) for joint in arm.robot.joints]
+
+
+def test_json_holds_the_names(arm):
+    table = json.loads(text_of("json", arm))
+    assert table["robot"] == arm.robot.name
+    assert [joint["name"] for joint in table["joints"]] == list(arm.robot.joints)
+
+
+def test_toml_holds_the_names(arm):
+    for text in (text_of("toml", arm), commented_text(arm.model)):
+        table = tomllib.loads(text)
+        assert table["name"] == arm.robot.name
+        assert [link["joint"] for link in table["link"]] == list(arm.robot.joints)
+
+
+def test_a_robot_file_of_such_names_is_read_back():
+    of = model(NAMES[3])
+    assert parse_model(FORMATS["toml"].text(Portable.of(of))).robot.joints == of.robot.joints
