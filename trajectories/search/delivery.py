@@ -71,7 +71,7 @@ class Delivery:
         finally:
             self.takes = self.seconds - begun
             self._aside += self.takes
-        value = self._objective.value(_joined(kept))
+        value = self._objective.value(fine_motion(kept))
         if self._best is None or value < self._best.value:
             self._best, self.miss = Found(kept, value, 0, spread=spread), ""
             self._history.append((self.seconds, value))
@@ -124,7 +124,7 @@ class Delivery:
         return replace(self._best, seed=seed, history=self._history) if self._best else self.miss
 
 
-def _joined(series: Sequence[Fourier]) -> Motion:
+def fine_motion(series: Sequence[Fourier]) -> Motion:
     """Motions of all series at samples `FINE` apart, one after the other, as one."""
     moments = np.arange(0.0, series[0].period, FINE)
     motions = [one.at(moments).motion() for one in series]

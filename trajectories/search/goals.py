@@ -148,6 +148,11 @@ class Identify:
         ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
 
+    def condition_number(self, motion: Motion, limits: Limits) -> float:
+        """Condition number from a motion, with friction as stated, whatever the criterion."""
+        judge = replace(self, criterion=condition).objectives(limits, 0.0)[-1]
+        return float(np.exp(judge.value(motion)))
+
     def reached(self, value: float) -> float:
         return float(np.exp(value))
 
