@@ -54,9 +54,9 @@ GOAL = (
     Option(
         "--criterion NAME",
         "what is made small: condition number of the scaled regressor, volume of the confidence "
-        "ellipsoid (D), average (A) or worst (E) relative deviation",
+        "ellipsoid (D), average (A) or worst (E) relative deviation; default: condition, with --after worst, "
+        "with --mass the volume of the drive gains alone",
         CRITERIA,
-        "condition",
     ),
     Option(
         "--shapes EFFECT...",

@@ -174,7 +174,7 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     if not isinstance(goal, Identify):
         return type(goal).__name__.lower()
     name = name_of(goal.criterion)
-    return f"focus on {' '.join(wishes.focus)}" if name == "focus" else name
+    return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
 PHASES = 40

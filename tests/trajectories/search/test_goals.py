@@ -162,7 +162,7 @@ def test_without_a_spacing_friction_is_as_stated():
 
 
 def test_a_joint_that_creeps_makes_the_condition_number_worse():
-    """With columns scaled to one it is better the less a joint moves: its friction is known, its mass not."""
+    """With all columns scaled to one, a joint at 3 % of its speed would change it from 1.9 to 2.5 only."""
     of = goal(rows=7.0)
     at = motion(samples=400)
     creeping = Motion.of(
