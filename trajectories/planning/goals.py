@@ -37,7 +37,7 @@ DENSITY = 4000.0
 
 def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identify:
     """To identify the model's parameters, and the drive gains where a pair of runs can."""
-    if wishes.criterion not in (None, *CRITERIA):
+    if wishes.criterion is not None and wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     nominal, payloads = with_bodies(model, wishes.bodies)
     if wishes.fit is not None:

@@ -81,7 +81,6 @@ class Wishes:
             if not 1 <= count <= MOST[name]:
                 raise BadLimits(f"{name}: {count}; there must be at least 1 and at most {MOST[name]}")
 
-
     @property
     def in_focus(self) -> Sequence[str]:
         """Names of what alone matters: the focus, or the drive gains of a pair if nothing else is wished."""

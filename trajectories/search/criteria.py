@@ -22,8 +22,8 @@ SMALLEST = 1e-14
 def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) -> tuple[float, np.ndarray]:
     """Logarithm of the condition number of the regressor with scaled columns.
 
-    A column is scaled to norm one, unless its parameter's size makes less of it than that: a joint that creeps
-    has small columns, and scaled to one they would seem to be known as well as any other.
+    Columns have norm one, or less where a scale reaches its bound: a joint that creeps has small columns, and
+    scaled to one they would seem to be known as well as any other.
 
     Args:
         information: Shape (b, b).

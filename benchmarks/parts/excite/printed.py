@@ -1,8 +1,8 @@
 """The condition number that a plan file states beside that of its motion, computed anew.
 
-The motion is read from the file and sampled finely; the regressor of both
-runs comes from the model, with friction as it states it; columns are scaled as docs/trajectories.md describes,
-and singular values are those of the regressor itself.
+The motion is read from the file and sampled finely; the regressor of both runs comes from the model, with
+friction as it states it; columns are scaled as docs/trajectories.md describes, and singular values are those
+of the regressor itself.
 """
 
 from dataclasses import replace
