@@ -18,8 +18,8 @@ from ..errors import NothingToIdentify
 from ..random_motion import random_fourier
 
 MOTIONS = 4
-"""Random motions from which sizes of columns are taken: a joint's rms velocity differs by a third from one
-to the next."""
+"""Random motions from which sizes of columns are taken: a joint's rms velocity has a standard deviation of up
+to 20 % among them, and so of 10 % in their mean."""
 DURATION = 16.0
 """Duration of a random motion [s]: rests, ramps, and one period of 10 s between them."""
 AT_FULL_RATE = np.linspace(3.0, 13.0, 100, endpoint=False)
@@ -88,7 +88,8 @@ class Experiment:
     def column_rms(self, limits: Limits) -> np.ndarray:
         """Size of each base column in random motions within limits, shape (b,).
 
-        It is the root of the mean over samples of the sum of squares over joints and runs, as noise units.
+        It is the root of the mean over samples of the sum of squares over joints and runs, in units of the
+        noise.
         """
         motions = [random_fourier(limits, DURATION, seed=seed).at(AT_FULL_RATE) for seed in range(MOTIONS)]
         runs = np.concatenate([run for motion in motions for run in self._columns(motion)])

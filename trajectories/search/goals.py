@@ -143,7 +143,8 @@ class Identify:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = self.experiment.sizes
         if self.criterion is condition:
-            size = 1.0 / (FAIR * np.sqrt(self.rows) * smooth.column_rms(limits))
+            least = FAIR * np.sqrt(self.rows) * smooth.column_rms(limits)
+            size = 1.0 / np.maximum(least, np.finfo(float).tiny)
         before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
         ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
