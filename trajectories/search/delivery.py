@@ -18,11 +18,9 @@ from .shrink import shrink_inside
 from .solve import Search
 from .torque_spread import TorqueSpread
 
-FINE = 0.005
-"""Spacing of samples from which the delivered value is computed, with friction as stated [s]: condition
-numbers are within 0.1 % of those from samples 0.25 ms apart."""
-TORQUE = 0.01
-"""Spacing of samples at which torques of drawn arms are compared with limits [s]."""
+FINE = 0.01
+"""Spacing of samples at which the value of the result is taken, with friction as stated [s]: a condition
+number is within 0.1 % of that from samples 0.5 ms apart, with periods from 2 s."""
 WIDER = 1.15
 """Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
 NARROWEST = 0.25
@@ -93,7 +91,7 @@ class Delivery:
             if spread is None or spread.factor >= spread.widest:
                 return kept, spread
             if all(
-                share_beyond(goal, one.every(TORQUE), within.limits.torque) <= 1.0 - spread.share
+                share_beyond(goal, one.every(FINE), within.limits.torque) <= 1.0 - spread.share
                 for one in kept
             ):
                 return kept, spread
@@ -105,7 +103,7 @@ class Delivery:
         before = self._goal.spread
         if before is None or self._best is None:
             return self._goal, False
-        states = self._best.series[0].every(TORQUE)
+        states = self._best.series[0].every(FINE)
         self._goal = with_own_factor(self._goal, states, self._setting.limits.torque)
         assert self._goal.spread is not None
         return self._goal, self._goal.spread.factor < before.factor
