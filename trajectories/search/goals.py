@@ -72,9 +72,9 @@ together, with a power of 4 all that are within some tens of per cent of it, wit
 other criterion comes the volume, which all parameters move."""
 
 
-FAIR = 0.5
-"""Share of a column's norm in a random motion below which the column counts as small in a condition number:
-its parameter alone would then need four times the recording to be known as well as from a random motion."""
+FAIR = 0.1**0.5
+"""Share of a column's norm in random motions below which the column counts as small in a condition number: a
+tenth of the information, so that its parameter alone would need ten times the recording."""
 
 
 class Goal(Protocol):

@@ -36,8 +36,8 @@ PAIRS = {
 """Arm, and what is known of its payload."""
 SPACING, QUICK_SPACING = 2.5e-4, 1e-3
 """Between samples [s]: a joint that reverses at 5 rad/s^2 passes Coulomb friction's 0.006 rad/s in five."""
-SHARE = 0.5
-"""Share of a column's size in random motions below which it counts as small."""
+SHARE = 0.1**0.5
+"""Share of a column's size in random motions below which it counts as small: a tenth of the information."""
 RANDOM_TIME = np.arange(3.0, 13.0, 0.01)
 """Samples of a random motion at its full rate [s]."""
 SEARCH, QUICK_SEARCH = 15.0, 1.0
