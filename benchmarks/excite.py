@@ -7,7 +7,8 @@
 3. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimised against random.
 4. Limits over random problems, checked by other means than the planner's.
 5. Torque limits on arms drawn within the priors, and what a fit gains.
-6. Probability of choosing the right one of two models, before and after a run that is made for it.
+6. The condition number that a plan file of a pair states, beside that of its motion, computed anew.
+7. Probability of choosing the right one of two models, before and after a run that is made for it.
 
 With `--json FILE` each case is kept in FILE.cases as soon as it is done, a run that was stopped goes on from
 there, and FILE has the figures at the end; delete FILE.cases to measure anew. It needs FIGAROH, its solver
@@ -28,7 +29,7 @@ from typing import Any
 
 import numpy as np
 from common import Kept, options, save, show
-from parts.excite import discriminate, first_motion, kr270, limits
+from parts.excite import discriminate, first_motion, kr270, limits, printed
 from parts.excite.arm import Arm, arm_of, why_no_arm
 from parts.excite.ours import every_seed, gradient, ours
 from parts.excite.peers import HARMONICS, PeerResult, random_search, slsqp
@@ -178,6 +179,7 @@ PARTS: dict[str, Callable[[bool, Kept], dict[str, Any]]] = {
     "seeds": whole("seeds", lambda quick: every_seed(arm_of("UR10"), *((2, 1.0) if quick else (20, 8.0)))),
     "kr270": whole("kr270", kr270.run),
     "limits": lambda quick, kept: limits.run(range(2 if quick else 200), kept),
+    "printed": printed.run,
     "first motion": whole("first motion", first_motion.run),
     "discriminate": whole("discriminate", discriminate.run),
 }

@@ -54,9 +54,9 @@ GOAL = (
     Option(
         "--criterion NAME",
         "what is made small: condition number of the scaled regressor, volume of the confidence "
-        "ellipsoid (D), average (A) or worst (E) relative deviation",
+        "ellipsoid (D), average (A) or worst (E) relative deviation; default: condition, with --after worst, "
+        "with --mass the volume of the drive gains alone",
         CRITERIA,
-        "condition",
     ),
     Option(
         "--shapes EFFECT...",
@@ -198,9 +198,10 @@ def _wrapped(sentences: Sequence[str]) -> list[str]:
 
 def _poor(one: Plan) -> list[str]:
     """A warning where the best motion found is poor."""
-    if one.criterion == "condition" and not one.reached < WORST:
+    condition = one.reached if one.criterion == "condition" else float(one.details.get("condition", 1.0))
+    if not condition < WORST:
         warning = (
-            f"the best motion found is poor: condition number {one.reached:.3g}, from {WORST:g} on some "
+            f"the best motion found is poor: condition number {condition:.3g}, from {WORST:g} on some "
             "combination of parameters is hardly seen. Try a wider range or window, a longer --period, more "
             "--search, or a model with fewer unknowns"
         )

@@ -37,7 +37,7 @@ DENSITY = 4000.0
 
 def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identify:
     """To identify the model's parameters, and the drive gains where a pair of runs can."""
-    if wishes.criterion not in CRITERIA:
+    if wishes.criterion is not None and wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     nominal, payloads = with_bodies(model, wishes.bodies)
     if wishes.fit is not None:
@@ -45,16 +45,15 @@ def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identif
     asked = with_shapes(nominal, wishes.shapes)
     asked = with_drive_gains(asked) if wishes.bodies else asked
     experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
-    criterion: Criterion = CRITERIA[wishes.criterion]
-    if wishes.focus:
-        criterion = _focus(experiment, wishes)
-    return Identify(experiment, criterion, rows_of(wishes), nominal)
+    return Identify(experiment, _criterion(experiment, wishes, "condition"), rows_of(wishes), nominal)
 
 
-def _focus(experiment: Experiment, wishes: Wishes) -> Focus:
+def _criterion(experiment: Experiment, wishes: Wishes, default: str) -> Criterion:
     """The criterion of what the user wants to know."""
+    if not wishes.in_focus:
+        return CRITERIA[wishes.criterion or default]
     names, robot = experiment.base.names, experiment.model.robot
-    return Focus.on(names, wanted_names(wishes.focus, names, robot.joints, experiment.payloads))
+    return Focus.on(names, wanted_names(wishes.in_focus, names, robot.joints, experiment.payloads))
 
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
@@ -122,9 +121,7 @@ def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes)
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
     gains_found = bool(np.all(fit.estimate.gain_estimated))  # then they too are known only so well
     experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
-    criterion: Criterion = CRITERIA["worst" if wishes.criterion == "condition" else wishes.criterion]
-    if wishes.focus:
-        criterion = _focus(experiment, wishes)
+    criterion = _criterion(experiment, wishes, "worst")
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
 
 

@@ -17,7 +17,8 @@ from ..limits.check import check
 from ..limits.leads import with_leads
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
-from ..search.criteria import name_of
+from ..search.criteria import condition, name_of
+from ..search.delivery import fine_motion
 from ..search.drawn_arms import with_own_factor
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
@@ -126,6 +127,7 @@ def _plan(
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(found.value),
+            **_condition(goal, found, limits, wishes),
             "start": f"that of seed {found.seed}",
             **_room(goal, run, model.robot.limits, wishes),
         },
@@ -134,6 +136,13 @@ def _plan(
         payload_pair=bool(wishes.bodies),
         assumed=assumed,
     )
+
+
+def _condition(goal: Goal, found: Found, limits: Limits, wishes: Wishes) -> dict[str, float]:
+    """Condition number of the regressor where it is not the criterion and no earlier fit adds to it."""
+    if not isinstance(goal, Identify) or goal.criterion is condition or wishes.fit is not None:
+        return {}
+    return {"condition": goal.condition_number(fine_motion(found.series), limits)}
 
 
 def _bodies(wishes: Wishes) -> dict[str, str]:
@@ -165,7 +174,7 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     if not isinstance(goal, Identify):
         return type(goal).__name__.lower()
     name = name_of(goal.criterion)
-    return f"focus on {' '.join(wishes.focus)}" if name == "focus" else name
+    return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
 PHASES = 40

@@ -30,7 +30,8 @@ class Wishes:
     """What is wished of a trajectory.
 
     Attributes:
-        criterion: A name in `CRITERIA`.
+        criterion: A name in `CRITERIA`; None for what suits the purpose: the drive gains of a pair, the worst
+            deviation after a fit, else the condition number.
         harmonics: Number of harmonics of each joint.
         period: Base period [s]; several are tried unless given.
         seconds: Length of the exciting part; as many periods as fill it [s].
@@ -44,13 +45,13 @@ class Wishes:
         shapes: Effects whose shapes count as unknown, by their key.
         bodies: What is known of each body with which the motion is run again; none for a single run.
         fit: Fit of earlier runs.
-        focus: Names, or beginnings of names, of base parameters that alone matter; "gain" stands for the
-            drive gains of a pair.
+        focus: Names, or beginnings of names, of base parameters that alone matter, whatever the criterion;
+            "gain" stands for the drive gains of a pair.
         sure: Share of arms, within what priors or the fit leave open, that keep to the torque limits; 0 for
             the nominal arm alone.
     """
 
-    criterion: str = "condition"
+    criterion: str | None = None
     harmonics: int = Setting.harmonics
     period: float | None = None
     seconds: float = 40.0
@@ -79,6 +80,12 @@ class Wishes:
         for name, count in {"harmonics": self.harmonics, "trajectories": self.series}.items():
             if not 1 <= count <= MOST[name]:
                 raise BadLimits(f"{name}: {count}; there must be at least 1 and at most {MOST[name]}")
+
+    @property
+    def in_focus(self) -> Sequence[str]:
+        """Names of what alone matters: the focus, or the drive gains of a pair if nothing else is wished."""
+        gains = self.bodies and self.criterion is None and self.fit is None
+        return self.focus or (("gain",) if gains else ())
 
 
 def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:

@@ -20,15 +20,19 @@ SMALLEST = 1e-14
 
 
 def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) -> tuple[float, np.ndarray]:
-    """Logarithm of the condition number of the regressor with columns scaled to one.
+    """Logarithm of the condition number of the regressor with scaled columns.
+
+    Columns have norm one, or less where a scale reaches its bound: a joint that creeps has small columns, and
+    scaled to one they would seem to be known as well as any other.
 
     Args:
         information: Shape (b, b).
-        size: Not used: the scaling comes from the columns.
+        size: Largest scale of each column; infinite for a scale that is always one over the column's norm.
         power: Where finite, sums of this power over all eigenvalues stand for the largest and for the
             smallest: an upper bound, smooth where eigenvalues meet.
     """
-    scale = 1.0 / np.sqrt(np.diag(information))
+    norm = np.sqrt(np.diag(information))
+    scale = np.minimum(1.0 / norm, size)
     scaled = information * np.outer(scale, scale)
     values, vectors = eigh(scaled)
     values = np.maximum(values, SMALLEST * values[-1])
@@ -36,7 +40,7 @@ def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) 
     low, by_low = _peak(-np.log(values), power)
     by_value = 0.5 * (by_high - by_low) / values
     by_scaled = (vectors * by_value) @ vectors.T
-    through_scale = np.sum(by_scaled * scaled, axis=1) / np.diag(information)
+    through_scale = np.where(scale < size, np.sum(by_scaled * scaled, axis=1) / norm**2, 0.0)
     return 0.5 * (high + low), by_scaled * np.outer(scale, scale) - np.diag(through_scale)
 
 

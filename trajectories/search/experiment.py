@@ -8,12 +8,22 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.arm.motion import Motion
+from exidyn.identify.arm.robot import Limits
 from exidyn.identify.effects import MotionGradient
 from exidyn.identify.errors import RobotError
 from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters, rich_motion
 from exidyn.identify.model import Model
 
 from ..errors import NothingToIdentify
+from ..random_motion import random_fourier
+
+MOTIONS = 4
+"""Random motions from which sizes of columns are taken: a joint's rms velocity has a standard deviation of up
+to 20 % among them, and so of 10 % in their mean."""
+DURATION = 16.0
+"""Duration of a random motion [s]: rests, ramps, and one period of 10 s between them."""
+AT_FULL_RATE = np.linspace(3.0, 13.0, 100, endpoint=False)
+"""Samples of that period [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +84,16 @@ class Experiment:
         runs = self._columns(rich_motion(model, payload=self.payloads[-1]))
         noise = 1.0 / np.sqrt(np.max([np.mean(np.sum(run**2, axis=1), axis=0) for run in runs], axis=0))
         return np.where(np.isfinite(size) & (size > 0), size, noise)
+
+    def column_rms(self, limits: Limits) -> np.ndarray:
+        """Size of each base column in random motions within limits, shape (b,).
+
+        It is the root of the mean over samples of the sum of squares over joints and runs, in units of the
+        noise.
+        """
+        motions = [random_fourier(limits, DURATION, seed=seed).at(AT_FULL_RATE) for seed in range(MOTIONS)]
+        runs = np.concatenate([run for motion in motions for run in self._columns(motion)])
+        return np.sqrt(np.sum(runs**2, axis=(0, 1)) / (MOTIONS * len(AT_FULL_RATE)))
 
     def columns(self, motion: Motion) -> list[np.ndarray]:
         """Base regressor of each run in units of its noise, each (t, n, b).

@@ -72,6 +72,11 @@ together, with a power of 4 all that are within some tens of per cent of it, wit
 other criterion comes the volume, which all parameters move."""
 
 
+FAIR = 0.1**0.5
+"""Share of a column's norm in random motions below which the column counts as small in a condition number: a
+tenth of the information, so that its parameter alone would need ten times the recording."""
+
+
 class Goal(Protocol):
     """What a trajectory is to be best for."""
 
@@ -91,7 +96,10 @@ class Goal(Protocol):
         """The same with another spread of torque."""
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
-        """Objectives for samples that are `spacing` apart [s]; the last is the goal itself."""
+        """Objectives for samples that are `spacing` apart [s]; the last is the goal itself.
+
+        A spacing of 0 leaves friction as sharp as the model states it.
+        """
 
     def reached(self, value: float) -> float:
         """What a value of the last objective means, as a number: a condition number, a probability."""
@@ -134,9 +142,17 @@ class Identify:
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))
         size = self.experiment.sizes
+        if self.criterion is condition:
+            least = FAIR * np.sqrt(self.rows) * smooth.column_rms(limits)
+            size = 1.0 / np.maximum(least, np.finfo(float).tiny)
         before = () if self.criterion is volume else LADDER.get(self.criterion, (volume,))
         ladder: tuple[Criterion, ...] = (*before, self.criterion)
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
+
+    def condition_number(self, motion: Motion, limits: Limits) -> float:
+        """Condition number from a motion, with friction as stated, whatever the criterion."""
+        judge = replace(self, criterion=condition).objectives(limits, 0.0)[-1]
+        return float(np.exp(judge.value(motion)))
 
     def reached(self, value: float) -> float:
         return float(np.exp(value))

@@ -4,7 +4,7 @@ Unknowns are effects whose columns are first derivatives.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ creep, whose friction then seems small."""
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
-    """The model with every reversal as wide as what a velocity changes between two samples.
+    """The model with every reversal, also within its effects, as wide as a velocity changes between samples.
 
     Friction that reverses within milliradians a second is a step between two samples, whose gradient is zero
     everywhere else. A row of the equations is a mean over its time, in which it reverses as gradually as
@@ -34,15 +34,29 @@ def design_model(model: Model, limits: Limits, spacing: float) -> Model:
         spacing: Time between samples [s].
     """
     change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half of it: a sinusoid's mean
-    effects = []
-    for effect in model.effects:
-        shapes = effect.shapes()
-        if "reversal" in shapes:
-            stated = float(getattr(effect, "reversal"))  # noqa: B009
-            width = max(stated, min(change, WIDEST, shapes["reversal"].high))
-            effect = replace(effect, reversal=width)  # type: ignore[call-arg]
-        effects.append(effect)
-    return replace(model, effects=tuple(effects))
+    return _gradual(model, min(change, WIDEST))
+
+
+def _gradual(model: Model, width: float) -> Model:
+    return replace(model, effects=tuple(_gradual_effect(effect, width) for effect in model.effects))
+
+
+def _gradual_effect(effect: Effect, width: float) -> Effect:
+    """An effect with what it contains.
+
+    Else a drive gain, whose column is a model's torque, would seem to be known from the difference between
+    sharp and gradual friction.
+    """
+    changed: dict[str, object] = {}
+    for name in (field.name for field in fields(effect)):
+        part = getattr(effect, name)
+        if isinstance(part, Model):
+            changed[name] = _gradual(part, width)
+        elif isinstance(part, Effect):
+            changed[name] = _gradual_effect(part, width)
+        elif name == "reversal":
+            changed[name] = max(float(part), min(width, effect.shapes()[name].high))
+    return replace(effect, **changed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,6 @@ from exidyn.identify.effects import (
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
-from exidyn.trajectories.search.delivery import FINE
 from exidyn.trajectories.search.excite import excite
 from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.setting import Setting
@@ -164,7 +163,7 @@ def test_identical_hypotheses_have_a_finite_objective():
 def test_excite_takes_the_goal():
     goal = Discriminate((stribeck(), as_told_by(stribeck(), grease(), motion())), OBSERVATION)
     setting = Setting(arm().limits, harmonics=3, periods=(5.0,))
-    basis, last = Basis(5.0, 3, 500), goal.objectives(setting.limits, FINE)[-1]
+    basis, last = Basis(5.0, 3, 500), goal.objectives(setting.limits, 0.0)[-1]
     begun = last.value(basis.motion(random_start(goal, setting, basis, 0)))
     found = excite(goal, setting, starts=1, seconds=20.0)
     assert np.exp(-found.value) > 1.5 * np.exp(-begun)  # separation; every limit costs some

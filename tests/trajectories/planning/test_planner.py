@@ -121,6 +121,20 @@ def test_a_focus_is_on_what_is_named():
         identification_goal(two_joints.model(), replace(WISHES, focus=("Kr",)), limits())
 
 
+def test_a_pair_is_planned_for_its_gains_unless_something_else_is_asked():
+    pair = replace(WISHES, bodies=(BODY,), period=2.0, harmonics=1)
+    goal = identification_goal(two_joints.model(), pair, limits())
+    names = [goal.experiment.base.names[k] for k in goal.criterion.columns]
+    assert names == ["gain1", "gain2"]
+    stated = replace(pair, criterion="condition")
+    assert identification_goal(two_joints.model(), stated, limits()).criterion is condition
+    (one,) = planned(pair)
+    assert one.criterion == "focus on gain"
+    motion = core(one).at(np.arange(0.0, 2.0, 1e-3)).motion()
+    expected = goal.condition_number(motion, limits())
+    assert one.details["condition"] == pytest.approx(expected, rel=0.01)
+
+
 def test_after_a_fit_what_is_known_counts():
     """The nominal torque is that of the fit, and what it knows least comes to matter."""
     of = replace(two_joints.model(), effects=fit().model.effects)
@@ -129,6 +143,8 @@ def test_after_a_fit_what_is_known_counts():
     visible = [name for name in fit().names if not name.endswith("L")]
     assert names == [*visible, "gain1", "gain2"]
     assert goal.criterion is worst
+    stated = replace(WISHES, fit=fit(), criterion="condition")
+    assert identification_goal(of, stated, limits()).criterion is condition
     covariance = np.linalg.inv(goal.experiment.known)
     np.testing.assert_allclose(
         np.sqrt(np.diag(covariance))[: len(visible)], fit().estimate.std[: len(visible)], rtol=1e-4

@@ -10,10 +10,11 @@ from exidyn.identify.effects import Payload
 from exidyn.identify.effects import known_parameters as known
 from exidyn.identify.model import Model
 from exidyn.trajectories.errors import NothingToIdentify
+from exidyn.trajectories.random_motion import random_fourier
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.unknowns import with_drive_gains
 
-from ...parts.plans.excitation import smooth_model
+from ...parts.plans.excitation import limits, smooth_model
 from ...parts.runs.robots import kinematics, random_motion, six_axis
 from ...parts.small import two_joints
 
@@ -59,6 +60,14 @@ def test_noisier_joints_are_less_informative():
     other = experiment(payloads=("",), noise=3 * NOISE).information(motion())
     np.testing.assert_allclose(one, 9 * other, rtol=1e-12)
     assert np.allclose(experiment(noise=None).noise, 1.0)
+
+
+def test_sizes_of_columns_are_those_of_random_motions():
+    """Four of them, both runs together, at ten times the samples: rows over their noise, squares added up."""
+    of, time = experiment(), np.arange(3.0, 13.0, 0.01)
+    motions = [random_fourier(limits(), 16.0, seed=seed).at(time) for seed in range(4)]
+    square = sum(np.sum(regressor(of, p, at) ** 2, axis=0) for at in motions for p in ("", "L"))
+    np.testing.assert_allclose(of.column_rms(limits()), np.sqrt(square / 4000), rtol=0.03)
 
 
 def test_pull_is_the_gradient_through_every_run():
