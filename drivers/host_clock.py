@@ -47,16 +47,16 @@ class HostClock:
 
 
 BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-"""Of Linux, which counts the time in which a laptop was suspended too."""
+"""Clock of Linux that also counts the time while a laptop is suspended."""
 EARLY = 0.8
-"""Share of the drives' patience after which a pause counts [-]: they may have heard the host last a while
-before it paused, such as by a heartbeat that is sent eight times in that time."""
+"""Share of the drives' patience after which a pause counts [-]: drives may have received the last frame some time
+before the pause, for example a heartbeat, which is sent eight times per patience."""
 
 
 class Pause:
-    """Notices when the host has sent nothing for so long that drives stop by themselves.
+    """Detects that the host has sent nothing for so long that drives stop by themselves.
 
-    It was paused, suspended or too busy. What it would send next could switch them on again.
+    The host was paused, suspended or too busy. The next command could switch the drives on again.
 
     Args:
         patience: Silence of the host after which drives stop by themselves [s].
@@ -70,13 +70,14 @@ class Pause:
         self._limit, self._last = EARLY * patience * 1e9, 0
 
     def begin(self) -> None:
-        """From here on the time until the next sending counts, and no pause before."""
+        """Start measuring; earlier pauses do not count."""
         self.seconds, self._last = 0.0, time.clock_gettime_ns(BOOT_CLOCK)
 
     def noticed(self) -> bool:
-        """Call right before something is sent: whether it must not be, since the silence was too long.
+        """Whether something must not be sent now, because the silence before it was too long.
 
-        It is said of the first sending after a pause only, so that a stop can follow.
+        Call this right before sending. It is true only for the first sending after a pause, so that a stop can
+        follow.
         """
         now = time.clock_gettime_ns(BOOT_CLOCK)
         silent, self._last = now - self._last, now

@@ -1,7 +1,6 @@
-"""Announcer: prints at once what a person must know while a run goes on, and says when its loop is blocked.
+"""Announcer: prints what a person must know during a run, as it happens, and reports a blocked loop.
 
-It prints from a thread of its own: a terminal that is slow, or that was stopped (Ctrl-S), does not hold up
-the loop.
+It prints from its own thread, so a slow terminal, or one that was stopped (Ctrl-S), does not delay the loop.
 """
 
 import time
@@ -12,33 +11,33 @@ from threading import Thread
 from .realtime import yield_to_the_loop
 
 BLOCKED = 0.5
-"""Time without a cycle after which a person is told [s]: twice what the drives of most arms bear, and what a
-person takes to react to it."""
+"""Time without a cycle after which a person is told [s]: more than twice the watchdog of most drives (0.2 s), so
+that the arm should have stopped by itself."""
 LOOK = 0.1
 """Time between looks at the loop [s]."""
 FINISH = 1.0
-"""Time that the last texts may take [s]; a terminal that was stopped is not waited for longer."""
+"""Longest wait for the last texts [s]; a stopped terminal never prints them."""
 
 
 class Silent:
-    """Says nothing: for runs without a person."""
+    """Prints nothing: for runs without a person."""
 
     def say(self, text: str) -> None:
-        """Print a text soon; never waits."""
+        """Queue a text for printing; never waits."""
 
     def come_round(self) -> None:
-        """The loop begins a cycle."""
+        """Note that the loop begins a cycle."""
 
     def leave(self) -> None:
-        """The loop has ended, and is no longer watched."""
+        """Note that the loop has ended; it is no longer watched."""
 
 
 class Announcer(Silent):
-    """Prints texts in their order; a context manager that prints the last ones.
+    """Prints texts in order; a context manager that prints the remaining texts at its end.
 
     Args:
         show: Prints a text.
-        blocked: What to print where the loop is blocked.
+        blocked: Text to print when the loop is blocked.
     """
 
     def __init__(self, show: Callable[[str], None], blocked: str) -> None:
@@ -79,7 +78,7 @@ class Announcer(Silent):
             self._show(text)
 
     def _look(self) -> None:
-        """Tell a person, once for each time, that the loop does not come round."""
+        """Report a blocked loop, once each time."""
         begun = self._round
         blocked = begun is not None and time.monotonic() - begun > BLOCKED
         if blocked and not self._told:

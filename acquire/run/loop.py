@@ -41,7 +41,7 @@ class Counts:
         lateness: Lateness of each exchange [s].
         work: Processor time of this thread in each cycle, from one exchange to the next [s].
         driver_work: Processor time within each exchange [s].
-        block: By how much longer than a cycle the loop took to come round, at most [s].
+        block: Longest time between two cycles, less one cycle [s].
     """
 
     cycles: int = 0
@@ -198,7 +198,7 @@ class Loop:
         return True
 
     def _come_round(self) -> None:
-        """Begin a cycle: how long the one before took."""
+        """Begin a cycle, and measure the time since the previous one began."""
         self._announcer.come_round()
         now = time.monotonic()
         if self._began:

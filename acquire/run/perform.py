@@ -78,8 +78,8 @@ class Outcome:
     standstill: Standstill | None = None
 
     @property
-    def told(self) -> str:
-        """What a person must know of the arm at the end; empty where it stands where it should."""
+    def notice(self) -> str:
+        """What a person must know about the arm at the end; empty if it stands where it was commanded."""
         return "" if self.standstill is None or self.standstill.expected else self.standstill.text
 
     @property
@@ -108,7 +108,7 @@ def perform(
         head: What explains the run to them: made before anything is exchanged, ready with the first sample.
         asked: What a person asks for while it goes on.
         opened: Called with the driver's metadata, before its drives are powered.
-        announcer: Tells a person at once of stops, and whether the arm stands before the driver is closed.
+        announcer: Prints stops as they happen, and whether the arm stands, before the driver is closed.
 
     Raises:
         DriverError: The driver could not be opened or armed.

@@ -159,8 +159,8 @@ def after(outcome: Outcome) -> str:
             f"processor time per cycle: median {median:.3f} ({by_driver:.3f} in the driver), "
             f"99 % {1e3 * work['work_p99']:.3f}, largest {most:.3f} ms"
         )
-    if outcome.told:
-        lines += paragraph(outcome.told)
+    if outcome.notice:
+        lines += paragraph(outcome.notice)
     return "\n".join(lines)
 
 

@@ -42,7 +42,7 @@ class Answers:
         self._open = False
 
     def ask(self) -> list[bool]:
-        """Begin a cycle; which joints are to be asked in it."""
+        """Begin a cycle; returns which joints are to be asked in it."""
         asked = [self._settled(joint) for joint in range(len(self._names))]
         self._owed = [owed + ask for owed, ask in zip(self._owed, asked, strict=True)]
         self.fresh, self._came = [False] * len(asked), [0] * len(asked)
@@ -50,15 +50,15 @@ class Answers:
         return asked
 
     def end(self) -> None:
-        """The cycle is over: what comes before the next question is late."""
+        """End the cycle; an answer that arrives before the next question is late."""
         self._open = False
 
     def add_question(self) -> None:
-        """All joints were asked once more, out of turn."""
+        """Count one more question to all joints, sent out of turn."""
         self._owed = [owed + 1 for owed in self._owed]
 
     def take(self, joint: int, data: bytes) -> None:
-        """A frame with an answer of a joint has come."""
+        """Take a frame with an answer of a joint."""
         if not self._owed[joint]:
             if self._came[joint]:  # else it was not asked for, such as before the first question
                 self._answered_twice(joint, data)
@@ -74,7 +74,7 @@ class Answers:
         self.fresh[joint] = time.monotonic() >= self._doubted_until[joint]
 
     def _settled(self, joint: int) -> bool:
-        """Find out whether a missing answer was lost; whether the joint can be asked."""
+        """Decide whether a missing answer was lost; returns whether the joint can be asked."""
         if not self._owed[joint]:
             self._skipped[joint] = False
         elif self._may_skip:

@@ -63,7 +63,7 @@ class CanRound(ABC):
 
     @abstractmethod
     def _commanded_by(self, identifier: int) -> str:
-        """What a frame with this identifier commands, where only this program may; empty for other frames."""
+        """What a frame with this identifier commands, if only this program may send it; else empty."""
 
     def begin(self) -> None:
         """Forget what came unread, and what was wrong."""
@@ -92,7 +92,7 @@ class CanRound(ABC):
         return events
 
     def _ask(self) -> list[bool]:
-        """Read what came after the last cycle, and begin another; which joints are to be asked."""
+        """Read what arrived after the last cycle and begin another; returns which joints are to be asked."""
         for _ in range(MOST):
             unreadable, received = self._bus.unreadable, self._bus.receive(0.0)
             if received is not None:

@@ -1,7 +1,7 @@
 """Claim: a bus is for one exidyn process of a computer, since two that command it disturb each other.
 
-A CAN socket lets any number of programs send. What the claim holds is a name of Linux's abstract namespace,
-which is gone with the process, however it ends, and belongs to the same network namespace as the bus.
+A CAN socket lets any number of programs send. The claim is a socket name in Linux's abstract namespace: it
+vanishes with the process, however that ends, and belongs to the same network namespace as the bus.
 """
 
 import os

@@ -14,7 +14,7 @@ ANSWERED = 1.0
 class Dashboard:
     """A connection to the dashboard server, where there is one; PolyScope X has none.
 
-    Connecting, and a question of `ask`, take as long as `patience` [s] at most; all else never waits.
+    Connecting and `ask` wait at most `patience` [s] each; all other methods return at once.
     """
 
     def __init__(self, address: str, port: int, patience: float) -> None:
@@ -35,14 +35,14 @@ class Dashboard:
         return self._line() if self._sent(question) else ""
 
     def request(self, question: str) -> str:
-        """Ask without waiting for the answer, which `answers` has; why it was not sent, empty if it was."""
+        """Send a request without waiting; returns why it was not sent, or an empty text."""
         if not self._sent(question):
             return f"the controller's dashboard does not take '{question}'"
         self._asked, self._due, self._text = question, time.monotonic() + ANSWERED, b""
         return ""
 
     def answers(self) -> list[str]:
-        """What the controller has said to a request since the last call, or that it says nothing."""
+        """The controller's answer to a request since the last call, or that none came in time."""
         if not self._asked:
             return []
         self._receive()
@@ -74,7 +74,7 @@ class Dashboard:
         return line.decode("utf-8", "replace").strip() if newline else ""
 
     def _receive(self) -> None:
-        """Take what has come. Where it is no line, however much comes, the connection is given up."""
+        """Take what has arrived. The connection is closed if it ends, or if a line does not."""
         if self._socket is None:
             return
         try:

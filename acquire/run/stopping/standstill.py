@@ -108,11 +108,10 @@ class Standstill:
     Attributes:
         moving: Whether it still moves; None where that is not known.
         text: In a sentence, with joint, speed and what to do.
-        joint: Name of the fastest joint, or of the one that stands furthest away; empty for none.
+        joint: Name of the fastest joint, or of the joint furthest from its last command; empty for none.
         speed: Speed of the fastest joint, in `unit`; NaN where unknown.
         unit: "rad/s" or "m/s".
-        away: Distance of a joint that stands from where it was commanded last [rad] or [m], where a stop does
-            not explain it; NaN for none.
+        away: Distance of that joint from its last command [rad] or [m], if it exceeds the limit; else NaN.
     """
 
     moving: bool | None
@@ -129,7 +128,7 @@ class Standstill:
 
     @property
     def expected(self) -> bool:
-        """Whether it stands where it should."""
+        """Whether the arm stands where it was commanded."""
         return self.stands and not self.away > 0.0
 
     def details(self) -> dict[str, object]:

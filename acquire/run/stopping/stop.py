@@ -41,7 +41,7 @@ class Stop:
 
     @property
     def announcement(self) -> str:
-        """What a person reads while the run goes on."""
+        """The stop as it is printed during the run."""
         return f"{WORDS[self.level]}: {self.text}"
 
     def details(self) -> dict[str, object]:
@@ -124,7 +124,7 @@ class Stops:
     Args:
         driver: Open.
         report: Called with every stop and failure: kind of event, text and details.
-        say: Called with what a person is to read at once.
+        say: Called with each text that is to be printed during the run.
 
     Attributes:
         reason: Why the run ends before its time; None as long as it does not.

@@ -116,7 +116,7 @@ def seen(name: str, kind: str, folder: Path) -> Seen:
             raise Disturbed(f"the run ended before the failure: {ran.outcome.stop}")
         beyond = _beyond(watched.extent() if watched else _extent(peer), failure, arm)
     outcome = ran.outcome
-    return Seen(beyond, outcome.counts.block, outcome.stop.text if outcome.stop else "", outcome.told)
+    return Seen(beyond, outcome.counts.block, outcome.stop.text if outcome.stop else "", outcome.notice)
 
 
 class Watched:
