@@ -35,8 +35,8 @@ class Fourier(Trajectory):
     def __post_init__(self) -> None:
         if not (SHORTEST <= self.period < np.inf and self.periods >= 1):
             raise BadLimits(
-                f"Fourier: period {self.period:g} s, {self.periods} times; a period is at least {SHORTEST:g} s, "
-                "and there is at least one"
+                f"Fourier: period {self.period:g} s, {self.periods} times; expected at least "
+                f"{SHORTEST:g} s, once"
             )
         if self.sine.shape != self.cosine.shape or self.sine.shape[:1] != self.centre.shape:
             raise BadLimits(
