@@ -121,10 +121,16 @@ def _receive(stream: IO[bytes]) -> Any:
     if "number" in content:
         raise OSError(content["number"], content["reason"], content["file"])
     if "error" in content:
-        builtin = {"MemoryError": MemoryError, "OSError": OSError}
-        kind = builtin.get(content["error"]) or getattr(errors, content["error"], OSError)
-        raise kind.__new__(kind, content["text"])  # whose text is made already
+        raise _error(content["error"], content["text"])
     return _filled(content["result"], stream)
+
+
+def _error(name: str, text: str) -> Exception:
+    """An error of a type by its name; its text is made already, and its constructor is not asked again."""
+    kind: type[Exception] = {"MemoryError": MemoryError}.get(name, getattr(errors, name, OSError))
+    error: Exception = kind.__new__(kind)
+    error.args = (text,)
+    return error
 
 
 def _filled(content: Any, stream: IO[bytes]) -> Any:

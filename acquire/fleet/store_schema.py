@@ -24,6 +24,11 @@ from exidyn.identify.schema import (
 EARLIEST, LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(2262, 1, 1, tzinfo=UTC)
 """Dates that a recording can have: its clock counts nanoseconds since 1970 in 63 bits."""
 Text = Annotated[str, Meta(max_length=100_000)]
+Noise = Annotated[float, Meta(ge=1e-30, le=1e18)]
+"""Standard deviation [A or N m]: rounding of the largest number of a recording, 1e15, leaves more than the
+least, and rows of that number over this one have squares that are numbers."""
+Factor = Annotated[float, Meta(ge=-1e18, le=1e18)]
+"""Root of the sum of squares of a million numbers of a recording, each 1e15 at most."""
 MaybeNumber = Number | None
 """None where it was not measured."""
 
@@ -37,11 +42,12 @@ class FilteringRow(Struct, frozen=True, forbid_unknown_fields=True):
     standstill: Positive | None = None
 
     def __post_init__(self) -> None:
-        check(self.rate is not None, "rate", self.rate, "a sampling rate, as a fleet leaves nothing open")
+        half = 0.5 * (self.rate or 0.0)
+        check(half > 0.0, "rate", self.rate, "a sampling rate, as a fleet leaves nothing open")
         for name in ("position_cutoff", "torque_cutoff"):
             cutoff = getattr(self, name)
             check(cutoff is not None, name, cutoff, "a frequency, as a fleet leaves nothing open")
-            check(cutoff < 0.5 * self.rate, name, cutoff, f"less than {0.5 * self.rate:g}, half the rate")
+            check(cutoff < half, name, cutoff, f"less than {half:g}, half the rate")
 
 
 class KindFile(Struct, frozen=True):
@@ -81,9 +87,9 @@ class RunRow(IndexRow, frozen=True):
     payload_known: bool
     temperature: list[MaybeNumber]
     residual: list[Size]
-    noise: list[Size]
+    noise: list[Noise]
     counts: list[Count]
-    factors: list[Number]
+    factors: list[Factor]
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -54,7 +54,7 @@ def require_size(path: Path, size: int) -> None:
         raise too_large(path)
 
 
-def require_stream(path: Path, stream: IO[bytes]) -> None:
+def require_stream(path: Path, stream: IO[bytes] | gzip.GzipFile) -> None:
     """The same for content that only decompression can measure; the stream is read to its end."""
     limit, size = largest_size(path), 0
     while piece := stream.read(PIECE):

@@ -7,6 +7,8 @@ import numpy as np
 from ..errors import BadLimits
 from ..trajectory import Extremes, Range, States, Trajectory
 
+SHORTEST = 1e-9
+"""Shortest period [s]: the nanosecond in which controllers count time."""
 NEGLIGIBLE = 1e-13
 """Share of the largest coefficient below which a highest harmonic is rounding, and would make the
 polynomial of its extrema degenerate."""
@@ -31,8 +33,11 @@ class Fourier(Trajectory):
     periods: int = 1
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.period < np.inf and self.periods >= 1):
-            raise BadLimits(f"Fourier: period {self.period:g} s, {self.periods} times; both must be above 0")
+        if not (SHORTEST <= self.period < np.inf and self.periods >= 1):
+            raise BadLimits(
+                f"Fourier: period {self.period:g} s, {self.periods} times; expected at least "
+                f"{SHORTEST:g} s, once"
+            )
         if self.sine.shape != self.cosine.shape or self.sine.shape[:1] != self.centre.shape:
             raise BadLimits(
                 f"Fourier: centre {self.centre.shape}, sine {self.sine.shape}, cosine {self.cosine.shape}; "

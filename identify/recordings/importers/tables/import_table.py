@@ -77,7 +77,7 @@ def import_table(
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
     given = read_preset(preset) if preset else None
     chosen = _chosen(columns or {}, effort)
-    stem = source.name.removesuffix(".gz").rsplit(".", 1)[0] if source.is_file() else source.name
+    stem = _stem(source)
     recordings = []
     for table in read(source):
         table = table.without(skip_rows)
@@ -107,6 +107,19 @@ def import_table(
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         recordings.append(_checked(recording, source, table, stamps))
     return recordings
+
+
+def _stem(source: Path) -> str:
+    """Name of the run: that of the file without its ending, or of the folder.
+
+    Raises:
+        NotAFile: The system takes no such path.
+    """
+    try:
+        is_file = source.is_file()
+    except OSError as error:
+        raise NotAFile(f"{source} cannot be read: {error.strerror}") from error
+    return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
 
 
 def _signals(
