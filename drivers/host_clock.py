@@ -49,8 +49,8 @@ class HostClock:
 BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 """Clock of Linux that also counts the time while a laptop is suspended."""
 EARLY = 0.8
-"""Share of the drives' patience after which a pause counts [-]: drives may have received the last frame some time
-before the pause, for example a heartbeat, which is sent eight times per patience."""
+"""Share of the drives' patience after which a pause counts [-]: drives may have received the last frame some
+time before the pause, for example a heartbeat, which is sent eight times per patience."""
 
 
 class Pause:
@@ -76,8 +76,8 @@ class Pause:
     def noticed(self) -> bool:
         """Whether something must not be sent now, because the silence before it was too long.
 
-        Call this right before sending. It is true only for the first sending after a pause, so that a stop can
-        follow.
+        Call this right before sending. It is true only for the first sending after a pause, so that a stop
+        can follow.
         """
         now = time.clock_gettime_ns(BOOT_CLOCK)
         silent, self._last = now - self._last, now

@@ -11,8 +11,8 @@ from threading import Thread
 from .realtime import yield_to_the_loop
 
 BLOCKED = 0.5
-"""Time without a cycle after which a person is told [s]: more than twice the watchdog of most drives (0.2 s), so
-that the arm should have stopped by itself."""
+"""Time without a cycle after which a person is told [s]: more than twice the watchdog of most drives (0.2 s),
+so that the arm should have stopped by itself."""
 LOOK = 0.1
 """Time between looks at the loop [s]."""
 FINISH = 1.0
