@@ -183,8 +183,9 @@ PARTS: dict[str, Callable[[bool, Kept], dict[str, Any]]] = {
     "first motion": whole("first motion", first_motion.run),
     "discriminate": whole("discriminate", discriminate.run),
 }
-NOT_QUICK = ("seeds", "discriminate")
-"""Parts that a quick run has only when asked: two starts say little, and pairs of models take 12 s."""
+NOT_QUICK = ("seeds", "discriminate", "printed")
+"""Parts that a quick run has only when asked: two starts say little, pairs of models take 12 s, and plans of
+pairs half a minute."""
 OF_PACKAGE = ("gradient", "peers", "quick start", "seeds")
 """Parts that need the arms of the package."""
 

@@ -34,7 +34,7 @@ PAIRS = {
     "cobot with 8 kg": ("cobot", known_parameters(8.0, (0.1, 0.0, 0.1))),
 }
 """Arm, and what is known of its payload."""
-SPACING, QUICK_SPACING = 2.5e-4, 1e-3
+SPACING, QUICK_SPACING = 2.5e-4, 2e-3
 """Between samples [s]: a joint that reverses at 5 rad/s^2 passes Coulomb friction's 0.006 rad/s in five."""
 SHARE = 0.1**0.5
 """Share of a column's size in random motions below which it counts as small: a tenth of the information."""
