@@ -213,7 +213,8 @@ class Driver(ABC):
 
         None commands nothing: the arm stays where its controller holds it. A joint that does not answer
         gives NaN and is `stale`; a drive that has stopped itself is reported in `Sample.fault`, once and from
-        then on. What comes from outside, however broken, raises nothing but these:
+        then on. A silent controller is waited for at most 20 ms longer than a cycle. What comes from outside,
+        however broken, raises nothing but these:
 
         Raises:
             LinkLost: No answer at all, for so long that waiting makes no sense.
@@ -222,7 +223,8 @@ class Driver(ABC):
     def stop(self, level: StopLevel) -> None:  # noqa: B027 - likewise
         """Stop by the controller's own means; afterwards `exchange(None)` still listens where it can.
 
-        Never raises: a stop has no use for it.
+        A drive that follows positions holds the last command. A measured position is never a goal: if it is
+        wrong, the stop sets the joint in motion. Neither waits for an answer nor raises.
         """
 
     @abstractmethod
