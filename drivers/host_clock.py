@@ -62,16 +62,17 @@ class Pause:
         patience: Silence of the host after which drives stop by themselves [s].
 
     Attributes:
-        seconds: Length of the first such pause [s]; 0.0 for none.
+        count: Number of such pauses.
+        seconds: Length of the first [s]; 0.0 for none.
     """
 
     def __init__(self, patience: float) -> None:
-        self.patience, self.seconds = patience, 0.0
+        self.patience, self.count, self.seconds = patience, 0, 0.0
         self._limit, self._last = EARLY * patience * 1e9, 0
 
     def begin(self) -> None:
         """Start measuring; earlier pauses do not count."""
-        self.seconds, self._last = 0.0, time.clock_gettime_ns(BOOT_CLOCK)
+        self.count, self.seconds, self._last = 0, 0.0, time.clock_gettime_ns(BOOT_CLOCK)
 
     def noticed(self) -> bool:
         """Whether something must not be sent now, because the silence before it was too long.
@@ -83,7 +84,7 @@ class Pause:
         silent, self._last = now - self._last, now
         if silent <= self._limit or silent == now:
             return False
-        self.seconds = self.seconds or 1e-9 * silent
+        self.count, self.seconds = self.count + 1, self.seconds or 1e-9 * silent
         return True
 
     def text(self) -> str:

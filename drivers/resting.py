@@ -39,3 +39,9 @@ class Resting:
         """Largest distance between the last measurements; 0.0 for none."""
         seen = self._seen[joint]
         return max(seen) - min(seen) if seen else 0.0
+
+    def doubt(self, joint: int) -> str:
+        """Why it is not known where a joint stands, in words."""
+        if len(self._seen[joint]) < COUNT:
+            return f"it gave {len(self._seen[joint])} positions in a row, {COUNT} are needed"
+        return f"its last {COUNT} positions differ by {self.spread(joint):.3g} rad, limit {APART:g}"

@@ -5,6 +5,7 @@ It prints from its own thread, so a slow terminal, or one that was stopped (Ctrl
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from threading import Thread
 
@@ -75,6 +76,10 @@ class Announcer(Silent):
                 continue
             if text is None:
                 return
+            self._print_text(text)
+
+    def _print_text(self, text: str) -> None:
+        with suppress(OSError, ValueError):  # a terminal that is gone; the run goes on, and so do later texts
             self._show(text)
 
     def _look(self) -> None:
@@ -82,5 +87,5 @@ class Announcer(Silent):
         begun = self._round
         blocked = begun is not None and time.monotonic() - begun > BLOCKED
         if blocked and not self._told:
-            self._show(self._blocked)
+            self._print_text(self._blocked)
         self._told = blocked

@@ -199,6 +199,8 @@ class Loop:
 
     def _come_round(self) -> None:
         """Begin a cycle, and measure the time since the previous one began."""
+        if not self._driver.in_real_time:
+            return
         self._announcer.come_round()
         now = time.monotonic()
         if self._began:

@@ -10,8 +10,10 @@ known.
 import time
 from collections.abc import Callable, Sequence
 
+TWICE = 3
+"""Cycles in a row with two different answers that make two nodes certain: a slow answer makes one or two."""
 DOUBTED = 1.0
-"""How long a joint that answered twice is not trusted [s]."""
+"""How long a joint of two nodes is not trusted after its last second answer [s]."""
 
 
 class Answers:
@@ -38,6 +40,7 @@ class Answers:
         self.fresh, self.waiting = [False] * count, 0
         self._owed, self._came = [0] * count, [0] * count
         self._skipped, self._late = [False] * count, [False] * count
+        self._extra, self._second, self._twice = [0] * count, [False] * count, [0] * count
         self._last, self._doubted_until = [b""] * count, [0.0] * count
         self._open = False
 
@@ -45,6 +48,8 @@ class Answers:
         """Begin a cycle; returns which joints are to be asked in it."""
         asked = [self._settled(joint) for joint in range(len(self._names))]
         self._owed = [owed + ask for owed, ask in zip(self._owed, asked, strict=True)]
+        self._twice = [(twice + 1) * second for twice, second in zip(self._twice, self._second, strict=True)]
+        self._second = [False] * len(asked)
         self.fresh, self._came = [False] * len(asked), [0] * len(asked)
         self.waiting, self._open = sum(asked), True
         return asked
@@ -55,10 +60,13 @@ class Answers:
 
     def add_question(self) -> None:
         """Count one more question to all joints, sent out of turn."""
-        self._owed = [owed + 1 for owed in self._owed]
+        self._extra = [extra + 1 for extra in self._extra]
 
     def take(self, joint: int, data: bytes) -> None:
         """Take a frame with an answer of a joint."""
+        if self._extra[joint]:
+            self._extra[joint] -= 1
+            return
         if not self._owed[joint]:
             if self._came[joint]:  # else it was not asked for, such as before the first question
                 self._answered_twice(joint, data)
@@ -94,14 +102,16 @@ class Answers:
         self._late[joint] = True
 
     def _answered_twice(self, joint: int, data: bytes) -> None:
-        """Doubt a joint with a second answer of another content; CAN itself may deliver a frame twice."""
-        now = time.monotonic()
-        if data == self._last[joint]:
+        """Do not use an answer that a second one contradicts, and tell slow answers from two nodes."""
+        if data == self._last[joint]:  # CAN itself may deliver a frame twice
             return
+        self.fresh[joint], self._second[joint] = False, True
+        if self._twice[joint] + 1 < TWICE:
+            return
+        now = time.monotonic()
         if now >= self._doubted_until[joint]:
             self._report(
                 f"{self._names[joint]}: two different answers to one question. Do two nodes have the same "
                 "number? Neither is used"
             )
         self._doubted_until[joint] = now + DOUBTED
-        self.fresh[joint] = False

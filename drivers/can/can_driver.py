@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ..driver import Arm, Driver, StopLevel
-from ..errors import LinkLost, NotReady
+from ..errors import BadSettings, LinkLost, NotReady
 from ..host_clock import AnswerTime, HostClock, Pause, Tick
 from ..samples import HostSamples
 from ..values import Command, Sample
@@ -35,6 +35,7 @@ class CanRound(ABC):
         may_skip: Whether a joint can be left out of a cycle.
 
     Attributes:
+        target: What each joint is commanded, in its own unit.
         fault: The first reason why the arm can no longer be commanded.
         received: Time of the last answer of any joint [s].
     """
@@ -42,6 +43,7 @@ class CanRound(ABC):
     def __init__(self, bus: CanBus, names: list[str], may_skip: bool) -> None:
         self._bus, self._names = bus, names
         self._answers = Answers(names, self.report, may_skip)
+        self.target: list[Any] = []
         self.fault = ""
         self.received = time.monotonic()
         self._answer_time = AnswerTime()
@@ -147,6 +149,8 @@ AT_REST = 1e-3
 """A joint that moves less than this in ten cycles is at rest [rad]."""
 RUNNING_ON = 0.5
 """How long is looked then whether a joint runs [s]."""
+FEWEST = 3
+"""Cycles that drives must wait for this computer at least: in two it may have nothing to send."""
 RUNS_ON = 0.2
 """Way in that time that no arm on springs swings [rad], two seconds after it was stopped."""
 SILENCE = 1.0
@@ -167,7 +171,18 @@ class CanDriver(Driver, Generic[Round]):
         self._armed = False
         self._level = 0
         self._samples = HostSamples(arm.dof)
-        self._pause = Pause(settings.dead_man)
+        self._pause = Pause(self._host_patience)
+        if self._host_patience < FEWEST * settings.cycle:
+            raise BadSettings(
+                f"dead_man is {settings.dead_man:g} s, less than {FEWEST} cycles of {settings.cycle:g} s: one late "
+                f"cycle would stop the drives. Try dead_man = {FEWEST * settings.cycle:g} or more"
+            )
+
+    @property
+    def _host_patience(self) -> float:
+        """Silence of this computer after which drives stop by themselves [s]; infinite where they do not."""
+        patience: float = self.settings.dead_man
+        return patience
 
     @abstractmethod
     def _aim(self, talk: Round, command: Command) -> None:
@@ -199,10 +214,10 @@ class CanDriver(Driver, Generic[Round]):
         if self._clock is None:
             self._begin(talk)
         tick = self._tick()
-        commanding = self._armed and not self._level
+        commanding, before = self._armed and not self._level, talk.target
         if command is not None and commanding:
             self._aim(talk, command)
-        sent = self._turn(talk)
+        paused, measured_at = self._pause.count, self._turn(talk, before)
         if commanding and not talk.fault:
             self._look(talk)
         if time.monotonic() - talk.received > SILENCE:
@@ -210,12 +225,17 @@ class CanDriver(Driver, Generic[Round]):
                 f"nothing was received from any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
             )
         events, measured = talk.events(), self._measured(talk)
-        return self._samples.of(sent, tick, talk.fresh, events=events, fault=talk.fault, **measured)
+        sent = command is None or self._pause.count == paused
+        return self._samples.of(
+            measured_at, tick, talk.fresh, events=events, fault=talk.fault, sent=sent, **measured
+        )
 
     def close(self) -> None:
         """Quick stop until at rest, then held or switched off by `at_close`."""
         try:
             if self._round is not None:
+                if self._bus is not None:  # a stop enables nothing, and must not be held back
+                    self._bus.watch_for(Pause(float("inf")))
                 if self._armed:
                     self._come_to_rest(self._round)
                 self._part(self._round)
@@ -238,21 +258,31 @@ class CanDriver(Driver, Generic[Round]):
         return self._bus
 
     def _begin(self, talk: Round) -> None:
-        assert self._bus is not None
         self._clock = HostClock(self.settings.cycle)
-        self._pause.begin()
-        self._bus.watch_for(self._pause)
         talk.begin()
 
-    def _turn(self, talk: Round) -> int:
-        """A cycle of the bus, as `CanRound.cycle`; after a pause of this computer, a quick stop."""
-        sent = talk.cycle(self._patience)
-        if self._pause.seconds and self._armed and not self._level:
-            talk.received = time.monotonic()  # nothing was asked
+    def _begin_commands(self, talk: Round) -> None:
+        """As `_begin`; from here on nothing is sent right after a pause of this computer."""
+        assert self._bus is not None
+        self._begin(talk)
+        self._pause.begin()
+        self._bus.watch_for(self._pause)
+
+    def _turn(self, talk: Round, before: list[Any] | None = None) -> int:
+        """A cycle of the bus, as `CanRound.cycle`; after a pause of this computer, a quick stop.
+
+        `before` are the targets of the last cycle, which the stop holds.
+        """
+        paused, measured_at = self._pause.count, talk.cycle(self._patience)
+        if self._pause.count == paused:
+            return measured_at
+        talk.received = time.monotonic()  # nothing was asked
+        if self._armed and not self._level:
+            talk.target = talk.target if before is None else before
             talk.fault = ""  # what drives report then follows from the pause
             talk.fail(self._pause.text())
             self.stop(StopLevel.QUICK)
-        return sent
+        return measured_at
 
     def _tick(self) -> Tick:
         assert self._clock is not None

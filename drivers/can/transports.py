@@ -54,6 +54,10 @@ class Transport(ABC):
         """Let go of what is its own; the bus is closed by python-can."""
 
 
+FLOOD = 500
+"""Frames that are passed over at most in one call."""
+
+
 class PythonCanTransport(Transport):
     """Any interface, by the methods that python-can gives all of them."""
 
@@ -69,8 +73,15 @@ class PythonCanTransport(Transport):
         send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
-        received = self._bus.recv(timeout)
-        return None if received is None else (flagged(received), bytes(received.data))
+        """As in `Transport`; some interfaces return what was sent, which is passed over."""
+        end = time.monotonic() + timeout
+        for _ in range(FLOOD):
+            received = self._bus.recv(max(end - time.monotonic(), 0.0))
+            if received is None:
+                return None
+            if received.is_rx:
+                return flagged(received), bytes(received.data)
+        return None
 
     def close(self) -> None:
         pass
@@ -184,8 +195,6 @@ def _frame(line: str) -> Frame | None:
     return identifier, data
 
 
-FLOOD = 500
-"""Datagrams that are passed over at most in one call."""
 LONGEST = 400
 """Bytes of a datagram that are read: more than any has. Python has objects of up to 512 bytes quickly."""
 

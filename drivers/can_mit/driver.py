@@ -12,11 +12,11 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
-from ..resting import APART, Resting
+from ..resting import Resting
 from ..values import Command
 from .damiao import MotorData, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
-from .mit_motors import MotorRound, Request
+from .mit_motors import UNKNOWN, MotorRound, Request
 from .settings import MitSettings, info_of, require_sound
 
 ENABLING = 2.0
@@ -79,6 +79,11 @@ class CanMit(CanDriver[MotorRound]):
         )
 
     @property
+    def _host_patience(self) -> float:
+        guarded = any(motor.family is DAMIAO for motor in self.settings.motors(self.arm.joints))
+        return super()._host_patience if guarded else float("inf")
+
+    @property
     def _families(self) -> set[Family]:
         return {motor.family for motor in self._motors}
 
@@ -100,7 +105,7 @@ class CanMit(CanDriver[MotorRound]):
     def arm_drives(self) -> None:
         """Switch on with zero gains, then hold each joint where it stands."""
         talk = self._opened()
-        self._begin(talk)
+        self._begin_commands(talk)
         self._level, self._attempts, self._armed = 0, [0] * self.arm.dof, True
         self._resting = Resting(self.arm.dof)
         talk.watching = False
@@ -161,9 +166,7 @@ class CanMit(CanDriver[MotorRound]):
         while silent and time.monotonic() < end:
             self._cycles(talk, 1)
             silent = [
-                motor
-                for motor, state in zip(self._motors, talk.state, strict=True)
-                if not np.isfinite(state.position)
+                motor for motor, state in zip(self._motors, talk.state, strict=True) if state is UNKNOWN
             ]
         if silent:
             one = silent[0]
@@ -197,9 +200,8 @@ class CanMit(CanDriver[MotorRound]):
             return f"{motor.name} does not answer any more. Is it still there?"
         if not self._resting.known(joint):
             return (
-                f"{motor.name} is not switched on: its last positions differ by "
-                f"{self._resting.spread(joint):.3g} rad, limit {APART:g}. Let the arm stand still, and look "
-                "at its encoder"
+                f"{motor.name} is not switched on: {self._resting.doubt(joint)}. Let the arm stand still, and "
+                "look at its encoder"
             )
         why = error_text(motor.family, state.error) or "it stays off"
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"

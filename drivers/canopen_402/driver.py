@@ -12,7 +12,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
-from ..resting import APART, Resting
+from ..resting import Resting
 from ..values import Command
 from . import cia402 as c
 from .frames import Frames
@@ -70,10 +70,10 @@ class Canopen402(CanDriver[Frames]):
     def arm_drives(self) -> None:
         """From any state to operation enabled, holding where each joint stands."""
         frames = self._opened()
-        self._begin(frames)
+        self._begin_commands(frames)
         self._level, self._resting = 0, Resting(self.arm.dof)
         end = time.monotonic() + ENABLING
-        while not _all_enabled(frames):
+        while not (frames.commanding and _all_enabled(frames)):
             self._cycles(frames, 1)
             self._see_rest(frames)
             if frames.fault or time.monotonic() > end:
@@ -177,14 +177,16 @@ class Canopen402(CanDriver[Frames]):
         frames.commanding = True
 
     def _not_enabled(self, frames: Frames) -> str:
-        joint = next(j for j in range(self.arm.dof) if not _enabled(frames.status[j]))
+        joints = range(self.arm.dof)
+        moving = (j for j in joints if not self._resting.known(j))
+        joint = next((j for j in joints if not _enabled(frames.status[j])), next(moving, 0))
         name, word, state = self._names[joint], frames.status[joint], frames.state(joint)
         if word < 0:
             return f"{name} does not answer SYNC, though its PDOs are set up. Is it still there?"
         if not self._resting.known(joint):
             return (
-                f"{name} is not enabled: its last positions differ by {self._resting.spread(joint):.3g} rad, "
-                f"limit {APART:g}. Let the arm stand still, and look at its encoder"
+                f"{name} is not enabled: {self._resting.doubt(joint)}. Let the arm stand still, and look at its "
+                "encoder"
             )
         text = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
         if state == c.FAULT and self._network is not None:

@@ -124,6 +124,7 @@ class Frames(CanRound):
     def synchronise(self) -> None:
         """A SYNC out of turn, which makes valid what was sent."""
         self._answers.add_question()
+        self._missing = list(self._parts)
         self._bus.send_frames(self._sync)
 
     def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:

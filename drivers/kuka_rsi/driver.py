@@ -25,9 +25,9 @@ from .settings import RsiSettings, config_of
 from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
-SILENCE, LONGEST = 5, 0.02
-"""Cycles without a telegram after which a sample is marked, at most so long [s]: fewer are a busy network,
-and the loop must come round."""
+SILENCE, LONGER = 5, 0.02
+"""Cycles without a telegram after which a sample is marked, and longest time beyond one cycle [s]: fewer are a
+busy network, and the loop must come round."""
 LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
 CLOSING = 1.0
@@ -156,7 +156,7 @@ class KukaRsi(Driver):
             talk.correct(probing.correction.tolist())
         elif command is not None:
             self._command(talk, command)
-        most = max(min(SILENCE * self._cycle, LONGEST) - talk.quiet, self._cycle)
+        most = max(self._longest - talk.quiet, self._cycle)
         fresh = talk.turn(most)
         if fresh is None:
             return self._silent(talk)
@@ -164,6 +164,11 @@ class KukaRsi(Driver):
             self._probed(talk, probing, fresh)
         sample = self._sample(talk, fresh)
         return replace(sample, sent=False) if probing and command is not None else sample
+
+    @property
+    def _longest(self) -> float:
+        """How long a telegram is waited for [s]."""
+        return min(SILENCE * self._cycle, self._cycle + LONGER)
 
     def _taken_over(self) -> Conversation:
         if self._talk is None:
@@ -246,7 +251,7 @@ class KukaRsi(Driver):
     def _fall_silent(self, talk: Conversation) -> None:
         """Answer no more; a correction that may add up is not what the controller holds then."""
         if self._probe and not self._probe.passed:
-            talk.turn(min(SILENCE * self._cycle, LONGEST))
+            talk.turn(self._longest)
         talk.silent = True
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
 from ..host_clock import HostClock, Pause, host_time
-from ..resting import APART, COUNT, Resting
+from ..resting import COUNT, Resting
 from ..samples import HostSamples
 from ..values import Command, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
@@ -40,6 +40,10 @@ SETTLING, LOOK = 1.0, 0.05
 IN_RUN, LONGER = 3.0, 0.005
 """How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is
 better than none, but the loop must come round."""
+
+
+FEWEST = 2
+"""Cycles that servos must wait for this computer at least."""
 
 
 class ServoDriver(Driver):
@@ -77,6 +81,11 @@ class ServoDriver(Driver):
         self._pause = Pause(self.patience)
         self.latency = 0.0
         self._require_rate()
+        if self.patience < FEWEST * settings.cycle:
+            raise BadSettings(
+                f"servos stop after {self.patience:g} s without a packet, less than {FEWEST} cycles of "
+                f"{settings.cycle:g} s: one late cycle would stop them. Try a longer time, or 0 for never"
+            )
 
     @property
     def patience(self) -> float:
@@ -127,10 +136,9 @@ class ServoDriver(Driver):
                 resting.add(joint, position)
         unsure = [joint for joint in range(self.arm.dof) if not resting.known(joint)]
         if unsure:
-            name, spread = bus.names[bus.servos[unsure[0]]], resting.spread(unsure[0])
             raise NotReady(
-                f"{name} is not switched on: {COUNT} readings of its {register} differ by {spread:.3g} rad, "
-                f"limit {APART:g}. Let the arm stand still, and look at the cable"
+                f"{bus.names[bus.servos[unsure[0]]]} is not switched on: by its {register}, "
+                f"{resting.doubt(unsure[0])}. Let the arm stand still, and look at the cable"
             )
         return self._units.counts(np.array([resting.position(joint) for joint in range(self.arm.dof)]))
 
@@ -149,15 +157,17 @@ class ServoDriver(Driver):
     def exchange(self, command: Command | None) -> Sample:
         """Send the goals and ask for all measurements, in one write."""
         bus, _ = self._opened()
-        tick, events = self._clock.wait(), list[str]()
+        tick, events, before = self._clock.wait(), list[str](), self._goal_packet
         packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
         length = readings[0].length
         if not self._count:  # with the first cycle servos are told anew to wait for this computer
             self._pause.begin()
         self._count += 1
-        if self._pause.noticed() and self._armed:
-            packets, self._fault = b"", self._fault or self._pause.text()
+        paused = self._pause.noticed() and self._armed
+        if paused:
+            packets, self._goal_packet = b"", before
+            self._fault = self._fault or self._pause.text()
         answers = self._talk.exchange(packets, readings, events)
         now = host_time()
         measured, units = self._decode(_joined(answers, length), length), self._units
@@ -173,6 +183,7 @@ class ServoDriver(Driver):
             temperature=measured.temperature,
             events=tuple(events),
             fault=self._fault,
+            sent=command is None or not paused,
         )
 
     @property

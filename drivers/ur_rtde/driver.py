@@ -32,9 +32,9 @@ from .rtde import DATA, START, RtdeLink, package
 from .session import Session, agree, info_of, pause, start
 from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
 
-SILENCE, LONGEST = 5, 0.02
-"""Cycles without a package after which a sample is marked, at most so long [s]: fewer are a busy network, and
-the loop must come round."""
+SILENCE, LONGER = 5, 0.02
+"""Cycles without a package after which a sample is marked, and longest time beyond one cycle [s]: fewer are a
+busy network, and the loop must come round."""
 LOST = 1.0
 """Time without a package after which waiting makes no sense [s]."""
 CLOSING = 1.0
@@ -154,7 +154,7 @@ class UrRtde(Driver):
         """
         link, session = self._opened()
         self._flow()
-        longest = min(SILENCE * self.settings.cycle, LONGEST)
+        longest = min(SILENCE * self.settings.cycle, self.settings.cycle + LONGER)
         newest = link.newest(max(longest - self._quiet, self.settings.cycle))
         if newest is None:
             return self._silent()

@@ -249,11 +249,12 @@ class Stale(Monitor):
     Args:
         cycle: Time between samples [s].
         share: Share of a second's samples that may be [-].
+        least: Number of them that is borne at any rate.
     """
 
-    def __init__(self, cycle: float, share: float) -> None:
+    def __init__(self, cycle: float, share: float, least: int) -> None:
         second = max(round(1.0 / cycle), 1)
-        self._share = share
+        self._share, self._least = share, least
         self._stale, self._sum = deque([0] * second, maxlen=second), 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
@@ -261,7 +262,7 @@ class Stale(Monitor):
         self._sum += stale - self._stale[0]
         self._stale.append(stale)
         share = self._sum / len(self._stale)
-        if share <= self._share:
+        if share <= self._share or self._sum <= self._least:
             return None
         text = (
             f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit "

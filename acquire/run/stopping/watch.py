@@ -119,7 +119,7 @@ def _monitors(
         monitors.Current(joints, by_torque if current is None else current, effort),
         monitors.Torque(joints, watch.effort * limits.torque, effort, unit),
         monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle), cycle),
-        monitors.Stale(cycle, watch.stale),
+        monitors.Stale(cycle, watch.stale, watch.least_silence),
         monitors.Lateness(cycle, watch.stall, watch.missed),
     )
 

@@ -180,10 +180,10 @@ def test_one_wrong_reading_of_a_temperature_stops_nothing():
 def test_joints_that_are_silent_too_often_stop_the_run_though_never_for_long():
     one = np.array([True, False])
     samples = [(seen(stale=one if k % 5 == 0 else np.zeros(2, bool)), None) for k in range(1000)]
-    number, stop = first_stop(Stale(0.002, 0.1), samples)
+    number, stop = first_stop(Stale(0.002, 0.1, 5), samples)
     assert number == 5 * 50  # the fifty-first of five hundred is beyond a tenth
     assert stop.level is StopLevel.BRAKE
-    assert first_stop(Stale(0.002, 0.25), samples) is None
+    assert first_stop(Stale(0.002, 0.25, 5), samples) is None
 
 
 @pytest.mark.parametrize(("skipped", "level"), [(30, StopLevel.BRAKE), (200, StopLevel.QUICK)])
