@@ -17,7 +17,6 @@ from exidyn.identify.schema import (
     SizeOrNull,
     check,
     check_joints,
-    check_known,
 )
 from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE
 
@@ -82,7 +81,7 @@ class ChoiceFile(Struct, frozen=True):
     shapes: list[Shape] = []
 
     def __post_init__(self) -> None:
-        check_known([self.verdict], "verdict", VERDICTS, f"one of {', '.join(VERDICTS)}")
+        check(self.verdict in VERDICTS, "verdict", self.verdict, f"one of {', '.join(VERDICTS)}")
         goes_on = self.verdict == RUN
         check(bool(self.offers) or not goes_on, "offers", self.offers, f"a run, as the verdict is {RUN}")
         check(

@@ -1,5 +1,6 @@
 """Libraries in native code read in a process apart: what kills them is one line, and kills nothing else."""
 
+import os
 import signal
 import sys
 
@@ -72,7 +73,8 @@ def test_the_reader_ends_with_the_command(library, tmp_path):
     path = library("import os, pathlib, time; pathlib.Path(os.environ['BEGUN']).touch(); time.sleep(600.0)")
     begun = tmp_path / "begun"
     code = f"from exidyn.identify.recordings.importers import read_tables; read_tables({str(path)!r})"
-    with started(["-c", code], PYTHONPATH=str(path.parent / "stubs"), BEGUN=str(begun)) as command:
+    modules = os.pathsep.join([str(path.parent / "stubs"), *filter(None, sys.path)])
+    with started(["-c", code], PYTHONPATH=modules, BEGUN=str(begun)) as command:
         assert within(PATIENCE, begun.exists)
         assert len(command.alive()) == 2
         command.process.send_signal(signal.SIGKILL)
