@@ -174,8 +174,8 @@ class CanDriver(Driver, Generic[Round]):
         self._pause = Pause(self._host_patience)
         if self._host_patience < FEWEST * settings.cycle:
             raise BadSettings(
-                f"dead_man is {settings.dead_man:g} s, less than {FEWEST} cycles of {settings.cycle:g} s: one late "
-                f"cycle would stop the drives. Try dead_man = {FEWEST * settings.cycle:g} or more"
+                f"dead_man is {settings.dead_man:g} s, less than {FEWEST} cycles of {settings.cycle:g} s: a "
+                f"late cycle would stop the drives. Try dead_man = {FEWEST * settings.cycle:g} or more"
             )
 
     @property

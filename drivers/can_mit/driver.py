@@ -200,8 +200,8 @@ class CanMit(CanDriver[MotorRound]):
             return f"{motor.name} does not answer any more. Is it still there?"
         if not self._resting.known(joint):
             return (
-                f"{motor.name} is not switched on: {self._resting.doubt(joint)}. Let the arm stand still, and "
-                "look at its encoder"
+                f"{motor.name} is not switched on: {self._resting.doubt(joint)}. Let the arm stand still, "
+                "and look at its encoder"
             )
         why = error_text(motor.family, state.error) or "it stays off"
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"

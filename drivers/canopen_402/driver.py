@@ -185,8 +185,8 @@ class Canopen402(CanDriver[Frames]):
             return f"{name} does not answer SYNC, though its PDOs are set up. Is it still there?"
         if not self._resting.known(joint):
             return (
-                f"{name} is not enabled: {self._resting.doubt(joint)}. Let the arm stand still, and look at its "
-                "encoder"
+                f"{name} is not enabled: {self._resting.doubt(joint)}. Let the arm stand still, and look at "
+                "its encoder"
             )
         text = f"{name} stays in {state} (statusword 0x{word:04X}) for {ENABLING:g} s"
         if state == c.FAULT and self._network is not None:

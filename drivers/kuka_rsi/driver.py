@@ -26,8 +26,8 @@ from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
 SILENCE, LONGER = 5, 0.02
-"""Cycles without a telegram after which a sample is marked, and longest time beyond one cycle [s]: fewer are a
-busy network, and the loop must come round."""
+"""Cycles without a telegram after which a sample is marked, and longest time beyond one cycle [s]: fewer are
+a busy network, and the loop must come round."""
 LOOKED_AT = 4
 """Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
 CLOSING = 1.0

@@ -16,6 +16,8 @@ VARIABLE = "EXIDYN_FOLDERS"
 """Environment variable with further folders, as PATH has them."""
 PACKAGE = "package.xml"
 """What makes a folder a package of ROS."""
+LAYOUT = ("mjcf", "robots", "urdf", "xacro")
+"""Usual names of a package's folder of descriptions. Meshes lie beside it; people copy the two."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Folders:
         """Those of a description's file, of its package, of ROS, and further ones."""
         file = description.resolve()
         packages = [folder for folder in file.parents if (folder / PACKAGE).is_file()][:1]
-        own = (description.parent.resolve(), file.parent, *packages)
+        usual = [file.parent.parent] if file.parent.name.lower() in LAYOUT else []
+        own = (description.parent.resolve(), file.parent, *packages, *usual)
         named = [*map(Path, stated), *ros_folders(), *_entries(VARIABLE)]
         return cls(tuple(dict.fromkeys(own)), tuple(dict.fromkeys(named)))
 

@@ -69,13 +69,37 @@ def test_after_an_answer_that_was_lost_a_joint_is_fresh_again_two_cycles_later(m
     assert joints.cycle(BOTH) == ([True, True], [True, True])
 
 
-def test_two_different_answers_are_two_nodes_and_neither_is_used():
+def test_two_different_answers_in_cycle_after_cycle_are_two_nodes_and_neither_is_used():
     joints = Joints(False)
-    assert joints.cycle(BOTH, after=[(1, b"c")])[1] == [True, True]  # the second one has not come yet
-    assert joints.cycle(BOTH)[1] == [True, False]
-    assert joints.cycle([(0, b"a"), (1, b"b"), (1, b"c")])[1] == [True, False]
+    seen = [joints.cycle(BOTH, after=[(1, b"c")])[1] for _ in range(6)]
+    assert seen == [[True, True]] * 3 + [[True, False]] * 3  # the second one comes after the sample
     assert len(joints.events) == 1
     assert "Do two nodes have the same number?" in joints.events[0]
+
+
+def test_a_second_answer_within_the_cycle_is_not_used_from_the_first_on():
+    joints = Joints(False)
+    assert joints.cycle([(0, b"a"), (1, b"b"), (1, b"c")])[1] == [True, False]
+
+
+@pytest.mark.parametrize("may_skip", [True, False])
+def test_one_slow_answer_is_no_second_node(may_skip):
+    joints = Joints(may_skip)
+    joints.cycle(BOTH)
+    for _ in range(3):
+        joints.cycle([(0, b"a")])
+    joints.cycle([*BOTH, (1, b"slow")])
+    joints.cycle(BOTH)
+    assert joints.cycle(BOTH)[1] == [True, True]
+    assert not any("two different answers" in event for event in joints.events)
+
+
+def test_answers_to_a_question_out_of_turn_are_neither_late_nor_a_second_node():
+    joints = Joints(False)
+    joints.cycle(BOTH)
+    joints.answers.add_question()
+    assert joints.cycle([(0, b"a2"), (1, b"b2"), *BOTH])[1] == [True, True]
+    assert joints.events == []
 
 
 def test_a_frame_that_the_bus_delivers_twice_is_no_second_node():

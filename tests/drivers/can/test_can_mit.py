@@ -1,5 +1,7 @@
 """Driver can_mit against motors in another process on a real python-can bus."""
 
+import time
+
 import can
 import numpy as np
 import pytest
@@ -151,6 +153,22 @@ def test_another_program_that_commands_a_motor_is_recognized():
         assert "another program sends commands to joint3 (motor 3)" in sample.fault
 
 
+def test_reading_goes_on_after_a_pause_of_this_computer():
+    with motors(dead_man=0.1) as (_, driver):
+        driver.open_to_read()
+        driver.exchange(None)
+        time.sleep(1.2)
+        samples = [driver.exchange(None) for _ in range(5)]
+        assert not samples[-1].stale.any()
+        assert samples[-1].fault == ""
+
+
+def test_a_dead_man_shorter_than_some_cycles_is_refused():
+    with pytest.raises(BadSettings, match=r"dead_man is 0.05 s, less than 3 cycles of 0.02 s"):
+        create("can_mit", mit_settings("1") | {"cycle": 0.02, "dead_man": 0.05}, ARM)
+    create("can_mit", mit_settings("1", maker="t-motor") | {"cycle": 0.02, "dead_man": 0.05}, ARM)
+
+
 def test_an_answer_with_a_register_is_no_state():
     with motors() as (peer, driver):
         where = armed(driver)
@@ -177,7 +195,7 @@ def test_motors_whose_positions_jump_are_not_switched_on():
     with motors("--jumpy", 4) as (_, driver):
         driver.open()
         with pytest.raises(
-            NotReady, match=r"joint4 \(motor 4\) is not switched on: its last positions differ by"
+            NotReady, match=r"joint4 \(motor 4\) is not switched on: its last 5 positions differ by"
         ):
             driver.arm_drives()
 

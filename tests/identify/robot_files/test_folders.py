@@ -62,6 +62,16 @@ def test_meshes_of_a_urdf_stay_inside(place, monkeypatch):
     assert read_geometry(urdf).ngeoms == 1
 
 
+def test_meshes_lie_beside_a_folder_of_descriptions_with_a_usual_name(place):
+    (place / "own" / "urdf").mkdir()
+    file = place / "own" / "urdf" / "arm.urdf"
+    file.write_text(URDF.format("../meshes/arm.stl"))
+    assert len(read_geometry(file).geometryObjects) == 1
+    file.write_text(URDF.format("../../secret/arm.stl"))
+    with pytest.raises(RobotError, match="outside of the folder of the description"):
+        read_geometry(file)
+
+
 def test_a_package_is_one_folder(place):
     (place / "package.xml").touch()
     urdf = place / "own" / "arm.urdf"
