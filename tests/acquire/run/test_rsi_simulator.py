@@ -49,7 +49,8 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
     # times are this computer's, and not a count in milliseconds
     received = [cycle for cycle in cycles if not np.isnan(cycle.arrays[0]).any()]
     since = np.diff([(cycle.controller_time, cycle.host_time) for cycle in received], axis=0)
-    np.testing.assert_allclose(since[:, 0], since[:, 1], atol=1000)  # [ns]
+    # [ns]; behind a silent cycle the host time is that of the sample after it, by microseconds
+    np.testing.assert_allclose(since[:, 0], since[:, 1], atol=1e5)
     moved = cycles[-1].array("position") - POSE
     np.testing.assert_allclose(moved, 0.5, atol=1e-6)
 

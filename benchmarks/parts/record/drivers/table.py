@@ -38,7 +38,7 @@ BLOCKS = 5
 others use too does not decide."""
 STARTING = 20
 """Cycles at the beginning whose work is not counted: what is done once is done there."""
-PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5)
+PATIENT = WatchLimits(missed=1.0, silence=0.2, stall=0.5, stale=1.0)
 """For runs that are to be measured to their end, however late this machine is."""
 HELD_BACK = 0.5
 """Of a Franka's commands, for the same purpose [s]; the arm follows that much later."""
