@@ -39,7 +39,8 @@ def test_a_controller_in_relative_mode_is_stopped_by_its_own_means(tmp_path):
     given |= {"window_lower": -WIDE, "window_upper": WIDE, "overall": WIDE, "probe": False}
     axes = ",".join(f"{angle:.6f}" for angle in np.degrees(START))
     options = ("--axiscorr", WIDE, "--axiscorrmon", WIDE, "--timeout", 500, "--seconds", 60)
-    sink, busy = Listening(), WatchLimits(missed=1.0, stall=1.0, silence=1.0, stale=1.0)  # as this machine may be
+    busy = WatchLimits(missed=1.0, stall=1.0, silence=1.0, stale=1.0)  # as this machine may be
+    sink = Listening()
     job = Job(ROBOT, slow_motion(), LIMITS, watch=busy)
     with running(path, *options, f"--start={axes}", "--additive", LASTING) as peer:
         outcome = perform(make_driver("kuka_rsi", given, ROBOT), job, [sink])
