@@ -65,8 +65,8 @@ class Folders:
 def outside(file: Path) -> str:
     """What is wrong with a file in none of the folders, and what to do."""
     return (
-        f"{file.name} is outside of the folder of the description. Put it there, or state its folder: "
-        f"{VARIABLE}={file.resolve().parent}"
+        f"{file.name} is outside of the folder of the description. Put it there, or state its folder by "
+        f"--packages or in the environment variable {VARIABLE}"
     )
 
 

@@ -56,7 +56,7 @@ def test_meshes_of_a_urdf_stay_inside(place, monkeypatch):
             RobotError, match="outside of the folder of the description. Put it there"
         ) as caught:
             read_geometry(urdf)
-        assert f"{VARIABLE}={place / 'secret'}" in str(caught.value)
+        assert str(caught.value).endswith(f"in the environment variable {VARIABLE}")
         assert read_geometry(urdf, [place / "secret"]).ngeoms == 1
     monkeypatch.setenv(VARIABLE, f"/nowhere:{place / 'secret'}")
     assert read_geometry(urdf).ngeoms == 1

@@ -218,7 +218,7 @@ def test_a_loose_thing_beside_the_arm_is_held(tmp_path):
 
 
 def test_wrong_files_and_names_are_refused(tmp_path):
-    with pytest.raises(BrokenTree, match=r"arm.xml: MuJoCo: "):
+    with pytest.raises(BrokenTree, match=r"arm.xml: not well-formed XML: "):
         model_of("<mujoco><worldbody><body/></mujoco>", tmp_path)
     with pytest.raises(BrokenTree, match="no joint moves"):
         model_of('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>', tmp_path)

@@ -133,7 +133,7 @@ def test_there_is_nothing_after_its_end():
 
 @pytest.mark.parametrize(("period", "periods"), [(0.0, 1), (-1.0, 1), (np.nan, 1), (2.0, 0), (np.inf, 1)])
 def test_a_period_that_is_none_is_refused(period, periods):
-    with pytest.raises(BadLimits, match="period .* must be"):
+    with pytest.raises(BadLimits, match="period .* expected at least"):
         series(period=period, periods=periods)
 
 

@@ -48,7 +48,7 @@ def used(model, one):
 
 
 def test_drawn_arms_stay_inside_the_torque_limits():
-    model = weak(torque=(50.0, 14.0))
+    model = weak(torque=(54.0, 15.0))
     safe, nominal = planned(model), planned(model, sure=0.0)
     assert share_beyond(model, safe) <= 0.05 < share_beyond(model, nominal)
     assert safe.details["torque"].startswith("within limits for 95 % of the arms that the priors allow; ")
