@@ -3,6 +3,8 @@
 import time
 from typing import NamedTuple
 
+from .errors import BadSettings
+
 WALL = time.time_ns() - time.monotonic_ns()
 """Read once, so that host times never go back when the clock is set [ns]."""
 
@@ -92,6 +94,15 @@ class Pause:
         return (
             f"this computer sent nothing for {self.seconds:.2f} s, and drives stop by themselves after "
             f"{self.patience:g} s: they are not switched on again, and nothing more is commanded"
+        )
+
+
+def require_patience(setting: str, patience: float, cycle: float, fewest: int) -> None:
+    """Raise BadSettings where drives wait for the host for less than some cycles [s]."""
+    if patience < fewest * cycle:
+        raise BadSettings(
+            f"{setting} is {patience:g} s, less than {fewest} cycles of {cycle:g} s: a late cycle would "
+            f"stop the drives. Try {setting} = {fewest * cycle:g} or more"
         )
 
 

@@ -46,7 +46,7 @@ def call(place: str, arguments: Sequence[Any], memory: int, seconds: float) -> A
         Ended: The process died or took too long.
         MemoryError: The memory was not enough.
         OSError: A file cannot be opened.
-        ExidynError: As the function raised it.
+        ExidynError: The function raised it; type and text are kept.
     """
     with (
         tempfile.TemporaryDirectory(prefix="exidyn-") as folder,

@@ -10,8 +10,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ..driver import Arm, Driver, StopLevel
-from ..errors import BadSettings, LinkLost, NotReady
-from ..host_clock import AnswerTime, HostClock, Pause, Tick
+from ..errors import LinkLost, NotReady
+from ..host_clock import AnswerTime, HostClock, Pause, Tick, require_patience
 from ..samples import HostSamples
 from ..values import Command, Sample
 from .answers import Answers
@@ -172,11 +172,7 @@ class CanDriver(Driver, Generic[Round]):
         self._level = 0
         self._samples = HostSamples(arm.dof)
         self._pause = Pause(self._host_patience)
-        if self._host_patience < FEWEST * settings.cycle:
-            raise BadSettings(
-                f"dead_man is {settings.dead_man:g} s, less than {FEWEST} cycles of {settings.cycle:g} s: a "
-                f"late cycle would stop the drives. Try dead_man = {FEWEST * settings.cycle:g} or more"
-            )
+        require_patience("dead_man", self._host_patience, settings.cycle, FEWEST)
 
     @property
     def _host_patience(self) -> float:

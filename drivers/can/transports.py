@@ -143,7 +143,7 @@ class SlcanTransport(Transport):
         self._text, self._lines, self._unsent = b"", deque[bytes](), b""
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """As in `Transport`, in one writing. The next call completes a line of which the port took a part."""
+        """Write all lines at once. If the port takes only a part of a line, the next call completes it."""
         if self.pause.noticed():
             return
         lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]

@@ -99,7 +99,7 @@ def refusal(error: int) -> str:
 
 
 def parse(data: bytes, length: int) -> Parsed:
-    """Answers with so many bytes of data each; what is no answer is passed over.
+    """Find answers with this many bytes of data each; other bytes are skipped.
 
     An answer with an error number has no data: a servo that could not do what was asked sends none, or bytes
     that are no measurement.

@@ -56,7 +56,12 @@ class Plausibility:
         self._messages: list[str] = []
 
     def implausible(self, numbers: np.ndarray, cycles: int) -> np.ndarray:
-        """Axes with such a measurement in a telegram, so many cycles after the one before, shape (n,)."""
+        """Axes whose measurement in a telegram is implausible, shape (n,).
+
+        Args:
+            numbers: Numbers of the telegram.
+            cycles: Cycles since the previous telegram.
+        """
         position, current = numbers[self._position], numbers[self._current]
         measured = np.concatenate([numbers[columns] for columns in self._columns])
         if self._before.size == 0:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
-from ..host_clock import HostClock, Pause, host_time
+from ..host_clock import HostClock, Pause, host_time, require_patience
 from ..resting import COUNT, Resting
 from ..samples import HostSamples
 from ..values import Command, Sample
@@ -81,11 +81,7 @@ class ServoDriver(Driver):
         self._pause = Pause(self.patience)
         self.latency = 0.0
         self._require_rate()
-        if self.patience < FEWEST * settings.cycle:
-            raise BadSettings(
-                f"servos stop after {self.patience:g} s without a packet, less than {FEWEST} cycles of "
-                f"{settings.cycle:g} s: one late cycle would stop them. Try a longer time, or 0 for never"
-            )
+        require_patience("watchdog", self.patience, settings.cycle, FEWEST)
 
     @property
     def patience(self) -> float:
@@ -237,7 +233,7 @@ class ServoDriver(Driver):
         return min(IN_RUN * cycle, cycle + LONGER)
 
     def _begin(self) -> None:
-        """From here on in cycles."""
+        """Start the cycles."""
         bus, port = self._opened()
         port.be_patient(self._in_run)
         self._clock = HostClock(self.settings.cycle)

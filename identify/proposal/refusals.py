@@ -59,7 +59,7 @@ def require_computable(names: Sequence[str], values: np.ndarray, places: Sequenc
         places: Columns that are read.
 
     Raises:
-        NotFinite: With the column and the first row, from 1.
+        NotFinite: The message names the column and its first such row, counted from 1.
     """
     for place in places:
         rows = np.flatnonzero(np.isfinite(values[:, place]) & ~is_number(values[:, place]))

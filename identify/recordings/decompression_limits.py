@@ -48,14 +48,14 @@ def require_size(path: Path, size: int) -> None:
     """Refuse a file whose content has more bytes than the limit.
 
     Raises:
-        NotAFile: With the limit, and how to state another one.
+        NotAFile: The content exceeds the limit; the message states it and how to raise it.
     """
     if size > largest_size(path):
         raise too_large(path)
 
 
 def require_stream(path: Path, stream: IO[bytes] | gzip.GzipFile) -> None:
-    """The same for content that only decompression can measure; the stream is read to its end."""
+    """Refuse a stream that decompresses to more bytes than the limit; it is read to its end."""
     limit, size = largest_size(path), 0
     while piece := stream.read(PIECE):
         size += len(piece)
@@ -64,12 +64,15 @@ def require_stream(path: Path, stream: IO[bytes] | gzip.GzipFile) -> None:
 
 
 def require_gzip(path: Path) -> None:
-    """The same for a file compressed by gzip."""
+    """Refuse a gzip file that decompresses to more bytes than the limit."""
     with gzip.open(path) as stream:
         require_stream(path, stream)
 
 
 def require_zip(path: Path) -> None:
-    """The same for a zip archive, such as an .npz; no member is read beyond the size that it states."""
+    """Refuse a zip archive, such as an .npz, whose members state more bytes than the limit.
+
+    No member is read beyond the size that it states.
+    """
     with ZipFile(path) as archive:
         require_size(path, sum(member.file_size for member in archive.infolist()))

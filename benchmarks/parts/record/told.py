@@ -29,8 +29,10 @@ def main(quick: bool) -> dict[str, Any]:
         repeated += attempts > 1
         words = "; ".join([*places, *bad]) or "told"
         first, block = 1e3 * max(seen.waited, default=0.0), 1e3 * seen.table.get("longest_block", 0.0)
+        if first < 0.0:  # the recording's times are those of a clock that stands still
+            first = float("nan")
         if not case.pauses:
-            waited.append(first)
+            waited += [first] if first == first else []
             blocks.append(block)
         rows.append([case.name, MOVES[case.moves], " ".join(seen.levels), words, first, block, attempts])
     columns = ["controller", "arm", "stops", "", "first word ms", "block ms", "attempts"]

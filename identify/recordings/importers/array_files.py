@@ -46,7 +46,7 @@ def _require_matlab(source: Path) -> None:
     """Refuse variables that are too large once decompressed; each is an element of the file, by zlib or not.
 
     Raises:
-        NotAFile: With the limit.
+        NotAFile: The variables exceed the limit, which the message states.
     """
     limit, size = largest_size(source), 0
     with open(source, "rb") as file:

@@ -52,11 +52,11 @@ def call_reader(place: str, library: str, source: Path, *arguments: Any) -> Any:
         place: "module:function" with the module's whole name.
         library: What errors call the reader.
         source: File or folder, the function's first argument.
-        arguments: Its other arguments, as JSON holds them.
+        arguments: The function's other arguments, which JSON can hold.
 
     Raises:
         NotAFile: The reader died, took too long, or needs too much memory.
-        ExidynError: As the function raised it.
+        ExidynError: The function raised it; type and text are kept.
         OSError: The file cannot be opened.
     """
     files = source.rglob("*") if source.is_dir() else [source]

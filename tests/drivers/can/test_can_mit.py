@@ -164,7 +164,9 @@ def test_reading_goes_on_after_a_pause_of_this_computer():
 
 
 def test_a_dead_man_shorter_than_some_cycles_is_refused():
-    with pytest.raises(BadSettings, match=r"dead_man is 0.05 s, less than 3 cycles of 0.02 s"):
+    with pytest.raises(
+        BadSettings, match=r"dead_man is 0.05 s, less than 3 cycles of 0.02 s.*Try dead_man = 0.06"
+    ):
         create("can_mit", mit_settings("1") | {"cycle": 0.02, "dead_man": 0.05}, ARM)
     create("can_mit", mit_settings("1", maker="t-motor") | {"cycle": 0.02, "dead_man": 0.05}, ARM)
 
