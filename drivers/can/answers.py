@@ -1,19 +1,18 @@
 """Answers: to which question a frame on a CAN bus belongs, of joints that answer each question with one.
 
-No frame carries a number or a time. One that comes after its cycle, from an adapter's queue or a slow motor,
-would be read in the next cycle, look right, and be late from then on. So questions and answers are counted:
-where an answer is missing, the next frame may be that one, and is not taken for a measurement of its cycle. A
-second frame to one question means that two nodes have the same number; which of them is the joint is not
-known.
+No frame carries a number or a time. A frame that arrives after its cycle, from an adapter's queue or a slow
+motor, would be read in the next cycle and look right. So questions and answers are counted: after a missing
+answer, the next frame may be that answer, and does not count as a measurement of its own cycle. Two different
+answers in every cycle mean that two nodes have the same number; it is not known which of them is the joint.
 """
 
 import time
 from collections.abc import Callable, Sequence
 
 TWICE = 3
-"""Cycles in a row with two different answers that make two nodes certain: a slow answer makes one or two."""
+"""Consecutive cycles with two different answers that prove two nodes: a slow answer explains two at most."""
 DOUBTED = 1.0
-"""How long a joint of two nodes is not trusted after its last second answer [s]."""
+"""Time for which a joint with two nodes stays stale after its last double answer [s]."""
 
 
 class Answers:
@@ -22,12 +21,12 @@ class Answers:
     Args:
         names: Names of the joints, for events.
         report: Called with an event, a sentence.
-        may_skip: Whether a joint can be left out of a cycle. Nothing that comes then is lost, and what comes
-            is known to be late.
+        may_skip: Whether a joint can be left out of a cycle. An answer that arrives in such a cycle is late;
+            if none arrives, it was lost.
 
     Attributes:
         fresh: Whether each joint has answered the question of this cycle.
-        waiting: Number of joints of which that answer is to come.
+        waiting: Number of joints whose answer is still missing.
     """
 
     def __init__(self, names: Sequence[str], report: Callable[[str], None], may_skip: bool) -> None:
@@ -88,9 +87,7 @@ class Answers:
         elif self._may_skip:
             self._skipped[joint] = not self._skipped[joint]
             self._owed[joint] *= self._skipped[joint]
-        elif (
-            self._came[joint] == 1
-        ):  # one answer to one question: what was missing before does not come any more
+        elif self._came[joint] == 1:  # one answer to one question: the missing answer was lost
             self._owed[joint] = 0
         return not self._skipped[joint]
 
