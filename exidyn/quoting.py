@@ -46,11 +46,11 @@ def python_text(text: str) -> str:
 def double_quoted(text: str) -> str:
     """A string of TOML or YAML, whose double-quoted strings have the same escapes."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    plain = "".join(c if c.isprintable() else f"\\U{ord(_whole(c)):08x}" for c in escaped)
+    plain = "".join(c if c.isprintable() else f"\\U{ord(_encodable(c)):08x}" for c in escaped)
     return f'"{plain}"'
 
 
-def _whole(character: str) -> str:
+def _encodable(character: str) -> str:
     """The character, or the replacement character for half of a pair, which no encoding holds."""
     return "\ufffd" if "\ud800" <= character <= "\udfff" else character
 

@@ -134,10 +134,10 @@ class CanRound(ABC):
             return
         if self._understand(identifier, self._data):
             self.received = time.monotonic()
-        elif not self.fault and (what := self._commanded_by(identifier)):
+        elif not self.fault and (content := self._commanded_by(identifier)):
             self.fail(
-                f"another program sends {what} (identifier 0x{identifier:03X}) on this bus: two that command "
-                "one arm disturb each other. End the other one"
+                f"another program sends {content} (identifier 0x{identifier:03X}) on this bus: two that "
+                "command one arm disturb each other. End the other one"
             )
 
 

@@ -60,13 +60,13 @@ class MotorRound(CanRound):
 
     def cycle(self, patience: float) -> int:
         """A motor measures when it is reached by its question."""
-        asked = self._ask()
+        to_ask = self._ask()
         now = host_time()
         self._bus.send_frames(
             [
                 self._command(joint) if request is Request.COMMAND else self._constant[joint][request]
                 for joint, request in enumerate(self.request)
-                if asked[joint]
+                if to_ask[joint]
             ]
         )
         self._collect(time.monotonic() + patience)

@@ -49,9 +49,9 @@ class Dashboard:
         *lines, self._text = self._text.split(b"\n")
         if not lines and time.monotonic() < self._due:
             return []
-        asked, self._asked = self._asked, ""
+        question, self._asked = self._asked, ""
         said = lines[0].decode("utf-8", "replace").strip() if lines else ""
-        return [f"the controller's dashboard to '{asked}': {said or f'no answer in {ANSWERED:g} s'}"]
+        return [f"the controller's dashboard to '{question}': {said or f'no answer in {ANSWERED:g} s'}"]
 
     def _sent(self, question: str) -> bool:
         if self._socket is None:
@@ -69,8 +69,8 @@ class Dashboard:
         while b"\n" not in self._text and self._socket is not None and time.monotonic() < end:
             select.select([self._socket], [], [], max(end - time.monotonic(), 0.0))
             self._receive()
-        line, newline, rest = self._text.partition(b"\n")
-        self._text = rest if newline else b""
+        line, newline, remainder = self._text.partition(b"\n")
+        self._text = remainder if newline else b""
         return line.decode("utf-8", "replace").strip() if newline else ""
 
     def _receive(self) -> None:

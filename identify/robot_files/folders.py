@@ -25,7 +25,7 @@ class Folders:
     """Folders whose files a description may name.
 
     Attributes:
-        own: Of the description and of its package, without symbolic links.
+        own: Folders of the description and of its package, with symbolic links resolved.
         stated: Stated by a person, on the command line or in the environment.
     """
 
@@ -34,7 +34,7 @@ class Folders:
 
     @classmethod
     def of(cls, description: Path, stated: Iterable[str | Path] = ()) -> "Folders":
-        """Those of a description's file, of its package, of ROS, and further ones."""
+        """The folders of a description's file, of its package, of ROS, and those that a person stated."""
         file = description.resolve()
         packages = [folder for folder in file.parents if (folder / PACKAGE).is_file()][:1]
         usual = [file.parent.parent] if file.parent.name.lower() in LAYOUT else []
