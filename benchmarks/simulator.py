@@ -7,7 +7,7 @@ concealed: real arms are MuJoCo's own, in which friction and other physics are c
 not have; logs hold torque, or commands and positions alone. `named` is the share of concealed effects that
 are found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after
 2 s of commands, after over before; `worse` counts joints that are farther off than by the file as it was;
-`refused` logs that the check of units and signs holds for wrong.
+`suspected` logs that the check of units and signs holds for wrong.
 
 gears: an arm of two joints of which one has an elastic gear or play, its teeth a spring of the benchmark's;
 `gears_written` of `gears` are found and written, `gear_error` is the largest relative error of their

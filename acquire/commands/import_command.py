@@ -8,7 +8,7 @@ from typing import Any
 
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.file_names import distinct_stems
-from exidyn.identify.input_check.gate import suspect
+from exidyn.identify.plausible.gate import suspect
 from exidyn.identify.recordings.align import aligned
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.recordings.importers.tables.preset import preset_names

@@ -13,12 +13,11 @@ import numpy as np
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.model import Model
 from exidyn.identify.notebook import counted
-from exidyn.identify.proposal.agreement import DECIDED
-from exidyn.identify.proposal.column_names import joints_named
-from exidyn.identify.proposal.drives import GAIN_OF
-from exidyn.identify.proposal.mounting import GRAVITY
-from exidyn.identify.proposal.proposal import Proposal, one_after_another, propose
-from exidyn.identify.proposal.proposal_text import (
+from exidyn.identify.plausible.column_names import joints_named
+from exidyn.identify.plausible.gains import GAIN_OF
+from exidyn.identify.plausible.guess import DECIDED
+from exidyn.identify.plausible.proposal import Proposal, one_after_another, propose
+from exidyn.identify.plausible.proposal_text import (
     NOTHING,
     as_json,
     preset_toml,
@@ -27,6 +26,7 @@ from exidyn.identify.proposal.proposal_text import (
     still_joints,
     without_still,
 )
+from exidyn.identify.plausible.proposed_units import GRAVITY
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
@@ -170,11 +170,11 @@ def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
 
 def _proposal(logs: Sequence[Path], table: Table | None, model: Model) -> Proposal:
     if table is not None:
-        return propose(table.names, table.values, model.robot, table.joints)
+        return propose(table.names, table.values, model, table.joints)
     every = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
     _require_same(logs, [names for names, _ in every])
     names = every[0][0]
-    return propose(names, one_after_another(names, [values for _, values in every]), model.robot)
+    return propose(names, one_after_another(names, [values for _, values in every]), model)
 
 
 def _runs(log: Path, model: Model) -> list[Recording]:

@@ -9,8 +9,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..fit.identification import pooled_noise, with_payloads
-from ..input_check.gate import require_plausible
 from ..model import Model
+from ..plausible.gate import doubts
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..recordings.recording import Recording
 from .candidates import kind_of
@@ -66,7 +66,6 @@ def diagnosed(
 
     Raises:
         DifferentRobot: A run of another robot.
-        WrongInput: A run surely in other units, signs or order of joints than stated, or of another arm.
         RecordingError: No run is left to fit.
     """
     # Thousands of small systems: threads of linear algebra would wait for one another.
@@ -103,7 +102,9 @@ def _diagnosed(
     if not as_recorded:
         used = {run.prepared.name for run in runs}
         likely = [run for _, run in recordings if run.name in used]
-        suspicions = require_plausible(likely, model)
+        suspicions = doubts(likely, model)
+        for doubt in suspicions:
+            progress(f"warning: {doubt}")
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")

@@ -8,8 +8,8 @@ from threadpoolctl import threadpool_limits
 
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
-from ..input_check.gate import require_plausible
 from ..model import Model
+from ..plausible.gate import doubts
 from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
     ABOVE,
@@ -67,13 +67,12 @@ def identify(
         filtering: Filters; chosen from the data where none is given.
         drop: Leave out base parameters that the data do not support.
         fitted_shapes: Effects, by their key in `EFFECTS`, whose shapes are fitted to the runs first.
-        as_recorded: Take columns, units and signs as they are stated, however unlikely.
+        as_recorded: Take columns, units and signs as they are stated, without a check.
         progress: Called with a sentence at each stage.
 
     Raises:
         DifferentRobot: Runs of two different arms, or of another arm than the model's.
         RecordingError: A run that cannot be what it claims to be.
-        WrongInput: A run surely in other units, signs or order of joints than stated, or of another arm.
         NotExcited: Motions too poor to identify the model.
     """
     if not runs:
@@ -102,10 +101,12 @@ def _identify(
     every = [check_alive(check(run)) for run in (*runs, *validate)]
     model = with_payloads(of_these_joints(model, every) if model else same_robot(every), every)
     every = [replace(run, model=model) for run in every]
-    doubts: list[str] = []
+    suspected: list[str] = []
     if not as_recorded:
         progress("compare units, signs and order of joints with the robot's description")
-        doubts = require_plausible(every, model)
+        suspected = doubts(every, model)
+        for doubt in suspected:
+            progress(f"warning: {doubt}")
     progress("filter and differentiate")
     filtering = common_filtering(every[: len(runs)], filtering)
     prepared = pooled_noise([prepare(run, filtering) for run in every])
@@ -124,7 +125,7 @@ def _identify(
     fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
     progress("compare with the runs")
     warnings = (
-        *doubts,
+        *suspected,
         *fit_warnings(fit),
         *(f"{run.name}: {warning}" for run in every for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),

@@ -17,8 +17,8 @@ from ..diagnosis.refit import undone
 from ..diagnosis.runs.usable import HELD_OUT
 from ..diagnosis.words.sentences import sentence
 from ..errors import RecordingError
-from ..input_check.gate import require_plausible
 from ..model import Model
+from ..plausible.gate import doubts
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
@@ -113,13 +113,11 @@ def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, 
     Asked of the torque that a servo in an arm gives: with what MuJoCo's steps make of its damping, a light
     joint may have an inertia below zero, which is a mistake in an arm.
 
-    Raises:
-        WrongInput: They are surely in other units or signs than stated.
     """
     if not any(is_servo_error(one.settings) for _, one in recordings):
         return []
     joints = model.robot.joints
-    return require_plausible([with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model)
+    return doubts([with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model)
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

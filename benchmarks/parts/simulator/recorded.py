@@ -16,11 +16,9 @@ import numpy as np
 from common import Kept, show
 
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.errors import WrongInput
 from exidyn.identify.in_mujoco.gap import Gap, gap
 from exidyn.identify.in_mujoco.ladder import Source
 from exidyn.identify.in_mujoco.replay import TORQUE
-from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import Recording
 from exidyn.identify.robot_files.robot_file import read_model
@@ -132,7 +130,7 @@ def answered(one: Recorded, folder: Path) -> dict[str, Any]:
         path = folder / "mjcf" / one.mjcf if one.mjcf else Path(scratch) / "arm.xml"
         if one.text:
             path.write_text(one.text)
-        found, refused = _gap(one, folder / one.folder, path)
+        found = _gap(one, folder / one.folder, path)
     before, after, telling = found.before, found.after, found.before.telling
     worse = after.joints > before.joints + np.max([run.noise for run in found.runs], axis=0)
     every = np.arange(len(telling))
@@ -150,13 +148,13 @@ def answered(one: Recorded, folder: Path) -> dict[str, Any]:
         "stages": [[stage.name, stage.reason] for stage in found.stages],
         "taken_out": list(found.taken_out),
         "beyond": list(found.beyond),
-        "refused": refused,
+        "suspected": list(found.diagnosis.suspicions),
         "cpu_seconds": time.process_time() - began,
     }
 
 
-def _gap(one: Recorded, folder: Path, path: Path) -> tuple[Gap, str]:
-    """The gap, and what the check of input said if it refused."""
+def _gap(one: Recorded, folder: Path, path: Path) -> Gap:
+    """The gap."""
     model = read_model(path)
     if one.gain:
         model = replace(model, robot=replace(model.robot, drive_gain=np.array(one.gain)))
@@ -165,13 +163,7 @@ def _gap(one: Recorded, folder: Path, path: Path) -> tuple[Gap, str]:
         for role, names in (("identify", one.fitted), (HELD_OUT, one.held_out))
         for name in names
     ]
-    source, refused = Source(path.read_bytes(), str(path.parent), path.name), ""
-    try:
-        return gap(source, model, runs, TORQUE), refused
-    except WrongInput as error:
-        refused = " ".join(str(error).split())
-        print(f"  {one.name}: {refused}")
-    return gap(source, model, runs, TORQUE, Filtering(), as_recorded=True), refused
+    return gap(Source(path.read_bytes(), str(path.parent), path.name), model, runs, TORQUE)
 
 
 def _run(folder: Path, name: str, model: Any) -> Recording:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import BadTime, RecordingError
-from exidyn.identify.proposal.agreement import Guess, posterior
-from exidyn.identify.proposal.proposal import propose
+from exidyn.identify.plausible.guess import Guess
+from exidyn.identify.plausible.proposal import propose
+from exidyn.identify.plausible.weigh import posterior
 from exidyn.identify.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, columns
@@ -15,8 +16,8 @@ LOG = cobot_log()
 ROBOT = LOG.model.robot
 
 
-def proposed(named, robot=ROBOT):
-    return propose(list(named), np.column_stack(list(named.values())), robot)
+def proposed(named, model=LOG.model):
+    return propose(list(named), np.column_stack(list(named.values())), model)
 
 
 def probability(found, what):
@@ -91,11 +92,11 @@ def test_torques_of_all_joints_may_count_against_the_positions():
 
 
 def test_a_description_without_masses_says_nothing_of_the_sign_of_torques():
-    robot = read_model("cobot").robot
-    for place in range(1, robot.dof + 1):
-        robot.kinematics.inertias[place].mass = 1.0
+    model = read_model("cobot")
+    for place in range(1, model.robot.dof + 1):
+        model.robot.kinematics.inertias[place].mass = 1.0
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("tau{k}", -LOG.torque)}
-    found = proposed(named, robot)
+    found = proposed(named, model)
     assert "torque" in found.columns
     assert not found.against
 
@@ -112,13 +113,13 @@ def test_signs_and_sizes_of_gains_are_right_where_they_are_told():
 
 
 def test_gains_are_not_told_by_a_description_whose_masses_are_one_number():
-    robot = read_model("cobot").robot
-    for body in list(robot.kinematics.inertias)[1:]:
+    model = read_model("cobot")
+    for body in list(model.robot.kinematics.inertias)[1:]:
         body.mass = 1.0
-    for place in range(1, robot.dof + 1):
-        robot.kinematics.inertias[place].mass = 1.0
+    for place in range(1, model.robot.dof + 1):
+        model.robot.kinematics.inertias[place].mass = 1.0
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
-    assert not any(gain.known for gain in proposed(named, robot).gains)
+    assert not any(gain.known for gain in proposed(named, model).gains)
 
 
 def test_gaps_repeats_and_limits_are_said():
@@ -200,6 +201,6 @@ def test_motor_torques_of_a_real_arm_are_no_torques_of_its_joints():
 
     folder = DATA / "kuka_kr300_weigand"
     table = read_tables(folder / "2020-10-21_A.csv.gz")[0]
-    found = propose(table.names, table.values, read_model(folder / "kr300.urdf").robot)
+    found = propose(table.names, table.values, read_model(folder / "kr300.urdf"))
     assert found.columns["current"][0] == "tau1"
     assert found.units == ("s", "rad", "rad")

@@ -18,12 +18,11 @@ from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
-from .agreement import DECIDED, Guess
-from .drives import GAIN_OF, gain_guesses
-from .hypotheses import factor_of, units_of
-from .mounting import under, unit
+from .changes import with_gravity
+from .gains import GAIN_OF, gain_guesses
+from .guess import DECIDED, Guess
 from .proposal import Proposal
-from .units import at_rest
+from .units import affine, at_rest, units_of
 
 STILL = 1e-3
 """Range of a position below which a joint does not move [rad, m]: a loaded gear bends by as much."""
@@ -110,7 +109,7 @@ def robot_toml(
         body = lines(keys | ({"held": dict(held)} if held else {})) + "\n"
         return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if drive else "")
     if proposal.gravity:
-        model = replace(model, robot=under(model.robot, unit(proposal.gravity)))
+        model = with_gravity(model, np.array(proposal.gravity))
     if known:
         values = np.array([gain.value for gain in proposal.gains])
         robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=np.full(len(values), tolerance))
@@ -172,14 +171,14 @@ def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values:
     """Joints that move by less than `STILL` in all of a log, if any other moves."""
     columns = proposal.columns["position"]
     position = values[:, [list(names).index(column) for column in columns]]
-    factor = factor_of(robot, proposal.units.position)
+    factor, offset = affine(robot, proposal.units.position, position)
     resting = np.nanmax(position, axis=0) - np.nanmin(position, axis=0) < STILL / factor
     if resting.all():
         return NOTHING
     middle, about = np.nanmedian(position, axis=0), STILL / factor
     places = np.flatnonzero(resting)
     return Still(
-        {robot.joints[j]: float(middle[j] * factor[j]) for j in places},
+        {robot.joints[j]: float(middle[j] * factor[j] + offset[j]) for j in places},
         {columns[j]: (float(middle[j] - about[j]), float(middle[j] + about[j])) for j in places},
     )
 

@@ -3,19 +3,27 @@
 What else is seen in the samples is here, too: rate, gaps, and what encoders and recorders do.
 """
 
+from collections.abc import Collection
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.robot import Limits, Robot
+from ..arm.robot import Robot
 from ..notebook import counted
+from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
-from .agreement import log_normal, runs_of
+from .samples import runs_of
 
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TURNING = {"rad": 1.0, "deg": np.pi / 180}
 SLIDING = {"m": 1.0, "mm": 1e-3}
+TRAVEL = "%"
+"""Per cent of a joint's travel: -100 and 100 at its limits."""
+NORMALIZED = np.log(0.1)
+"""Log of the probability that a log without a stated unit has shares of travel, as some recorders write."""
+PERCENT, LEAST_PERCENT = 100.5, 30.0
+"""Largest number of a share of travel, exceeded by little; and the one that tells such numbers from radians."""
 RATE = (250.0, 6.0)
 """Samples a second of logs [Hz], middle and factor: two thirds lie in 40 Hz to 1.5 kHz."""
 SPEED = (0.3, 4.0)
@@ -114,47 +122,102 @@ def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     return np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(areas, axis=0)])
 
 
-def unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, stated: Units) -> dict[Units, float]:
+def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Scale and offset of each joint's position, shape (n,) each: position = scale * value + offset.
+
+    In shares of travel a gripper whose values (t, n) are never negative is read as 0 to 100.
+    """
+    if unit != TRAVEL:
+        factor = {**TURNING, **SLIDING}[unit]
+        return np.where(robot.revolute == (unit in TURNING), factor, 1.0), np.zeros(robot.dof)
+    lower, upper = robot.limits.position_lower, robot.limits.position_upper
+    opening = [
+        in_percent(joint, values) and float(np.nanmin(values)) >= 0.0
+        for joint, values in zip(robot.joints, position.T, strict=True)
+    ]
+    lowest = np.where(opening, 0.0, -100.0)
+    scale = (upper - lower) / (100.0 - lowest)
+    return scale, lower - scale * lowest
+
+
+def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
+    """Unit of each joint's position, or with "/s" velocity, where one is given of joints of one kind."""
+    if unit == TRAVEL:
+        return [unit + per] * robot.dof
+    turning = unit not in SLIDING
+    other = ("m" if turning else "rad") + (per or ("/s" if unit == "rpm" else ""))
+    return [unit + per if revolute == turning else other for revolute in robot.revolute.tolist()]
+
+
+def of_travel(robot: Robot, position: np.ndarray) -> bool:
+    """Whether positions (t, n) may be shares of travel: all joints have one, and no value is beyond."""
+    limits = robot.limits
+    span = limits.position_upper - limits.position_lower
+    return bool(np.isfinite(span).all() and LEAST_PERCENT < np.nanmax(np.abs(position)) < PERCENT)
+
+
+def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
+    """Log odds of a unit by the share of encoders that make a power of two of steps a turn in it.
+
+    Args:
+        step: Step of each turning joint's encoder, in the log's unit, NaN where none is seen, shape (n,).
+        scale: Radians a unit, shape (n,).
+    """
+    bits = np.log2(2 * np.pi / (scale * step)[np.isfinite(step)])
+    return BINARY * float(np.mean(np.abs(bits - np.round(bits)) < SAME_BITS)) if len(bits) else 0.0
+
+
+def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> dict[Units, float]:
     """Log of prior times likelihood of each combination of units.
 
-    What was seen is in the log's own units; names state `stated`, "" for none.
+    What was seen, and positions (t, n), are in the log's own units; names state `stated`, "" for none.
     """
-    angles = TURNING if revolute.any() else SLIDING
-    per_second = {**angles, "rpm": np.pi / 30} if revolute.any() else angles
-    found = {}
-    for time, position, velocity in product(TIME, angles, per_second):
-        odds = _stated(time, stated.time, TIME) + _stated(position, stated.position, angles)
-        odds += _stated(velocity, stated.velocity or position, per_second)
-        factor = np.where(revolute == revolute.any(), angles[position], 1.0)
-        odds += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
-        odds += _motion(seen, factor, TIME[time], limits, revolute)
-        bits = np.log2(2 * np.pi / angles[position] / seen.step[revolute])
-        odds += BINARY * bool(np.any(np.abs(bits - np.round(bits)) < SAME_BITS))
-        if np.isfinite(seen.ratio):
-            expected = per_second[velocity] * TIME[time] / angles[position]
-            agreeing = np.exp(log_normal(seen.ratio, expected, AGREES))
-            odds += float(np.log((1 - NOT_DERIVED) * agreeing + NOT_DERIVED / 30))  # over 13 decades
-        found[Units(time, position, velocity)] = odds
-    return found
+    turning = bool(robot.revolute.any())
+    angles = list(TURNING if turning else SLIDING) + [TRAVEL] * of_travel(robot, values)
+    odds = {}
+    for time, position in product(TIME, angles):
+        scale, _ = affine(robot, position, values)
+        base = _stated(time, stated.time, TIME) + _stated(position, stated.position, angles)
+        base += NORMALIZED * (position == TRAVEL)
+        base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
+        base += _motion(seen, scale, TIME[time], robot)
+        base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
+        rates = {**{unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}}
+        rates |= {"rpm": np.pi / 30} if turning else {}
+        for velocity, rate in rates.items():
+            value = base + _stated(velocity, stated.velocity or position, rates)
+            if np.isfinite(seen.ratio):
+                same = position == velocity
+                expected = TIME[time] * (1.0 if same else rate / float(np.median(scale)))
+                agreeing = np.exp(log_normal(seen.ratio, expected, AGREES))
+                value += float(np.log((1 - NOT_DERIVED) * agreeing + NOT_DERIVED / 30))  # over 13 decades
+            odds[Units(time, position, velocity)] = value
+    return odds
 
 
-def _stated(unit: str, stated: str, units: dict[str, float]) -> float:
+def log_normal(value: float, middle: float, spread: float) -> float:
+    """Log of the density of log(value), normal about log(middle) with standard deviation `spread`."""
+    return float(-0.5 * (np.log(value / middle) / spread) ** 2 - np.log(spread * np.sqrt(2 * np.pi)))
+
+
+def _stated(unit: str, stated: str, units: Collection[str]) -> float:
     """Log of the prior: what a name states is right in most logs, else all units are as likely."""
     if stated not in units:
         return 0.0
     return float(np.log(STATED if unit == stated else (1 - STATED) / (len(units) - 1)))
 
 
-def other_unit_odds(seen: Moves, limits: Limits, revolute: np.ndarray, units: Units) -> float:
+def other_unit_odds(seen: Moves, robot: Robot, values: np.ndarray, units: Units) -> float:
     """Log odds that positions are in a unit that is none of those weighed, over the best of these."""
-    factor = np.where(revolute == revolute.any(), {**TURNING, **SLIDING}[units.position], 1.0)
-    known = _motion(seen, factor, TIME[units.time], limits, revolute)
+    scale, _ = affine(robot, units.position, values)
+    known = _motion(seen, scale, TIME[units.time], robot)
     anywhere = 2 * log_normal(1.0, 1.0, ANY)
     return float(np.log(OTHER_UNIT / (1 - OTHER_UNIT)) + anywhere - known)
 
 
-def _motion(seen: Moves, factor: np.ndarray, second: float, limits: Limits, revolute: np.ndarray) -> float:
+def _motion(seen: Moves, factor: np.ndarray, second: float, robot: Robot) -> float:
     """Log-likelihood of the fastest and of the furthest joint, given the limits."""
+    limits, revolute = robot.limits, robot.revolute
     usual_speed, usual_range = (np.where(revolute, *usual) for usual in (USUAL_SPEED, USUAL_RANGE))
     fastest = np.where(np.isfinite(limits.velocity), limits.velocity, usual_speed)
     span = limits.position_upper - limits.position_lower

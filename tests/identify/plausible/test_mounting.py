@@ -6,10 +6,11 @@ import pytest
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.rigid_body import inertial_parameters
+from exidyn.identify.plausible.changes import with_gravity
+from exidyn.identify.plausible.proposal import one_after_another, propose
+from exidyn.identify.plausible.proposal_text import proposal_text, robot_toml
+from exidyn.identify.plausible.proposed_units import GRAVITY
 from exidyn.identify.preparation.filters import differentiate
-from exidyn.identify.proposal.mounting import GRAVITY, under
-from exidyn.identify.proposal.proposal import one_after_another, propose
-from exidyn.identify.proposal.proposal_text import proposal_text, robot_toml
 from exidyn.identify.recordings.importers import read_tables
 from exidyn.identify.robot_files.robot_file import read_model
 
@@ -27,7 +28,9 @@ def torque_under(direction):
     motion = Motion.of(LOG.time, LOG.position, velocity, acceleration)
     bodies = list(ROBOT.kinematics.inertias)[1:]
     values = np.concatenate([inertial_parameters(body) for body in bodies])
-    torque = rigid_regressor(under(ROBOT, direction).kinematics, motion) @ values
+    torque = (
+        rigid_regressor(with_gravity(LOG.model, 9.81 * np.array(direction)).robot.kinematics, motion) @ values
+    )
     friction = np.array([12.0, 12.0, 8.0, 3.0, 3.0, 3.0]) * np.tanh(velocity / 0.02)
     noise = np.random.default_rng(4).normal(size=torque.shape)
     return torque + friction + 0.02 * torque.std(axis=0) * noise
@@ -35,7 +38,7 @@ def torque_under(direction):
 
 def proposed(effort, name="tau{k}"):
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns(name, effort)}
-    return propose(list(named), np.column_stack(list(named.values())), ROBOT)
+    return propose(list(named), np.column_stack(list(named.values())), LOG.model)
 
 
 def asked(found):
@@ -75,6 +78,6 @@ def test_masses_that_nobody_measured_turn_no_arm_upside_down():
     folder = DATA / "dvrk_psm"
     tables = [read_tables(path)[0] for path in sorted(folder.glob("fourier_test*.csv.gz"))]
     values = one_after_another(tables[0].names, [table.values for table in tables])
-    found = propose(tables[0].names, values, read_model(folder / "psm.urdf").robot)
+    found = propose(tables[0].names, values, read_model(folder / "psm.urdf"))
     assert found.gravity == ()
     assert GRAVITY in [guess.what for guess in found.open]

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..arm.robot import Robot
 from ..recordings.recording import EFFORT
-from .agreement import Guess, Sampled
 from .column_names import Family
-from .drives import Gain, gain_guesses, gains
-from .hypotheses import factor_of
+from .evidence import Reading
+from .gains import Gain, gain_guesses, gains
+from .guess import Guess
 
 ERROR = "what is left to the command"
 BY_SERVO = f"no effort: {ERROR} stands for it, as of position servos, whose kp [N m/rad] is the gain"
@@ -34,12 +33,13 @@ def with_error(
 
 
 def servo_gains(
-    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, unit: str
+    chosen: Mapping[str, Family], reading: Reading, scale: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
-    """Signals that the log has; gains of the servos [N m/rad], whose errors are in a unit; and guesses."""
-    factor = factor_of(robot, unit)
-    found = [
-        gain._replace(value=gain.value / one) for gain, one in zip(gains(robot, sample), factor, strict=True)
-    ]
+    """Signals that the log has; gains of the servos [N m/rad]; and guesses.
+
+    `scale` (n,) are the radians or meters a unit of the errors.
+    """
+    each = zip(gains(reading), scale.tolist(), strict=True)
+    found = tuple(gain._replace(value=gain.value / unit) for gain, unit in each)
     there = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
-    return there, tuple(found), gain_guesses(robot.joints, found)
+    return there, found, gain_guesses(reading.model.robot.joints, found)

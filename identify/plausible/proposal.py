@@ -5,22 +5,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arm.robot import Robot
 from ..errors import RecordingError
+from ..model import Model
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
-from .agreement import LONG, Guess, Sampled, posterior, runs_of
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
-from .drives import Gain, gain_guesses, gains
-from .hypotheses import Log, factor_of, joint_odds, units_and_order
-from .mounting import mounted_robot
+from .evidence import Reading
+from .gains import Gain, gain_guesses, gains
+from .guess import Guess
+from .proposed_units import Log, joint_odds, propose_units
 from .refusals import no_time, not_found, require_computable
+from .samples import LONG, runs_of
 from .servos import BY_SERVO, only_commanded, servo_gains, with_error
-from .units import STATED, TIME, Units, moves, quirks
+from .units import STATED, TIME, Units, affine, moves, quirks
+from .weigh import posterior
 
 COMMANDS = {"command": "position", "command_velocity": "velocity"}
 """Commands, and what is measured in the same unit."""
@@ -72,19 +74,19 @@ class Proposal:
         return replace(self, columns=columns, gains=(turned,) * len(columns["current"]), against=False)
 
 
-def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequence[str] = ()) -> Proposal:
+def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequence[str] = ()) -> Proposal:
     """What the columns of a log are.
 
     Args:
         names: Names of the columns, c of them.
         values: Shape (t, c); NaN where a cell is empty.
-        robot: The arm as described.
+        model: The arm as described.
         joints: Names of the joints that numbers in the names stand for, where the log gives them.
 
     Raises:
         RecordingError: Time, positions or efforts are not to be found.
     """
-    clock = _time(names, values)
+    robot, clock = model.robot, _time(names, values)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
     chosen, guesses, left = _signals(found)
     read = [f for f in found if f.signal != "other"]
@@ -94,7 +96,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     require_computable(names, values, sorted({clock, *(place for family in read for place in family.places)}))
     kept = _usable(values, clock, read)
     time = values[kept, clock]
-    chosen, by_motion = _by_motion(chosen, left, values[kept], time, robot)
+    chosen, by_motion = _by_motion(chosen, left, values[kept], time, model)
     guesses += by_motion
     if "position" not in chosen:
         raise not_found("position", ("position",), names, robot)
@@ -104,18 +106,16 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
         raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
-    units, order, direction, more = units_and_order(log, robot, chosen, clock_unit)
+    units, order, reading, gravity, more, doubt = propose_units(log, model, chosen, clock_unit)
     guesses += more
-    sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
-    position = log.values["position"][:, order] * factor_of(robot, units.position)
+    scale, offset = affine(robot, units.position, log.values["position"])
+    position = log.values["position"][:, order] * scale + offset
     time = time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
-    mounted, more = mounted_robot(robot, direction, sample)
-    guesses += more
     if servo:
-        every, drives, more = servo_gains(chosen, sample, mounted, units.position)
+        every, drives, more = servo_gains(chosen, reading, scale)
     else:
-        every, drives, more = _efforts(chosen, sample, mounted, effort, silent > 0.0)
+        every, drives, more = _efforts(chosen, reading, effort, silent > 0.0)
     if not units.velocity:
         every.pop("velocity", None)
     astray = _astray(every, values[kept])
@@ -132,11 +132,11 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     notes += restored
+    notes += [doubt] * bool(doubt)
     if servo:
         notes.append(BY_SERVO)
     against = any(guess.value == AGAINST for guess in more)
     columns = {"time": (names[clock],), **columns}
-    gravity = () if mounted is robot else tuple(mounted.gravity.tolist())
     return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity, servo)
 
 
@@ -223,7 +223,7 @@ def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], l
 
 
 def _by_motion(
-    chosen: dict[str, Family], left: Sequence[Family], values: np.ndarray, time: np.ndarray, robot: Robot
+    chosen: dict[str, Family], left: Sequence[Family], values: np.ndarray, time: np.ndarray, model: Model
 ) -> tuple[dict[str, Family], list[Guess]]:
     """Positions and efforts that no name tells: the pair which a tree of rigid bodies explains best."""
     effort = next((signal for signal in EFFORT if signal in chosen), "")
@@ -231,13 +231,12 @@ def _by_motion(
         return chosen, []
     positions = [chosen["position"]] if "position" in chosen else list(left)
     efforts = [chosen[effort]] if effort else list(left)
-    plain = {tuple(range(robot.dof)): 1.0}
     odds: dict[tuple[Family, Family], float] = {}
     for a in positions:
         for b in efforts:
             if a is not b and not _is_rate(values, time, a, b) and not _is_rate(values, time, b, a):
                 log = Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
-                odds[a, b] = max(joint_odds(log, robot, Units("", a.unit, ""), plain).values())
+                odds[a, b] = max(joint_odds(log, model, Units("", a.unit, "")).values())
     if not odds:
         return chosen, []
     likely = posterior(odds)
@@ -261,14 +260,14 @@ def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Fami
 
 
 def _efforts(
-    chosen: Mapping[str, Family], sample: Sampled, robot: Robot, effort: str, silent: np.ndarray
+    chosen: Mapping[str, Family], reading: Reading, effort: str, silent: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
     """Signals with efforts as what they are; gains, where they are no torques of the joints.
 
     `silent` (n,) marks joints whose effort is not measured.
     """
-    family = chosen[effort]
-    found = [Gain() if mute else gain for gain, mute in zip(gains(robot, sample), silent, strict=True)]
+    family, robot = chosen[effort], reading.model.robot
+    found = [Gain() if mute else gain for gain, mute in zip(gains(reading), silent, strict=True)]
     prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
     if family.signal == "":
         prior = 0.0

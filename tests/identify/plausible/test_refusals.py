@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from exidyn.identify.errors import NotFinite
-from exidyn.identify.proposal.proposal import propose
+from exidyn.identify.model import Model
+from exidyn.identify.plausible.proposal import propose
 
 from ...parts.small import two_joints
 
@@ -19,4 +20,4 @@ def test_numbers_that_cannot_be_computed_with_are_refused(place, value):
     values[-1, place] = abs(value) if place == 0 else value
     expected = rf"column {NAMES[place]} is above 1e\+15 in 1 of 400 rows, first in row 400"
     with pytest.raises(NotFinite, match=expected):
-        propose(NAMES, values, two_joints.arm())
+        propose(NAMES, values, Model(two_joints.arm(), ()))

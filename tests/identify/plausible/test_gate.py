@@ -11,12 +11,11 @@ from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.spring_balancer import SpringBalancer
 from exidyn.identify.errors import WrongInput
 from exidyn.identify.fit.identification import identify
-from exidyn.identify.input_check.coupled import Coupled
-from exidyn.identify.input_check.drives import as_stated
-from exidyn.identify.input_check.gate import _sampled, require_plausible, suspect
-from exidyn.identify.input_check.hypotheses import under_gravity
-from exidyn.identify.input_check.suspicion import Suspicion
-from exidyn.identify.proposal.drives import Gain
+from exidyn.identify.plausible.coupled import Coupled
+from exidyn.identify.plausible.drives import Gain, as_stated
+from exidyn.identify.plausible.gate import _sampled, require_plausible, suspect
+from exidyn.identify.plausible.hypotheses import under_gravity
+from exidyn.identify.plausible.suspicion import Suspicion
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
 

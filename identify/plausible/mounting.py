@@ -1,0 +1,53 @@
+"""Where gravity points in the base frame, where a log is not explained by the description's direction."""
+
+from itertools import product
+
+import numpy as np
+from scipy import optimize
+
+from .changes import with_gravity
+from .evidence import Reading
+
+EVALUATIONS = 40
+"""Directions that are tried from the best start: to about a degree."""
+STEP = 0.2
+"""First step of that search [rad]."""
+
+
+def found_gravity(reading: Reading) -> np.ndarray | None:
+    """Gravity in the base frame, shape (3,) [m/s^2], under which bodies explain a log best.
+
+    None where the described direction does better than each of those 45 degrees apart: a base that leans by
+    less than half of that is left to the diagnosis.
+    """
+    described = reading.model.robot.gravity
+    size = float(np.linalg.norm(described))
+    if not size:
+        return None
+    frame = _frame(described)
+
+    def loss(direction: np.ndarray) -> float:
+        gravity = size * direction / np.linalg.norm(direction)
+        other = Reading(with_gravity(reading.model, gravity), reading.log, reading.stated)
+        return -other.evidence().log_likelihood
+
+    corners = [np.array(corner, float) for corner in product((0, 1, -1), repeat=3) if any(corner)]
+    others = [frame @ corner for corner in corners if tuple(corner) != (1, 0, 0)]
+    start = min(others, key=loss)
+    if loss(start) >= loss(described):
+        return None
+    start = start / np.linalg.norm(start)
+    across = _frame(start)[:, 1:]
+    simplex = STEP * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    options = {"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 0.01}
+    best = optimize.minimize(
+        lambda lean: loss(start + across @ lean), np.zeros(2), method="Nelder-Mead", options=options
+    )
+    direction = start + across @ best.x
+    return np.asarray(size * direction / np.linalg.norm(direction))
+
+
+def _frame(axis: np.ndarray) -> np.ndarray:
+    """Three unit vectors at right angles, as columns; the first along an axis (3,)."""
+    frame = np.linalg.qr(np.column_stack([axis, np.eye(3)]))[0]
+    return np.asarray(frame * np.array([np.sign(frame[:, 0] @ axis), 1.0, 1.0]))

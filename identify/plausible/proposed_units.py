@@ -1,0 +1,203 @@
+"""Units, order of joints and mounting of a log of which nothing is stated: what `exidyn init` proposes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..model import Model
+from ..recordings.recording import EFFORT
+from ..text_table import digits
+from .changes import Change, with_gravity
+from .column_names import Family
+from .evidence import Reading
+from .guess import Guess
+from .mistakes import Asked, direction_words
+from .samples import Sampled, sampled
+from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
+from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, weigh
+
+AS_NUMBERED = 0.99
+"""Probability that columns with numbers are in the robot's order."""
+ORDERS = frozenset({"exchanged_columns", "order", "exchanged_chains"})
+"""Mistakes that are another order of joints."""
+SHAPES = frozenset(
+    {
+        "exchanged_positions",
+        "exchanged_efforts",
+        "position_sign",
+        "position_scale",
+        "no_gravity",
+        "upside_down",
+    }
+)
+"""Mistakes that show whatever the unit of the efforts."""
+GRAVITY = "direction of gravity"
+"""What a guess of the mounting asks."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """Time (t,) in its unit, and what the families of columns hold, signal -> (t, n)."""
+
+    time: np.ndarray
+    values: Mapping[str, np.ndarray]
+
+    def sampled(self, unit: str) -> Sampled:
+        """Motion and effort under a unit of time, all else as it is."""
+        effort = next(signal for signal in EFFORT if signal in self.values)
+        return sampled(self.time * TIME[unit], self.values["position"], self.values[effort])
+
+    def reading(self, model: Model, units: Units) -> Reading:
+        """The log under units of time and position."""
+        scale, zero = affine(model.robot, units.position, self.values["position"])
+        change = Change(scale=scale, zero=zero)
+        return change.read(Reading(model, self.sampled(units.time).thinned(MOST), False))
+
+
+class Proposed(NamedTuple):
+    """Units, order and mounting of a log.
+
+    Attributes:
+        units: Units of time, position and velocity; "" for a velocity that is left out.
+        order: Column of each joint, in the robot's order.
+        reading: The log in SI and in the robot's order, gravity as it is likeliest.
+        gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
+        guesses: What was guessed, and how sure that is.
+        doubt: What else seems to be wrong, in a sentence; empty if nothing does.
+    """
+
+    units: Units
+    order: tuple[int, ...]
+    reading: Reading
+    gravity: tuple[float, ...]
+    guesses: list[Guess]
+    doubt: str
+
+
+def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:
+    """Log odds of units: by speeds, limits and velocities, and by the bodies."""
+    robot = model.robot
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    driven = np.any([log.values[name].any(axis=0) for name in EFFORT if name in log.values], axis=0)
+    if driven.any():  # what no drive moves falls as fast as it falls, whatever its limit
+        seen = seen._replace(speed=seen.speed * driven)
+    odds = unit_odds(seen, robot, log.values["position"], stated)
+    # One unit of time for all: under another one the filters would leave other samples to explain.
+    best = next(iter(posterior(odds)))
+    by_bodies: dict[str, float] = {}
+    for units, value in odds.items():
+        if units.position not in by_bodies and value > odds[best] - 2 * FAR_BEHIND:
+            reading = log.reading(model, units._replace(time=best.time))
+            by_bodies[units.position] = reading.evidence().log_likelihood
+    least = min(by_bodies.values())
+    return {units: value + by_bodies.get(units.position, least) for units, value in odds.items()}
+
+
+def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: str) -> Proposed:
+    """The likeliest units, order and mounting, each with its own probability."""
+    family = chosen["position"]
+    stated = Units(clock, family.unit, chosen["velocity"].unit if "velocity" in chosen else "")
+    likely = posterior(joint_odds(log, model, stated))
+    best = next(iter(likely))
+    reading = log.reading(model, best)
+    weighed = _weighed(reading, model, family.by_name)
+    why = _reasons(log, model.robot, best)
+    guesses = [_unit_guess(model.robot, part, best, why[part], likely) for part in why]
+    place = list(why).index("position")
+    guesses[place] = _among_others(log, model.robot, best, guesses[place], weighed)
+    order = tuple(range(model.robot.dof))
+    if not family.by_name and len(order) > 1:
+        guess, order = _order(weighed, len(order))
+        guesses.append(guess)
+    gravity: tuple[float, ...] = ()
+    if (mounted := _mounting(weighed)) is not None:
+        guess, direction = mounted
+        guesses.append(guess)
+        if guess.decided:
+            gravity = tuple(direction.tolist())
+            reading = replace(reading, model=with_gravity(model, direction))
+    if order != tuple(range(len(order))):
+        columns = np.array(order)
+        reading = Change(columns, columns).read(reading)
+    units = best if "velocity" in why else best._replace(velocity="")
+    return Proposed(units, order, reading, gravity, guesses, _doubt(weighed))
+
+
+def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
+    n = model.robot.dof
+    kinds = SHAPES if by_name else SHAPES | ORDERS
+    asked = Asked(model.robot, reading.log, np.full(n, np.nan), np.ones(n), False)
+    return weigh(reading, asked, kinds)
+
+
+def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Case | None, float]:
+    """The likeliest case of some kinds, and the probability of all of them together."""
+    cases = [case for case in weighed.cases if case.mistake.name in kinds]
+    if not cases:
+        return None, 0.0
+    return cases[0], sum(weighed.share(case) for case in cases)
+
+
+def _order(weighed: Weighed, n: int) -> tuple[Guess, tuple[int, ...]]:
+    case, share = _likeliest(weighed, ORDERS)
+    why, option = f"bodies; {len(weighed.cases)} alternatives", "[position] column in a preset"
+    if case is None or weighed.share(case) * case.trust < 0.5 or case.change.position is None:
+        sure = min(AS_NUMBERED, 1.0 - share) * (1.0 - weighed.unexplained)
+        return Guess("order of joints", "as numbered", sure, why, option), tuple(range(n))
+    order = tuple(case.change.position.tolist())
+    value = ", ".join(str(k + 1) for k in order)
+    return Guess("order of joints", value, weighed.share(case) * case.trust, why, option), order
+
+
+def _mounting(weighed: Weighed) -> tuple[Guess, np.ndarray] | None:
+    """A guess of gravity, if it is likelier otherwise than as described."""
+    case, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
+    if case is None or case.change.gravity is None or share < 0.5:
+        return None
+    gravity = case.change.gravity
+    size = float(np.linalg.norm(gravity))
+    value = f"{direction_words(gravity / size)} of the base" if size else "none: the efforts lack the weight"
+    probability = min(weighed.sure(case, weighed.share(case)), 1.0)
+    return Guess(GRAVITY, value, probability, "bodies, friction", "gravity in robot.toml"), gravity
+
+
+def _doubt(weighed: Weighed) -> str:
+    """What seems to be wrong that is neither a unit, an order nor a mounting."""
+    case, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
+    if case is None or weighed.cases[0] is not case or weighed.probability < 0.5:
+        return ""
+    return f"{case.what}: {case.mistake.cure}"
+
+
+def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
+    """A guess of the unit of positions, which may be none of those that are weighed, or a share of one."""
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    among = float(1 / (1 + np.exp(other_unit_odds(seen, robot, log.values["position"], units))))
+    if among < 0.5:
+        return replace(guess, value="", probability=0.0, option="positions in radians, or metres")
+    _, scaled = _likeliest(weighed, frozenset({"position_scale"}))
+    return replace(guess, probability=guess.probability * among * (1.0 - scaled))
+
+
+def _reasons(log: Log, robot: Robot, units: Units) -> dict[str, str]:
+    """What speaks for the unit of time, position and, where there is one, velocity."""
+    seen = moves(log.time, log.values["position"], log.values.get("velocity"))
+    rate = 1.0 / (seen.period * TIME[units.time])
+    scale, _ = affine(robot, units.position, log.values["position"])
+    fast = float(np.nanmax(seen.speed * scale / TIME[units.time]))
+    speed = f"{digits(fast)} {'rad' if robot.revolute.any() else 'm'}/s at most"
+    reasons = {"time": f"{digits(rate)} Hz, {speed}", "position": "limits, speeds, bodies"}
+    return reasons | ({"velocity": "derivative of position"} if np.isfinite(seen.ratio) else {})
+
+
+def _unit_guess(robot: Robot, part: str, best: Units, why: str, likely: Mapping[Units, float]) -> Guess:
+    """Of time, position or velocity; of both kinds of joints where the robot has both."""
+    unit = getattr(best, part)
+    both = part != "time" and robot.revolute.any() and not robot.revolute.all()
+    probability = sum(p for units, p in likely.items() if getattr(units, part) == unit)
+    per = "/s" if part == "velocity" and unit != "rpm" else ""
+    value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if both else unit + per
+    return Guess(f"unit of {part}", value, probability, why, f"[{part}] unit in a preset")

@@ -1,0 +1,112 @@
+"""A log as it is weighed: low-passed, thinned out, with the motion of its joints."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..preparation.filters import differentiate, low_pass, uniform
+
+CUTOFF = 5.0
+"""Low-pass of positions and efforts [Hz]: arms move below it."""
+RATE = 100.0
+"""Sampling rate at which motions are differentiated [Hz]."""
+MOST = 1500
+"""Maximum number of samples: more repeat what their neighbors say."""
+SLIDES = 0.03
+"""Share of a joint's usual speed below which it may stick, so that friction has no sign there."""
+HOLDS = 0.01
+"""Share of the fastest joint's usual speed below which a joint holds its place: its motion is noise there."""
+LONG = 1000.0
+"""Gap between two runs, in median sampling periods."""
+MODEL_ERRORS = 20
+"""Maximum number of independent pieces of an effort. What a description leaves out (cables, gears, friction)
+depends on pose and direction: it is the same wherever these return, however long a log is."""
+
+
+class Sampled(NamedTuple):
+    """A log, low-passed and thinned out.
+
+    Attributes:
+        motion: Motion of the joints, t samples.
+        effort: Shape (t, n), in the log's unit.
+        sliding: Where each joint slides, bool of that shape.
+    """
+
+    motion: Motion
+    effort: np.ndarray
+    sliding: np.ndarray
+
+    @property
+    def pieces(self) -> np.ndarray:
+        """Number of independent pieces of each effort, shape (n,)."""
+        return np.array([independent(self.effort[rows, j]) for j, rows in enumerate(self.sliding.T)])
+
+    @property
+    def moving(self) -> np.ndarray:
+        """Which joints move, bool of shape (n,)."""
+        return np.asarray(self.sliding.any(axis=0))
+
+    def thinned(self, most: int) -> "Sampled":
+        """At most that many samples, evenly spaced."""
+        kept = slice(None, None, max(1, -(-len(self.effort) // most)))
+        return Sampled(self.motion[kept], self.effort[kept], self.sliding[kept])
+
+    def halves(self) -> tuple["Sampled", "Sampled"]:
+        """The first half and the second."""
+        middle = len(self.effort) // 2
+        first, second = (
+            Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
+            for rows in (slice(None, middle), slice(middle, None))
+        )
+        return first, second
+
+
+def joined(logs: Sequence[Sampled]) -> Sampled:
+    """Logs one after the other."""
+    motions = [log.motion for log in logs]
+    time, position, velocity, acceleration = (
+        np.concatenate([getattr(motion, name) for motion in motions])
+        for name in ("time", "position", "velocity", "acceleration")
+    )
+    motion = Motion.of(time, position, velocity, acceleration)
+    effort, sliding = (np.concatenate([log[place] for log in logs]) for place in (1, 2))
+    return Sampled(motion, effort, sliding)
+
+
+def runs_of(time: np.ndarray) -> list[slice]:
+    """Rows of each run of a log, separated by the long gaps in its time (t,)."""
+    steps = np.diff(time)
+    ends = [0, *(np.flatnonzero(steps > LONG * np.median(steps)) + 1).tolist(), len(time)]
+    return [slice(start, end) for start, end in pairwise(ends)]
+
+
+def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
+    """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
+    rate = min(RATE, 1.0 / float(np.median(np.diff(time))))
+    runs, n = runs_of(time), position.shape[1]
+    seconds = sum(time[run][-1] - time[run][0] for run in runs)
+    step = max(1, int(np.ceil(rate * seconds / MOST)))
+    parts = [_smooth(time[run], np.hstack([position[run], effort[run]]), rate, step) for run in runs]
+    even, smooth, velocity, acceleration = (np.concatenate(part) for part in zip(*parts, strict=True))
+    motion = Motion.of(even, smooth[:, :n], velocity[:, :n], acceleration[:, :n])
+    usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
+    usual = np.maximum(usual, HOLDS / SLIDES * usual.max())
+    return Sampled(motion, smooth[:, n:], np.abs(motion.velocity) > SLIDES * usual)
+
+
+def independent(values: np.ndarray) -> int:
+    """Independent pieces of values (t,): as many as they cross their mean, up to `MODEL_ERRORS`."""
+    crossings = int(np.sum(np.diff(np.signbit(values - values.mean())))) if len(values) else 1
+    return min(max(1, crossings), MODEL_ERRORS)
+
+
+def _smooth(time: np.ndarray, values: np.ndarray, rate: float, step: int) -> tuple[np.ndarray, ...]:
+    """Every `step`-th sample of a run at even times, low-passed: times, values and their two derivatives."""
+    even, values = uniform(time, values, rate)
+    smooth = low_pass(values, rate, min(CUTOFF, 0.2 * rate))
+    end = min(len(even) // 4, int(rate / CUTOFF) + 3)
+    inside = slice(end, len(even) - end, step)
+    return even[inside], smooth[inside], *(values[inside] for values in differentiate(smooth, rate))

@@ -1,1 +1,0 @@
-"""Wrong input is told from missing physics."""
