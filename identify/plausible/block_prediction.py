@@ -21,7 +21,7 @@ from .samples import Sampled
 
 FOLDS = 5
 """Blocks, each predicted from the others."""
-RIDGES = (1e-2, 1e-4, 1e-6, 1e-8)
+RIDGES = (1e-2, 1e-4, 1e-7)
 """Variance of the noise over that of a body's column, as it may be; the one that predicts best is taken, of
 each hypothesis: right bodies, held back too much, explain less than wrong ones."""
 FREE, HELD_BACK = 1e-4, 0.3
@@ -135,6 +135,15 @@ class BlockPrediction:
             beta = _solved(squares[:, :, None] * block.schur, reduced, squares * block.size, RIDGES[:1])
             missed += self._missed(block, values, scale, known, beta)
         return self._shares(missed, values)[0]
+
+    def fitted(self, effort: np.ndarray) -> np.ndarray:
+        """Shares of efforts (t, n) that a fit of each joint to all samples leaves, shape (n,)."""
+        values, scale = self._normal(effort)
+        columns = np.concatenate([self.bodies * scale[:, None, None], self.terms], axis=2)
+        products = columns.transpose(0, 2, 1) @ columns
+        size = np.einsum("jpp->jp", products)
+        beta = _solved(products, columns.transpose(0, 2, 1) @ values, size, RIDGES[:1])[0]
+        return self._shares(((values - columns @ beta) ** 2).sum(axis=1).T, values)[0]
 
     def _normal(self, effort: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Efforts (n, t, 1) about their mean and over their standard deviation where sliding, and 1 / std."""

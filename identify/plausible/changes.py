@@ -37,17 +37,23 @@ class Change:
         parts = (self.position, self.effort, self.scale, self.zero, self.gravity)
         return all(part is None for part in parts)
 
+    @property
+    def motion(self) -> "Change":
+        """What it does to the motion and to the arm alone."""
+        return replace(self, effort=None, factor=None)
+
     def read(self, reading: Reading) -> Reading:
         """The log without the mistake, but for the factors of efforts."""
         if self.of_efforts:
             return reading
+        if self.effort is not None:
+            return self.motion.read(reading).with_efforts(self.effort)
         model = reading.model if self.gravity is None else with_gravity(reading.model, self.gravity)
         return Reading(model, self._moved(reading.log), reading.stated)
 
     def _moved(self, log: Sampled) -> Sampled:
         columns = np.arange(log.effort.shape[1])
         position = columns if self.position is None else self.position
-        effort = columns if self.effort is None else self.effort
         scale = 1.0 if self.scale is None else self.scale
         zero = 0.0 if self.zero is None else self.zero
         old = log.motion
@@ -57,7 +63,7 @@ class Change:
             old.velocity[:, position] * scale,
             old.acceleration[:, position] * scale,
         )
-        return Sampled(motion, log.effort[:, effort], log.sliding[:, position])
+        return Sampled(motion, log.effort, log.sliding[:, position])
 
 
 def with_gravity(model: Model, gravity: np.ndarray) -> Model:

@@ -146,6 +146,13 @@ class Reading:
         """What the described masses say of each joint's gain."""
         return likelihoods(self.model, self.log, self._rigid, self._others, self.single)
 
+    def with_efforts(self, order: np.ndarray) -> "Reading":
+        """The same motion with the efforts in another order (n,)."""
+        other = Reading(self.model, self.log._replace(effort=self.log.effort[:, order]), self.stated)
+        for name in ("_rigid", "_others", "prediction"):  # cached: they are of the motion alone
+            other.__dict__[name] = getattr(self, name)
+        return other
+
     @cached_property
     def pieces(self) -> np.ndarray:
         """Independent pieces of each effort, shape (n,)."""
@@ -167,11 +174,9 @@ class Reading:
         each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
         return np.array(each).T
 
-    def by_right_masses(self, most: float) -> Evidence:
-        """The evidence if the described masses were right: they add `most` to each joint."""
-        ones = np.ones(self.model.robot.dof)
-        masses = np.full((len(KINDS), len(ones)), most)
-        return Evidence(self.by_bodies(ones), masses, self.pieces, True)
+    def at_best(self, by_masses: np.ndarray) -> Evidence:
+        """The evidence if the masses added as much as `by_masses`, shape (k, n)."""
+        return Evidence(self.by_bodies(np.ones(self.model.robot.dof)), by_masses, self.pieces, True)
 
     def evidence(self, factor: np.ndarray | None = None) -> Evidence:
         """Evidence of the efforts, each times a factor (n,) with its sign."""

@@ -12,7 +12,7 @@ from ..model import Model
 from ..recordings.recording import EFFORT, Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
-from .evidence import Evidence, Reading
+from .evidence import Reading
 from .gains import TELLS, gains
 from .mistakes import Asked
 from .samples import Sampled, joined, sampled
@@ -72,12 +72,12 @@ def _told(weighed: Weighed, asked: Asked, parts: Sequence[Reading]) -> Suspicion
         names = tuple(joints[j] for j in best.joints)
         mistake = best.mistake
         return Suspicion(mistake.name, names, best.what, mistake.cure, probability, mistake.physical)
-    return _none_of_these(weighed.plain, asked)
+    return _none_of_these(parts, asked)
 
 
-def _none_of_these(plain: Evidence, asked: Asked) -> Suspicion | None:
+def _none_of_these(parts: Sequence[Reading], asked: Asked) -> Suspicion | None:
     """That most joints are not explained at all, and no mistake of the table changes that."""
-    left = plain.left
+    left = np.mean([part.prediction.fitted(part.log.effort) for part in parts], axis=0)
     lost = [j for j in asked.moving if left[j] > UNEXPLAINED]
     if len(lost) < 2 or 2 * len(lost) <= len(asked.moving):
         return None

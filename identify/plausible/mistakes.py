@@ -16,6 +16,7 @@ from ..text_table import digits
 from .changes import Change
 from .described_bodies import KINDS
 from .samples import Sampled
+from .units import motion_odds
 
 UNITS = MappingProxyType(
     {
@@ -38,7 +39,8 @@ ANGLES = MappingProxyType(
 )
 """Units of positions that are taken for others, and radians a unit of what is stated."""
 POSITION_SCALES = (1 / 10, 1 / 4, 1 / 3, 1 / 2, 2.0, 3.0, 4.0, 10.0)
-"""True angle over that of the log, of gears and encoders that were assumed wrongly."""
+ONE_SCALE = (1 / 4, 1 / 2, 2.0, 4.0)
+"""True angle over that of the log, of gears and encoders that were assumed wrongly: of all joints, of one."""
 FAR = 2.0 * KINDS[0].spread
 """Logarithm of a gain over the one stated from which on masses do not explain it: two standard deviations."""
 PERCENT = 100.5
@@ -86,6 +88,17 @@ class Asked:
         for joint, value in joints.items() if isinstance(joints, Mapping) else ((joints, -1.0),):
             values[joint] = value
         return values
+
+
+    def usual(self, change: Change) -> float:
+        """Log odds of speeds and ranges without a mistake, over those that were logged."""
+        if change.scale is None:
+            return 0.0
+        speed = np.percentile(np.abs(self.log.motion.velocity), 99.5, axis=0)
+        reach = np.ptp(self.log.motion.position, axis=0)
+        scales = np.abs(change.scale)
+        with_limits = motion_odds(speed * scales, reach * scales, self.robot)
+        return with_limits - motion_odds(speed, reach, self.robot)
 
 
 Case = tuple[str, Change, tuple[int, ...]]
@@ -210,9 +223,9 @@ def _scales(asked: Asked) -> Iterator[Case]:
         share = f"{digits(1 / scale, 2)} of the angle"
         if len(turning) > 1:
             change = Change(scale=asked.where(dict.fromkeys(turning, scale)))
-            yield f"the positions look as if they were {share} on all joints", change, tuple(turning)
-        for j in turning:
-            words = f"the positions of {asked.joints[j]} look as if they were {share}"
+            yield f"the positions look as if they were about {share} on all joints", change, tuple(turning)
+        for j in turning if scale in ONE_SCALE else ():
+            words = f"the positions of {asked.joints[j]} look as if they were about {share}"
             yield words, Change(scale=asked.where({j: scale})), (j,)
 
 

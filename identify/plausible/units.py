@@ -180,7 +180,7 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
         base = _stated(time, stated.time, TIME) + _stated(position, stated.position, angles)
         base += NORMALIZED * (position == TRAVEL)
         base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
-        base += _motion(seen, scale, TIME[time], robot)
+        base += motion_odds(seen.speed * scale / TIME[time], seen.reach * scale, robot)
         base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
         rates = {**{unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}}
         rates |= {"rpm": np.pi / 30} if turning else {}
@@ -210,21 +210,21 @@ def _stated(unit: str, stated: str, units: Collection[str]) -> float:
 def other_unit_odds(seen: Moves, robot: Robot, values: np.ndarray, units: Units) -> float:
     """Log odds that positions are in a unit that is none of those weighed, over the best of these."""
     scale, _ = affine(robot, units.position, values)
-    known = _motion(seen, scale, TIME[units.time], robot)
+    known = motion_odds(seen.speed * scale / TIME[units.time], seen.reach * scale, robot)
     anywhere = 2 * log_normal(1.0, 1.0, ANY)
     return float(np.log(OTHER_UNIT / (1 - OTHER_UNIT)) + anywhere - known)
 
 
-def _motion(seen: Moves, factor: np.ndarray, second: float, robot: Robot) -> float:
-    """Log-likelihood of the fastest and of the furthest joint, given the limits."""
+def motion_odds(fastest_seen: np.ndarray, reach_seen: np.ndarray, robot: Robot) -> float:
+    """Log-likelihood of high speeds and of ranges of motion, shape (n,) each, given the limits."""
     limits, revolute = robot.limits, robot.revolute
     usual_speed, usual_range = (np.where(revolute, *usual) for usual in (USUAL_SPEED, USUAL_RANGE))
     fastest = np.where(np.isfinite(limits.velocity), limits.velocity, usual_speed)
     span = limits.position_upper - limits.position_lower
     endless = ~np.isfinite(span)
     span = np.where(endless, usual_range, span)
-    speed = float(np.max(seen.speed * factor / second / fastest))
-    shares = seen.reach * factor / span
+    speed = float(np.max(fastest_seen / fastest))
+    shares = reach_seen / span
     reach = float(np.max(np.where(endless & (shares < ENDLESS), np.minimum(shares, 1.0), shares)))
     odds = 0.0
     for share, (middle, spread) in ((speed, SPEED), (reach, RANGE)):

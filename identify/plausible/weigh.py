@@ -23,6 +23,8 @@ WRONG_MASSES = -1.0
 them."""
 RIGHT_MASSES = 7.0
 """The same, at most, of the masses of a right description."""
+BESIDE = 1.0
+"""By how much that may grow on a joint which a mistake of one or two other joints does not concern."""
 FAR_BEHIND = 7.0
 """Log odds behind the leader from which on a hypothesis is not looked at any closer: a thousandth."""
 DISAGREES = -1.0
@@ -125,11 +127,11 @@ def weigh(reading: Reading, asked: Asked, kinds: Collection[str] | None = None) 
     every = [case for mistake in table for case in _cases(mistake, asked)]
     cases = _of_efforts(reading, plain, odds, [case for case in every if case.change.of_efforts])
     if suspicious(plain):
-        cases += _of_positions(reading, odds, [case for case in every if not case.change.of_efforts])
+        cases += _of_positions(reading, plain, odds, [case for case in every if not case.change.of_efforts])
         # Another direction takes a search: only where much is unexplained, or the masses are contradicted.
         contradicted = plain.drawn and plain.kind > 0
         if contradicted or plain.trust[asked.moving].min(initial=1.0) < 0.5:
-            cases += _of_positions(reading, odds, _mountings(reading, asked))
+            cases += _of_positions(reading, plain, odds, _mountings(reading, asked))
     return Weighed(plain, odds, tuple(sorted(cases, key=lambda case: -case.odds)))
 
 
@@ -149,7 +151,8 @@ def supported(parts: Sequence[Reading], change: Change) -> bool:
 
 def _cases(mistake: Mistake, asked: Asked) -> list[Case]:
     cases = list(mistake.cases(asked))
-    return [Case(mistake, *case, float(np.log(mistake.prior / len(cases)))) for case in cases]
+    prior = float(np.log(mistake.prior / max(len(cases), 1)))
+    return [Case(mistake, what, change, joints, prior + asked.usual(change)) for what, change, joints in cases]
 
 
 def _mountings(reading: Reading, asked: Asked) -> list[Case]:
@@ -169,12 +172,28 @@ def _of_efforts(reading: Reading, plain: Evidence, odds: float, cases: Iterable[
     return judged
 
 
-def _of_positions(reading: Reading, odds: float, cases: Iterable[Case]) -> list[Case]:
+def _at_best(plain: Evidence, case: Case) -> np.ndarray:
+    """The most that masses may add to each joint without a mistake, shape (k, n)."""
+    most = np.where(plain.by_masses.max(axis=0) < 0.0, RIGHT_MASSES, plain.by_masses.max(axis=0) + BESIDE)
+    most[list(case.joints)] = RIGHT_MASSES
+    return np.broadcast_to(most, plain.by_masses.shape)
+
+
+def _read(reading: Reading, change: Change, motions: dict[bytes, Reading]) -> Reading:
+    if change.effort is None or change.scale is not None:
+        return change.read(reading)
+    order = np.arange(len(change.effort)) if change.position is None else change.position
+    moved = motions.setdefault(order.tobytes(), change.motion.read(reading))
+    return moved.with_efforts(change.effort)
+
+
+def _of_positions(reading: Reading, plain: Evidence, odds: float, cases: Iterable[Case]) -> list[Case]:
     """Cases of other positions, orders and gravity, judged: by bodies first, which is quick."""
     judged = []
+    motions: dict[bytes, Reading] = {}  # one motion for several orders of efforts
     for case in cases:
-        other = case.change.read(reading)
-        best = case.judged(other.by_right_masses(RIGHT_MASSES))
+        other = _read(reading, case.change, motions)
+        best = case.judged(other.at_best(_at_best(plain, case)))
         if best.odds > odds - FAR_BEHIND:
             best = case.judged(other.evidence(case.change.factor))
         judged.append(best)
