@@ -8,6 +8,7 @@ import numpy as np
 from ...arm.robot import Robot
 from ...errors import NotRecorded, RecordingError, listed
 from ...model import Model
+from ...notebook import counted
 from ..optional_signals import without_damaged
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check, without_stale
@@ -55,7 +56,7 @@ def import_ros2_bag(
         part, time, warnings = joined(str(source), parts, times)
     _require_positions(source, groups, part, model.robot)
     signals = _signals(part, time, names, effort) | _array_signals(content, part, time)
-    signals = _with_efforts(source, groups, signals, model.robot)
+    signals = _with_efforts(source, groups, names, signals, model.robot)
     recording = Recording(
         name=source.stem,
         model=model,
@@ -101,9 +102,16 @@ def _array_signals(content: Content, part: Part, time: np.ndarray) -> dict[str, 
 
 
 def _with_efforts(
-    source: Path, groups: Sequence[Group], signals: dict[str, Signal], robot: Robot
+    source: Path, groups: Sequence[Group], names: Sequence[str], signals: dict[str, Signal], robot: Robot
 ) -> dict[str, Signal]:
     """The signals with those efforts that all joints have; the effort of a joint without motor is zero.
+
+    Args:
+        source: What errors call the bag.
+        groups: The joint states.
+        names: What the robot's joints are called in them.
+        signals: All that was measured.
+        robot: The robot.
 
     Raises:
         NotRecorded: A joint has no effort.
@@ -112,11 +120,12 @@ def _with_efforts(
     silent = {name: np.isnan(signal.values).all(axis=0) for name, signal in efforts.items()}
     fewest = min(silent.values(), key=np.sum, default=np.ones(robot.dof, bool))
     if fewest.shape == (robot.dof,):  # else Recording refuses it
-        missing = [joint for joint in np.array(robot.joints)[fewest] if joint not in robot.passive]
+        lacks = fewest & ~np.isin(robot.joints, robot.passive)
+        missing = [name for name, lacking in zip(names, lacks, strict=True) if lacking]
         if missing:
             raise NotRecorded(
-                f"{source}: the messages have no efforts{_of(missing, robot)}: {_emptiness(groups, 'effort')}. "
-                "Record a topic with efforts or motor currents, or name it: --topic TOPIC"
+                f"{source}: the messages have no efforts{_without(groups, 'effort', missing, robot)}. Record a "
+                "topic with efforts or motor currents, or name it: --topic TOPIC"
             )
     rest = {name: signal for name, signal in signals.items() if name not in EFFORT}
     kept = {name: signal for name, signal in efforts.items() if silent[name].sum() == fewest.sum()}
@@ -136,21 +145,19 @@ def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot:
         missing = [name for name, lacks in zip(part.names, silent, strict=True) if lacks]
         sent = [name for name, values in part.rows.items() if not np.isnan(values).all()]
         raise NotRecorded(
-            f"{source}: the messages have no positions{_of(missing, robot)}: {_emptiness(groups, 'position')}; "
-            f"there: {listed(sent) or 'nothing'}. Record a topic with positions, or name it: --topic TOPIC"
+            f"{source}: the messages have no positions{_without(groups, 'position', missing, robot)}; there: "
+            f"{listed(sent)}. Record a topic with positions, or name it: --topic TOPIC"
         )
 
 
-def _of(missing: Sequence[str], robot: Robot) -> str:
-    """Which joints lack something, in words; none where all do."""
-    return f" of {listed(missing)}" if len(missing) < robot.dof else ""
-
-
-def _emptiness(groups: Sequence[Group], field: str) -> str:
-    """Why joints have no values of a field, in words."""
-    count = sum(len(group.received) for group in groups)
-    wrong = [_wrong_length(group, field) for group in groups if field in group.wrong]
-    return wrong[0] if wrong else f"the field {field} of all {count} joint states is empty or NaN for them"
+def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot: Robot) -> str:
+    """Which joints lack a field, and why, in words."""
+    theirs = [group for group in groups if set(missing) & set(group.names)]
+    wrong = [_wrong_length(group, field) for group in theirs if field in group.wrong]
+    count = sum(len(group.received) for group in theirs)
+    some = len(missing) < robot.dof
+    empty = f"the field {field} of all {count} joint states{' with them' * some} is empty or NaN"
+    return f"{f' of {listed(missing)}' * some}: {wrong[0] if wrong else empty}"
 
 
 def _wrong_lengths(groups: Sequence[Group]) -> list[str]:
@@ -161,6 +168,6 @@ def _wrong_lengths(groups: Sequence[Group]) -> list[str]:
 def _wrong_length(group: Group, field: str) -> str:
     count, length = group.wrong[field]
     return (
-        f"{field} has {length} values for {len(group.names)} joints in {count} of {len(group.received)} messages "
-        f"of {group.topic}, so that it is unknown whose they are; they count as empty"
+        f"{field} has {counted(length, 'value')} for {len(group.names)} joints in {count} of "
+        f"{len(group.received)} messages of {group.topic}: whose they are is unknown, and they are left out"
     )

@@ -155,7 +155,7 @@ def test_one_arm_of_two_on_a_topic_is_chosen_by_its_joints(tmp_path):
                 expected = moves("/joint_states", joint, kind)
                 assert np.array_equal(found.signals[signal].values[:, place], expected)
     [both] = import_source(tmp_path / "bag", model(), joints=["left_axis1", "right_axis2"])
-    assert both.warnings[0].startswith("no message has all joints: left_axis1 on /joint_states (100 Hz) and")
+    assert both.warnings[0].startswith("no message has all joints: left_axis1 on /joint_states (250 Hz) and")
 
 
 def test_a_prefix_that_only_one_arm_has_need_not_be_given(tmp_path):

@@ -17,6 +17,8 @@ from .bag_reader import Group
 CLOCKS_AGREE = 0.05
 """Difference of the latencies of two publishers on one robot [s], at most: networks and schedulers delay a
 message by some milliseconds. A larger difference is that of their clocks."""
+SECOND = 1_000_000_000
+"""Longest time between two messages of a joint that moves [ns]."""
 BRIDGED = 2.5
 """Periods between two samples of a joint across which it is interpolated: one lost sample, with jitter."""
 BRIDGED_TIME = 0.05
@@ -114,13 +116,19 @@ def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
         return received, []  # which is usual, and no times are lost
     late = [float(np.median(part.received - part.stamp)) * 1e-9 for part in parts]
     reason = ""
-    if not every.all():
+    if any(_unset(stamp) for stamp in stamps):
         reason = f"{np.sum(every == 0)} of {len(every)} messages have no time stamp"
     elif any(len(stamp) > 1 and np.ptp(stamp) == 0 for stamp in stamps):
         reason = "the time stamps of the messages stand still"
     elif max(late) - min(late) > CLOCKS_AGREE:
         reason = f"the clocks of the publishers differ by {digits(max(late) - min(late))} s"
     return (received, [f"{reason}: times are those at which the bag received them"]) if reason else (stamps, [])
+
+
+def _unset(stamp: np.ndarray) -> bool:
+    """Whether stamps (t,) [ns] of zero were not set: a clock that begins at zero shows that once."""
+    zeros = int(np.sum(stamp == 0))
+    return zeros > 1 or 0 < zeros < len(stamp) and int(stamp[stamp > 0].min()) > SECOND
 
 
 def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> tuple[Part, np.ndarray, list[str]]:
