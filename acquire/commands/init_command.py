@@ -43,6 +43,8 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 CLOCK = "time [s]"
 SI = ("s", "rad", "m", "rad/s", "m/s")
 """Units of time, positions and velocities in a recording."""
+EITHER = ("exidyn", "ros2_bag")
+"""Kinds of logs whose efforts may be torques or currents, as --effort states."""
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
 
@@ -114,8 +116,7 @@ def init_command(given: Namespace) -> None:
 
 
 def _in_si(proposal: Proposal) -> Proposal:
-    """The proposal for a log whose importer knows its units: those of SI are in question only where others are
-    likelier."""
+    """The proposal for a log whose importer knows its units: others are asked for where likelier."""
     guesses = [guess for guess in proposal.guesses if guess.decided or guess.value not in SI]
     return replace(proposal, guesses=tuple(guesses))
 
@@ -224,6 +225,6 @@ def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> st
     words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:
         words += ["--preset", str(preset)]
-    if kind_of(given.logs[0]) == "ros2_bag" and "current" in proposal.columns:
+    if kind_of(given.logs[0]) in EITHER and "current" in proposal.columns:
         words += ["--effort", "current"]
     return shlex.join(words)

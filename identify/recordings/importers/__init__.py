@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # a process that reads a file needs neither, and this package
 
 
 BEGINNING = 16_384
-"""Bytes of a file within which its marks stand [B]: a telegram of RSI has 4000 at most, and text may precede it."""
+"""Bytes of a file within which its marks stand [B]: telegrams of RSI have 4000, and text may precede them."""
 GZIP = b"\x1f\x8b"
 
 
@@ -202,7 +202,9 @@ def _beginning(source: Path) -> bytes:
     """The first bytes of a file, of one that is compressed by gzip once decompressed."""
     with open(source, "rb") as file:
         begin = file.read(BEGINNING)
-    return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(begin, BEGINNING) if begin[:2] == GZIP else begin
+    return (
+        zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(begin, BEGINNING) if begin[:2] == GZIP else begin
+    )
 
 
 def _kind(source: Path) -> str | None:

@@ -51,9 +51,10 @@ def import_ros2_bag(
     groups, names = choose_topics(source, content.groups, model.robot, topic, joints)
     parts = parts_of(groups, names)
     times, notes = clock_of(parts)
-    part, time, warnings = parts[0], times[0], []
+    part, time = parts[0], times[0]
     if len(parts) > 1:
-        part, time, warnings = joined(str(source), parts, times)
+        part, time, warning = joined(str(source), parts, times)
+        notes.append(warning)
     _require_positions(source, groups, part, model.robot)
     signals = _signals(part, time, names, effort) | _array_signals(content, part, time)
     signals = _with_efforts(source, groups, names, signals, model.robot)
@@ -64,7 +65,7 @@ def import_ros2_bag(
         payload=payload,
         settings={"source": source.name},
         host_time=part.received,
-        warnings=(*content.notes, *_wrong_lengths(groups), *notes, *warnings),
+        warnings=(*content.notes, *_wrong_lengths(groups), *notes),
     )
     return [check(without_damaged(without_stale(recording)))]
 
@@ -124,8 +125,8 @@ def _with_efforts(
         missing = [name for name, lacking in zip(names, lacks, strict=True) if lacking]
         if missing:
             raise NotRecorded(
-                f"{source}: the messages have no efforts{_without(groups, 'effort', missing, robot)}. Record a "
-                "topic with efforts or motor currents, or name it: --topic TOPIC"
+                f"{source}: the messages have no efforts{_without(groups, 'effort', missing, robot)}. Record "
+                "a topic with efforts or motor currents, or name it: --topic TOPIC"
             )
     rest = {name: signal for name, signal in signals.items() if name not in EFFORT}
     kept = {name: signal for name, signal in efforts.items() if silent[name].sum() == fewest.sum()}
@@ -156,7 +157,8 @@ def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot:
     wrong = [_wrong_length(group, field) for group in theirs if field in group.wrong]
     count = sum(len(group.received) for group in theirs)
     some = len(missing) < robot.dof
-    empty = f"the field {field} of all {count} joint states{' with them' * some} is empty or NaN"
+    with_them = " with them" * some
+    empty = f"the field {field} of all {count} joint states{with_them} is empty or NaN"
     return f"{f' of {listed(missing)}' * some}: {wrong[0] if wrong else empty}"
 
 

@@ -1,12 +1,14 @@
-"""Telegrams of a KUKA controller as a program on the other end of RSI wrote them down: XML, in a file of text.
+"""Telegrams of a KUKA controller as a program on the other end of RSI logged them: XML, in a file of text.
 
-A telegram is `<Rob ...> ... </Rob>`. What stands between telegrams, such as the answers (`<Sen ...>`) or the time of
-the host, is not read: the controller's clock IPOC counts.
+A telegram is `<Rob ...> ... </Rob>`. What stands between telegrams, such as the answers (`<Sen ...>`) or the
+time of the host, is not read: the controller's clock IPOC counts.
 """
 
 import gzip
 import re
+from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,7 +35,9 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
 WRAP = 2**32
 """The clock IPOC begins again there [ms]."""
 LATE = 1000
-"""By how much a telegram may be written down too late [ms]; more is another run, as networks drop it before."""
+"""By how much a telegram may be logged too late [ms]; a controller stops long before: more is another run."""
+USUAL = 0.5
+"""Share of the telegrams above which one has a value; a name that few have is damaged."""
 
 TELEGRAM, END = re.compile(r"<Rob(?=[\s>])"), "</Rob>"
 CLOCK = re.compile(r"<IPOC>\s*(-?\d{1,18})\s*</IPOC>")
@@ -78,7 +82,7 @@ def import_rsi_telegrams(
     Args:
         source: The file.
         model: The nominal robot.
-        joints: Axis of each of the robot's joints, such as "A1", or a pattern; by default in the controller's order.
+        joints: Axis of each of the robot's joints, such as "A1", or a pattern; by default all in order.
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
         zero: Position in the robot's description where the controller shows zero [rad], one a joint.
         payload: What hung on the flange.
@@ -124,7 +128,7 @@ def _read(source: Path) -> _Telegrams:
     rows: list[dict[str, float]] = []
     damaged = []
     starts = [match.start() for match in TELEGRAM.finditer(text)]
-    for start, stop in zip(starts, [*starts[1:], len(text)], strict=True):
+    for start, stop in pairwise([*starts, len(text)]):
         end = text.find(END, start, stop)
         telegram = _telegram(text[start:end]) if end > 0 else None
         if telegram is None:
@@ -137,7 +141,8 @@ def _read(source: Path) -> _Telegrams:
             f"{source}: {len(clock)} telegrams of RSI, <Rob ...> with IPOC and </Rob>, can be read, and "
             f"{len(damaged)} are damaged; a run has many"
         )
-    names = dict.fromkeys(name for row in rows for name in row)
+    counts = Counter(name for row in rows for name in row)
+    names = [name for name, count in counts.items() if count > USUAL * len(rows)]
     values = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
     return _Telegrams(np.array(clock), values, damaged)
 
@@ -156,9 +161,7 @@ def _telegram(text: str) -> tuple[int, dict[str, float]] | None:
     return (int(stamp[1]), values) if stamp else None
 
 
-def _axes(
-    source: Path, telegrams: _Telegrams, robot: Robot, joints: str | Sequence[str] | None
-) -> list[str]:
+def _axes(source: Path, telegrams: _Telegrams, robot: Robot, joints: str | Sequence[str] | None) -> list[str]:
     """Axis of each joint.
 
     Raises:
@@ -175,8 +178,8 @@ def _axes(
         own = [axis for axis in there if axis.startswith("A")]
         if len(own) != robot.dof:
             raise WrongShape(
-                f"{source}: the telegrams have {len(there)} axes ({listed(there)}), {robot.name} has {robot.dof} "
-                "joints. Name the axis of each joint: --joints A1,A2,..."
+                f"{source}: the telegrams have {len(there)} axes ({listed(there)}), {robot.name} has "
+                f"{robot.dof} joints. Name the axis of each joint: --joints A1,A2,..."
             )
         there = own  # without a rail or a positioner
     return find_joints(robot, there, joints or there, f"{source}")
@@ -216,8 +219,9 @@ def _require_efforts(source: Path, telegrams: _Telegrams, signals: dict[str, Sig
     if not any(name in signals for name in EFFORT):
         there = dict.fromkeys(name.partition(".")[0] for name in telegrams.values)
         raise NotRecorded(
-            f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all axes; "
-            f"there: {listed(there)}. Let the controller send them: DEF_MACur in SEND of the configuration"
+            f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "
+            f"axes; there: {listed(there)}. Let the controller send them: DEF_MACur in SEND of the "
+            "configuration"
         )
 
 

@@ -69,7 +69,9 @@ def test_of_a_file_that_was_cut_off_what_is_there_is_read(tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     [found] = import_source(path, model())
     assert 50 < len(found.signals["position"]) < 250
-    assert found.warnings[0].startswith("run.mcap ends abruptly: its recorder crashed or its copy was cut off.")
+    assert found.warnings[0].startswith(
+        "run.mcap ends abruptly: its recorder crashed or its copy was cut off."
+    )
 
 
 def test_a_file_without_joint_states_lists_what_it_has(tmp_path):

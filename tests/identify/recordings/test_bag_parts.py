@@ -54,7 +54,9 @@ def test_joints_on_two_topics_take_the_times_of_the_slower(tmp_path):
 def test_a_topic_that_lacks_joints_names_the_topic_that_has_them(tmp_path):
     messages = sent(BASE, topic="/base") + sent(WRIST, topic="/wrist")
     bag = bags.write_ros2(tmp_path / "bag", messages)
-    with pytest.raises(RecordingError, match="/base has no joint axis3, axis4, which /wrist has. Leave --topic"):
+    with pytest.raises(
+        RecordingError, match="/base has no joint axis3, axis4, which /wrist has. Leave --topic"
+    ):
         import_source(bag, model(4), topic="/base")
     with pytest.raises(RecordingError, match="has no joint 'axis5'"):
         import_source(bag, model(5), topic="/base")
@@ -99,10 +101,14 @@ def test_messages_with_and_without_a_gripper_are_one_run(tmp_path):
 
 
 def test_a_joint_that_a_message_names_twice_counts_once(tmp_path):
-    messages = [message._replace(names=["axis1", "axis2", "axis1"]) for message in sent(("axis1", "axis2", "x"))]
+    messages = [
+        message._replace(names=["axis1", "axis2", "axis1"]) for message in sent(("axis1", "axis2", "x"))
+    ]
     [found] = import_source(bags.write_ros2(tmp_path / "bag", messages), model(2))
     require_motion(found, 2)
-    assert found.warnings == ("messages of /joint_states name axis1 more than once; the first of its values counts",)
+    assert found.warnings == (
+        "messages of /joint_states name axis1 more than once; the first of its values counts",
+    )
 
 
 def test_a_sample_that_is_missing_for_long_is_not_invented(tmp_path):
@@ -125,7 +131,10 @@ def test_clocks_that_disagree_give_way_to_that_of_the_bag(tmp_path):
 
 @pytest.mark.parametrize(
     ("stamps", "words"),
-    [("some", "150 of 300 messages have no time stamp"), ("one", "the time stamps of the messages stand still")],
+    [
+        ("some", "150 of 300 messages have no time stamp"),
+        ("one", "the time stamps of the messages stand still"),
+    ],
 )
 def test_stamps_that_are_not_set_give_way_to_the_times_of_the_bag(tmp_path, stamps, words):
     messages = sent(BASE)
@@ -165,7 +174,9 @@ def test_messages_that_lack_a_value_now_and_then_are_left_out(tmp_path):
     messages = [m._replace(effort=m.effort[:1]) if k % 50 == 7 else m for k, m in enumerate(sent(BASE))]
     [found] = import_source(bags.write_ros2(tmp_path / "bag", messages), model(2))
     assert len(found.signals["torque"]) == 294
-    assert found.warnings[0].startswith("effort has 1 value for 2 joints in 6 of 300 messages of /joint_states")
+    assert found.warnings[0].startswith(
+        "effort has 1 value for 2 joints in 6 of 300 messages of /joint_states"
+    )
 
 
 def test_joints_that_were_never_there_together_are_refused(tmp_path):

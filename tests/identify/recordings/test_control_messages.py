@@ -57,13 +57,16 @@ def dynamic(store, message):
 
 def controller(store, message):
     point, duration = (
-        store.types[name] for name in ("trajectory_msgs/msg/JointTrajectoryPoint", "builtin_interfaces/msg/Duration")
+        store.types[name]
+        for name in ("trajectory_msgs/msg/JointTrajectoryPoint", "builtin_interfaces/msg/Duration")
     )
     nothing, zero = np.empty(0), duration(0, 0)
     arrays = [np.array(values) for values in (message.position, message.velocity, message.effort)]
     commanded = point(arrays[0] + 0.01, arrays[1], nothing, nothing, zero)
     measured = point(arrays[0], arrays[1], nothing, arrays[2], zero)
-    return store.types[CONTROLLER](header(store, message), list(message.names), commanded, measured, commanded)
+    return store.types[CONTROLLER](
+        header(store, message), list(message.names), commanded, measured, commanded
+    )
 
 
 def write(path, messages, kind, content, store):

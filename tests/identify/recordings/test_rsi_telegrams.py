@@ -23,10 +23,8 @@ def attributes(values, letter="A"):
 
 def telegram(k, clock=1000, current="MACur", more=""):
     efforts = f"<{current} {attributes(AMPERES[k])}/>" if current else ""
-    stamp = clock + CYCLE * k
-    return (
-        f'<Rob TYPE="KUKA"><AIPos {attributes(ANGLES[k])}/>{efforts}{more}<Delay D="0"/><IPOC>{stamp}</IPOC></Rob>'
-    )
+    end = f'<Delay D="0"/><IPOC>{clock + CYCLE * k}</IPOC></Rob>'
+    return f'<Rob TYPE="KUKA"><AIPos {attributes(ANGLES[k])}/>{efforts}{more}{end}'
 
 
 def telegrams(**options):
@@ -70,7 +68,10 @@ def test_a_telegram_over_several_lines_in_a_document_is_read(tmp_path):
 def test_answers_are_skipped(tmp_path):
     lines = []
     for k, line in enumerate(telegrams()):
-        lines += [line, f'<Sen Type="ImFree"><AKorr {attributes(ANGLES[k])}/><IPOC>{1000 + CYCLE * k}</IPOC></Sen>']
+        lines += [
+            line,
+            f'<Sen Type="ImFree"><AKorr {attributes(ANGLES[k])}/><IPOC>{1000 + CYCLE * k}</IPOC></Sen>',
+        ]
     require_whole(import_source(write(tmp_path / "rsi.log", ["# recorded", *lines]), model(6))[0])
 
 
@@ -102,9 +103,10 @@ def test_damaged_telegrams_are_left_out_and_counted(tmp_path):
     lines = telegrams()
     lines[6] = lines[6][:60]
     lines[7] = lines[7].replace('A3="', 'A3="x')
+    lines[8] = lines[8].replace(" A2=", " B2=")  # whose row lacks an axis
     lines[-1] = lines[-1][:-20]
     [found] = import_source(write(tmp_path / "rsi.log", lines), model(6))
-    assert len(found.signals["position"]) == COUNT - 3
+    assert len(found.signals["position"]) == COUNT - 4
     assert found.warnings[0] == f"3 of {COUNT} telegrams are damaged and left out, the first in line 7"
 
 
@@ -115,7 +117,9 @@ def test_a_file_of_damaged_telegrams_is_refused(tmp_path):
 
 
 def test_torques_take_the_place_of_currents(tmp_path):
-    require_whole(import_source(write(tmp_path / "rsi.log", telegrams(current="GearTorque")), model(6))[0], "torque")
+    require_whole(
+        import_source(write(tmp_path / "rsi.log", telegrams(current="GearTorque")), model(6))[0], "torque"
+    )
 
 
 def test_telegrams_without_currents_say_what_to_add(tmp_path):
@@ -132,9 +136,7 @@ def test_telegrams_without_axes_say_what_to_add(tmp_path):
 
 def test_commands_and_a_rail_are_read(tmp_path):
     rail = '<EIPos E1="250.0" E2="0.0"/><MECur E1="1.5" E2="0.0"/>'
-    lines = [
-        telegram(k, more=rail + f"<ASPos {attributes(ANGLES[k] + 1.0)}/>") for k in range(COUNT)
-    ]
+    lines = [telegram(k, more=rail + f"<ASPos {attributes(ANGLES[k] + 1.0)}/>") for k in range(COUNT)]
     path = write(tmp_path / "rsi.log", lines)
     [found] = import_source(path, model(6))
     np.testing.assert_allclose(found.signals["command"].values, np.radians(ANGLES + 1.0), atol=1e-6)
@@ -149,4 +151,6 @@ def test_the_axes_of_a_smaller_robot_are_asked_for(tmp_path):
     with pytest.raises(RecordingError, match=r"6 axes \(A1, .*\), small has 2 joints. .* --joints A1,A2"):
         import_source(path, model(2))
     [found] = import_source(path, model(2), joints=["A2", "A3"], sign=[1, -1])
-    np.testing.assert_allclose(found.signals["position"].values, np.radians(ANGLES[:, 1:3]) * [1, -1], atol=1e-6)
+    np.testing.assert_allclose(
+        found.signals["position"].values, np.radians(ANGLES[:, 1:3]) * [1, -1], atol=1e-6
+    )

@@ -15,7 +15,7 @@ from mcap.stream_reader import StreamReader
 
 from ....notebook import optional
 from ..tables.table import refused_as
-from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, JointMessage, read_json
+from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, read_json
 
 WANTED = (*JOINT_READERS, ARRAY)
 """Types of messages that are decoded."""
@@ -30,16 +30,17 @@ class BagMessage(NamedTuple):
         topic: Its topic.
         kind: Its type, as ROS 2 calls it; `JSON` for an object of JSON.
         received: When the bag received it [ns].
-        content: Joint states, or the numbers of an array.
+        content: Joint states (`JointMessage`), or the numbers of an array.
     """
 
     topic: str
     kind: str
     received: int
-    content: JointMessage | Any
+    content: Any
 
 
-Decoder = Callable[[bytes], JointMessage | Any]
+Decoder = Callable[[bytes], Any]
+"""From the bytes of a message to joint states (`JointMessage`), or to the numbers of an array."""
 
 
 class Bag:
@@ -114,8 +115,8 @@ class Bag:
                 if stream.read(1):
                     raise
                 self.notes.append(
-                    f"{file.name} ends abruptly: its recorder crashed or its copy was cut off. What is before "
-                    "that is read"
+                    f"{file.name} ends abruptly: its recorder crashed or its copy was cut off. What is "
+                    "before that is read"
                 )
 
 

@@ -5,6 +5,7 @@ Libraries decompress whatever size a chunk, a message or a file states: they run
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,13 @@ from ....errors import BadTime, NotAFile
 from ....notebook import optional
 from ...mcap.mcap_topics import ARRAY_TOPICS
 from ..read_apart import call_reader
-from .bag_files import Bag
+from .bag_files import Bag, BagMessage
 from .joint_messages import ARRAY, JointMessage
 
 LATEST = 2**63
 """Time stamps are below this [ns since 1970]."""
+SIGNAL_OF = {topic: signal for signal, topic in ARRAY_TOPICS.items()}
+"""Topic of arrays -> signal."""
 LISTED = 10
 """Topics without joint states that an error lists, at most."""
 
@@ -128,39 +131,61 @@ def read_messages(source: str) -> dict[str, Any]:
         NotAFile: The bag cannot be read, or has no joint states.
         BadTime: A time stamp is beyond the years 1970 to 2262.
     """
-    bag = Bag(Path(source))
-    groups: dict[tuple[str, tuple[str, ...]], _Collected] = {}
-    arrays: dict[str, tuple[list[int], list[np.ndarray]]] = {}
-    repeated: dict[str, str] = {}
-    signals = {topic: signal for signal, topic in ARRAY_TOPICS.items()}
-    for topic, kind, received, content in bag.messages():
-        if kind == ARRAY:
-            _require_times(source, received)
-            if topic in signals:
-                times, values = arrays.setdefault(signals[topic], ([], []))
-                times.append(received)
-                values.append(content)
-            continue
-        _require_times(source, received, content.stamp)
-        if not len(content.names):
-            bag.others[topic] = f"{kind} without names of joints"
-            continue
-        names, order = np.unique(content.names, return_index=True)  # whose order may differ
-        if len(names) < len(content.names):
-            repeated[topic] = Counter(content.names).most_common(1)[0][0]
-        key = topic, tuple(names.tolist())
-        groups.setdefault(key, _Collected(topic, kind, key[1])).add(received, content, order)
-    if not groups:
+    bag, messages = Bag(Path(source)), _Messages()
+    for message in bag.messages():
+        states = None if message.kind == ARRAY else message.content
+        _require_times(source, message.received, states.stamp if states else 0)
+        if states is None:
+            messages.add_array(message)
+        elif len(states.names):
+            messages.add_states(message, states)
+        else:
+            bag.others[message.topic] = f"{message.kind} without names of joints"
+    if not messages.groups:
         raise NotAFile(_nothing(source, bag))
     return {
-        "groups": [collected.group() for collected in groups.values()],
-        "arrays": {name: _equally_long(times, values) for name, (times, values) in arrays.items()},
-        "notes": bag.notes + [_repeated(topic, name) for topic, name in repeated.items()],
+        "groups": [collected.group() for collected in messages.groups.values()],
+        "arrays": {name: _equally_long(*arrays) for name, arrays in messages.arrays.items()},
+        "notes": [*bag.notes, *messages.notes()],
     }
 
 
-def _repeated(topic: str, name: str) -> str:
-    return f"messages of {topic} name {name} more than once; the first of its values counts"
+class _Messages:
+    """The messages of a bag while they are added."""
+
+    def __init__(self) -> None:
+        self.groups: dict[tuple[str, tuple[str, ...]], _Collected] = {}
+        self.arrays: dict[str, tuple[list[int], list[np.ndarray]]] = {}
+        self._repeated: dict[str, str] = {}
+
+    def add_states(self, message: BagMessage, states: JointMessage) -> None:
+        """Add joint states to those of the same topic and joints."""
+        names, order = _sorted(tuple(states.names))
+        if len(names) < len(states.names):
+            self._repeated[message.topic] = Counter(states.names).most_common(1)[0][0]
+        collected = _Collected(message.topic, message.kind, names)
+        self.groups.setdefault((message.topic, names), collected).add(message.received, states, order)
+
+    def add_array(self, message: BagMessage) -> None:
+        """Add an array, if it is a signal."""
+        if message.topic in SIGNAL_OF:
+            times, values = self.arrays.setdefault(SIGNAL_OF[message.topic], ([], []))
+            times.append(message.received)
+            values.append(message.content)
+
+    def notes(self) -> list[str]:
+        """What was not unique in the messages, in sentences."""
+        return [
+            f"messages of {topic} name {name} more than once; the first of its values counts"
+            for topic, name in self._repeated.items()
+        ]
+
+
+@lru_cache
+def _sorted(names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of joints, which may change their order, sorted and once each; and their first places."""
+    alphabetical, places = np.unique(names, return_index=True)
+    return tuple(alphabetical.tolist()), places
 
 
 def _equally_long(times: list[int], values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -173,13 +198,11 @@ def _nothing(source: str, bag: Bag) -> str:
     """The error for a bag without joint states."""
     topics = [f"{topic} ({kind})" for topic, kind in sorted(bag.others.items())[:LISTED]]
     more = f" and {len(bag.others) - LISTED} others" if len(bag.others) > LISTED else ""
-    return " ".join(
-        [
-            f"{source}: there is not one joint state in it, as sensor_msgs/JointState in ROS's encoding or JSON. "
-            f"Topics: {', '.join(topics) or 'none'}{more}.",
-            *bag.notes,
-        ]
+    nothing = (
+        f"{source}: there is not one joint state in it, such as sensor_msgs/JointState or JSON. "
+        f"Topics: {', '.join(topics) or 'none'}{more}."
     )
+    return " ".join([nothing, *bag.notes])
 
 
 def _require_times(source: str, *stamps: int) -> None:

@@ -88,11 +88,11 @@ JOINT_READERS: dict[str, Callable[[Any], JointMessage]] = {
     "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
     "control_msgs/msg/JointTrajectoryControllerState": _controller_state,
 }
-"""Type of a message -> how joint states are read from it; the first is asked first where a bag has several."""
+"""Type of a message -> how joint states are read from it; the first is preferred where a bag has several."""
 
 
 def read_json(content: Any) -> JointMessage | None:
-    """Joint states in an object of JSON, as a JointState or as a list of joints; None where it has none."""
+    """Joint states in an object of JSON, as a JointState or a list of joints; None for none."""
     if not isinstance(content, Mapping):
         return None
     joints = next((content[key] for key in NAMES if isinstance(content.get(key), list)), None)
@@ -100,9 +100,7 @@ def read_json(content: Any) -> JointMessage | None:
         return None
     if all(isinstance(joint, Mapping) for joint in joints):
         names = [next((joint[key] for key in NAMES if key in joint), "") for joint in joints]
-        fields = {
-            field: [_number(_value(joint, keys)) for joint in joints] for field, keys in FIELDS.items()
-        }
+        fields = {field: [_number(_value(joint, keys)) for joint in joints] for field, keys in FIELDS.items()}
     else:
         names = joints
         fields = {field: _numbers(_value(content, keys)) for field, keys in FIELDS.items()}

@@ -1,7 +1,7 @@
 """Joints that come in different messages, as of two motor boards: their samples at common times.
 
-The times are those of the joints that come most seldom, so that no sample is invented. Positions of the others are
-interpolated by a cubic spline and the rest by straight lines, as signals of other rates are everywhere.
+The times are those of the joints that come most seldom, so that no sample is invented. Positions of the
+others are interpolated by a cubic spline and the rest by straight lines, as signals of other rates are.
 """
 
 from collections.abc import Sequence
@@ -107,8 +107,8 @@ def _by_values(part: Part) -> list[Part]:
 def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
     """Times of each part, shape (t,) [ns], and a note where they are not those of the messages.
 
-    The stamps of the messages count, as the bag's times are late by the network. Where stamps are not set, stand
-    still, or are of clocks that disagree, the bag's times count.
+    The stamps of the messages count, as the bag's times are late by the network. Where stamps are not set,
+    stand still, or are of clocks that disagree, the bag's times count.
     """
     received, stamps = [part.received for part in parts], [part.stamp for part in parts]
     every = np.concatenate(stamps)
@@ -122,7 +122,9 @@ def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
         reason = "the time stamps of the messages stand still"
     elif max(late) - min(late) > CLOCKS_AGREE:
         reason = f"the clocks of the publishers differ by {digits(max(late) - min(late))} s"
-    return (received, [f"{reason}: times are those at which the bag received them"]) if reason else (stamps, [])
+    return (
+        (received, [f"{reason}: times are those at which the bag received them"]) if reason else (stamps, [])
+    )
 
 
 def _unset(stamp: np.ndarray) -> bool:
@@ -131,7 +133,7 @@ def _unset(stamp: np.ndarray) -> bool:
     return zeros > 1 or 0 < zeros < len(stamp) and int(stamp[stamp > 0].min()) > SECOND
 
 
-def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> tuple[Part, np.ndarray, list[str]]:
+def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> tuple[Part, np.ndarray, str]:
     """All joints at common times.
 
     Args:
@@ -140,7 +142,7 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
         times: Times of each part, shape (t,) [ns].
 
     Returns:
-        All joints as one part; its times, shape (t,) [ns]; and warnings that say what was done.
+        All joints as one part; its times, shape (t,) [ns]; and a warning that says what was done.
 
     Raises:
         RecordingError: The joints have no time in common.
@@ -162,7 +164,10 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
         tuple(dict.fromkeys(topic for part in parts for topic in part.topics)),
         parts[slowest].received[places],
         parts[slowest].stamp[places],
-        {field: np.hstack([_at(time, *each, field) for each in zip(times, parts)]) for field in fields},
+        {
+            field: np.hstack([_at(time, *each, field) for each in zip(times, parts, strict=True)])
+            for field in fields
+        },
     )
     apart = max(float(np.median(_distance(time, known))) for known in ordered)
     rates = (f"{part} ({1e9 / period:.4g} Hz)" for part, period in zip(parts, periods, strict=True))
@@ -170,7 +175,7 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
         f"no message has all joints: {' and '.join(rates)}, {1e-6 * apart:.3g} ms apart. All are "
         f"interpolated to the times of {parts[slowest].names[0]}"
     )
-    return whole, time, [warning]
+    return whole, time, warning
 
 
 def _period(time: np.ndarray) -> float:

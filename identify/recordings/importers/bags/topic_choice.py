@@ -30,8 +30,8 @@ def choose_topics(
         source: What errors call the bag.
         groups: All joint states of the bag.
         robot: The robot.
-        topic: Topic of the joint states, or several with commas; by default the one that has all joints, or all
-            topics that have any of them.
+        topic: Topic of the joint states, or several with commas; by default the one that has all joints, or
+            all topics that have any of them.
         joints: What the joints are called in the bag: one name a joint, or a pattern such as "left_{joint}".
 
     Raises:
@@ -99,7 +99,9 @@ def _of_topics(
     try:
         return chosen, find_joints(robot, names_in(chosen), joints, f"{source}")
     except RecordingError:
-        names = find_joints(robot, names_in(groups), joints, f"{source}")  # whose error says more if none has them
+        names = find_joints(
+            robot, names_in(groups), joints, f"{source}"
+        )  # whose error says more if none has them
     missing = [name for name in names if name not in names_in(chosen)]
     others = [topic for topic in there if set(missing) & set(names_in(_on(groups, [topic])))]
     raise RecordingError(
