@@ -84,7 +84,7 @@ IMPORTERS: dict[str, Entry] = {
     "ros2_bag": Entry(
         "ros2_bag:import_ros2_bag",
         "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
-        (".db3", ".bag"),
+        (".db3", ".bag", ".bag.active"),
         "metadata.yaml",
     ),
     "kuka_trace": Entry(
@@ -199,12 +199,14 @@ def _below(source: Path) -> str:
 
 
 def _beginning(source: Path) -> bytes:
-    """The first bytes of a file, of one that is compressed by gzip once decompressed."""
-    with open(source, "rb") as file:
-        begin = file.read(BEGINNING)
-    return (
-        zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(begin, BEGINNING) if begin[:2] == GZIP else begin
-    )
+    """The first bytes of a file, decompressed; none of one that is damaged, which its reader reports."""
+    try:
+        with open(source, "rb") as file:
+            begin = file.read(BEGINNING)
+        packed = begin.startswith(GZIP)
+        return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(begin, BEGINNING) if packed else begin
+    except (OSError, zlib.error):
+        return b""
 
 
 def _kind(source: Path) -> str | None:

@@ -87,3 +87,13 @@ def test_a_bag_that_is_no_bag_is_refused_in_our_words(tmp_path):
     (tmp_path / "run.bag").write_text("#ROSBAG V1.2\n")
     with pytest.raises(NotAFile, match="run.bag cannot be read as a ROS bag: "):
         import_source(tmp_path / "run.bag", model())
+
+
+def test_a_bag_of_ros_1_whose_recorder_crashed_says_what_to_do(tmp_path):
+    path = bags.write_ros1(tmp_path / "run.bag", sent(NAMES)).rename(tmp_path / "run.bag.active")
+    whole = path.read_bytes()
+    assert b"index_pos=" in whole
+    place = whole.index(b"index_pos=") + len(b"index_pos=")  # which is written last
+    path.write_bytes(whole[:place] + bytes(8) + whole[place + 8 :])
+    with pytest.raises(NotAFile, match="Bag is not indexed, reindex"):
+        import_source(path, model())

@@ -72,7 +72,7 @@ class Bag:
                 yield from self._of_rosbags()
 
     def _of_rosbags(self) -> Iterator[BagMessage]:
-        first = self.source.is_file() and self.source.suffix.lower() == ".bag"
+        first = self.source.is_file() and ".bag" in map(str.lower, self.source.suffixes)
         reader = optional(f"rosbags.rosbag{1 if first else 2}", "a ROS bag", "ros2").Reader(self.source)
         with reader:
             chosen = [connection for connection in reader.connections if connection.msgtype in WANTED]
