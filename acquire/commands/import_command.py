@@ -70,7 +70,7 @@ NAMED = (
         "with {joint} or {number}",
         _listed,
     ),
-    Option("--topic TOPIC", "topic of the joint states in a bag with several"),
+    Option("--topic TOPIC", "topic of the joint states in a bag with several; or some with commas"),
     Option(
         f"--effort {{{','.join((*EFFORT, COMMAND))}}}",
         "what effort in a bag or data set is, default: torque; command: a table has none, and the error of "

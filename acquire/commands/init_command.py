@@ -41,6 +41,10 @@ from ..arguments.options import JSON, output_option, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 CLOCK = "time [s]"
+SI = ("s", "rad", "m", "rad/s", "m/s")
+"""Units of time, positions and velocities in a recording."""
+EITHER = ("exidyn", "ros2_bag")
+"""Kinds of logs whose efforts may be torques or currents, as --effort states."""
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
 
@@ -79,7 +83,7 @@ def init_command(given: Namespace) -> None:
     model, held = _arm(given.urdf, log, table)
     proposal = _proposal(given.logs, table, model)
     if table is None:
-        proposal = proposal.by_gains()
+        proposal = _in_si(proposal.by_gains())
     if held:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
     if table is not None:
@@ -109,6 +113,12 @@ def init_command(given: Namespace) -> None:
     print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
+
+
+def _in_si(proposal: Proposal) -> Proposal:
+    """The proposal for a log whose importer knows its units: others are asked for where likelier."""
+    guesses = [guess for guess in proposal.guesses if guess.decided or guess.value not in SI]
+    return replace(proposal, guesses=tuple(guesses))
 
 
 def _damaged(proposal: Proposal, table: Table) -> list[str]:
@@ -215,6 +225,6 @@ def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> st
     words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:
         words += ["--preset", str(preset)]
-    if not table and "current" in proposal.columns:
+    if kind_of(given.logs[0]) in EITHER and "current" in proposal.columns:
         words += ["--effort", "current"]
     return shlex.join(words)

@@ -1,6 +1,7 @@
 """Recordings from other people's files: one file a format, one line in this table."""
 
 import inspect
+import zlib
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
@@ -15,6 +16,11 @@ if TYPE_CHECKING:  # a process that reads a file needs neither, and this package
     from .tables.table import Table
 
 
+BEGINNING = 16_384
+"""Bytes of a file within which its marks stand [B]: telegrams of RSI have 4000, and text may precede them."""
+GZIP = b"\x1f\x8b"
+
+
 class Entry(NamedTuple):
     """A format.
 
@@ -24,6 +30,7 @@ class Entry(NamedTuple):
         content: What it reads: the format, and what it has to hold.
         endings: Endings of the names of such files.
         inside: What lies in such a folder.
+        marks: What stands at the beginning of such files, whatever their name.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
         library: What reads such tables in native code, which a damaged file may end: so in a process
             apart. Empty where nothing of that kind is used.
@@ -33,6 +40,7 @@ class Entry(NamedTuple):
     content: str
     endings: tuple[str, ...] = ()
     inside: str = ""
+    marks: tuple[bytes, ...] = ()
     table: bool = False
     library: str = ""
 
@@ -75,8 +83,8 @@ IMPORTERS: dict[str, Entry] = {
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "ros2_bag": Entry(
         "ros2_bag:import_ros2_bag",
-        "ROS 2 bag: joint states; needs the extra ros2",
-        (".db3",),
+        "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
+        (".db3", ".bag", ".bag.active"),
         "metadata.yaml",
     ),
     "kuka_trace": Entry(
@@ -85,12 +93,17 @@ IMPORTERS: dict[str, Entry] = {
         (".dat", ".r64"),
         "*.[dD][aA][tT]",
     ),
+    "rsi": Entry(
+        "rsi_telegrams:import_rsi_telegrams",
+        "KUKA RSI: telegrams <Rob ...> with AIPos and MACur, as text",
+        marks=(b"<Rob", b"<IPOC>"),
+    ),
     "case_folder": Entry(
         "case_folder:import_case_folder", "case folder: a nominal robot and runs of it", inside="case.toml"
     ),
     "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",)),
 }
-"""Name -> how it is read. MCAP files are those of exidyn or of ROS 2, by what is in them."""
+"""Name -> how it is read. MCAP files are those of exidyn or of others, by what is in them."""
 
 
 def import_source(
@@ -168,7 +181,8 @@ def kind_of(source: Path) -> str:
         )
     if kind is None:
         known = [
-            f"{one.content.partition(':')[0]} ({(*one.endings, one.inside)[0]})" for one in IMPORTERS.values()
+            f"{entry.content.partition(':')[0]} ({(*entry.endings, entry.inside or 'by its content')[0]})"
+            for entry in IMPORTERS.values()
         ]
         raise NotAFile(
             f"{source} is nothing that can be imported{_below(source)}. Known are: {', '.join(known)}"
@@ -184,15 +198,28 @@ def _below(source: Path) -> str:
     return f", but these folders in it can, one at a time: {', '.join(folders)}" if folders else ""
 
 
+def _beginning(source: Path) -> bytes:
+    """The first bytes of a file, decompressed; none of one that is damaged, which its reader reports."""
+    try:
+        with open(source, "rb") as file:
+            begin = file.read(BEGINNING)
+        packed = begin.startswith(GZIP)
+        return zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(begin, BEGINNING) if packed else begin
+    except (OSError, zlib.error):
+        return b""
+
+
 def _kind(source: Path) -> str | None:
     name = source.name.lower()
+    begin = _beginning(source) if source.is_file() else b""
     if name.endswith(".mcap") and source.is_file():
         # What no known program wrote is ours: then our reader reports what is wrong. Our first record of
         # metadata begins within 256 bytes; only the format's header stands before it.
-        with open(source, "rb") as file:
-            begin = file.read(256)
-        ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin
+        ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
         return "exidyn" if ours else "ros2_bag"
+    for kind, entry in IMPORTERS.items():
+        if entry.marks and all(mark in begin for mark in entry.marks):
+            return kind
     for kind, entry in IMPORTERS.items():
         if source.is_dir():
             found = bool(entry.inside) and any(source.glob(entry.inside))

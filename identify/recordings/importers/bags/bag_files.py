@@ -1,0 +1,168 @@
+"""Messages of bags, whatever file they are in: ROS 1 (.bag), ROS 2 (.db3, .mcap, folder), MCAP of others.
+
+The package rosbags reads .bag and .db3, and decodes the messages of ROS. MCAP files are read by the package
+mcap, as they come from many writers and may have been cut off by a recorder that crashed.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader
+
+from ....notebook import optional
+from ..tables.table import refused_as
+from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, read_json
+
+WANTED = (*JOINT_READERS, ARRAY)
+"""Types of messages that are decoded."""
+IDL = re.compile(r"=+\nIDL: .*\n")
+"""What stands before each type in a definition in IDL."""
+
+
+class BagMessage(NamedTuple):
+    """One message.
+
+    Attributes:
+        topic: Its topic.
+        kind: Its type, as ROS 2 calls it; `JSON` for an object of JSON.
+        received: When the bag received it [ns].
+        content: Joint states (`JointMessage`), or the numbers of an array.
+    """
+
+    topic: str
+    kind: str
+    received: int
+    content: Any
+
+
+Decoder = Callable[[bytes], Any]
+"""From the bytes of a message to joint states (`JointMessage`), or to the numbers of an array."""
+
+
+class Bag:
+    """A bag.
+
+    Attributes:
+        others: Topics that are not read, and the type of their messages; complete once all messages are read.
+        notes: What was lost of the bag, in sentences; complete once all messages are read.
+    """
+
+    def __init__(self, source: Path) -> None:
+        self.source = source
+        self.others: dict[str, str] = {}
+        self.notes: list[str] = []
+
+    def messages(self) -> Iterator[BagMessage]:
+        """All joint states and arrays of numbers.
+
+        Raises:
+            NotAFile: The bag cannot be read.
+            MissingPackage: rosbags is not installed.
+        """
+        with refused_as(self.source, "a ROS bag"):
+            files = sorted(self.source.glob("*.mcap")) if self.source.is_dir() else [self.source]
+            if files and files[0].suffix.lower() == ".mcap":
+                for file in files:
+                    yield from self._of_mcap(file)
+            else:
+                yield from self._of_rosbags()
+
+    def _of_rosbags(self) -> Iterator[BagMessage]:
+        first = self.source.is_file() and ".bag" in map(str.lower, self.source.suffixes)
+        reader = optional(f"rosbags.rosbag{1 if first else 2}", "a ROS bag", "ros2").Reader(self.source)
+        with reader:
+            chosen = [connection for connection in reader.connections if connection.msgtype in WANTED]
+            self.others |= {c.topic: c.msgtype for c in reader.connections if c not in chosen}
+            decoders = {
+                connection.id: _decoder(
+                    connection.msgtype, "ros1" if first else "cdr", connection.msgdef.data,
+                    connection.msgdef.format.name == "IDL",
+                )
+                for connection in chosen
+            }  # fmt: skip
+            for connection, received, raw in reader.messages(connections=chosen) if chosen else ():
+                content = decoders[connection.id](raw)
+                yield BagMessage(connection.topic, connection.msgtype, received, content)
+
+    def _of_mcap(self, file: Path) -> Iterator[BagMessage]:
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, tuple[Channel, str, Decoder | None]] = {}
+        for record in self._records(file):
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = (record, *_mcap_decoder(record, schemas.get(record.schema_id)))
+            elif isinstance(record, Message) and record.channel_id in channels:
+                channel, kind, decode = channels[record.channel_id]
+                content = decode(record.data) if decode else None
+                if content is None:
+                    self.others.setdefault(channel.topic, kind)
+                else:
+                    yield BagMessage(channel.topic, kind, record.log_time, content)
+
+    def _records(self, file: Path) -> Iterator[McapRecord]:
+        """All records of an MCAP file, up to where it is cut off."""
+        with open(file, "rb") as stream:
+            try:
+                yield from StreamReader(stream).records
+            except MemoryError:
+                raise
+            except Exception:  # of which kind depends on the record that is cut
+                if stream.read(1):
+                    raise
+                self.notes.append(
+                    f"{file.name} ends abruptly: its recorder crashed or its copy was cut off. What is "
+                    "before that is read"
+                )
+
+
+def _mcap_decoder(channel: Channel, schema: Schema | None) -> tuple[str, Decoder | None]:
+    """Type of the messages of a channel, and what decodes them; None for messages that are not read."""
+    name, encoding = (schema.name, schema.encoding) if schema else ("", "")
+    if channel.message_encoding == "json":
+        return JSON, lambda data: read_json(json.loads(data))
+    package, _, kind = name.partition("/")
+    kind = f"{package}/msg/{kind.rpartition('/')[2]}"
+    if kind in WANTED and schema and channel.message_encoding in ("cdr", "ros1"):
+        text = schema.data.decode()
+        return kind, _decoder(kind, channel.message_encoding, text, encoding in ("ros2idl", "omgidl"))
+    return f"{name or 'unknown type'} in {channel.message_encoding}", None
+
+
+def _decoder(kind: str, encoding: str, text: str, idl: bool) -> Decoder:
+    """What turns the bytes of a message into joint states or numbers.
+
+    Args:
+        kind: Type of the message, of `WANTED`.
+        encoding: "ros1" or "cdr", as ROS 2 has it.
+        text: Its definition and those of its parts; empty in bags from before ROS 2 Iron.
+        idl: Whether that is in IDL.
+    """
+    store = _types(kind, text, idl)
+    deserialize = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
+    if kind == ARRAY:
+        return lambda data: deserialize(data, kind).data
+    return lambda data: JOINT_READERS[kind](deserialize(data, kind))
+
+
+def _types(kind: str, text: str, idl: bool) -> Any:
+    """The types of rosbags that a message is made of."""
+    typesys = optional("rosbags.typesys", "a ROS bag", "ros2")
+    if not text:
+        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        dynamic = typesys.get_types_from_msg(DYNAMIC_JOINT_STATE, "control_msgs/msg/DynamicJointState")
+        store.register(dynamic)
+        return store
+    store = typesys.get_typestore(typesys.Stores.EMPTY)
+    types: dict[str, Any] = {}
+    if idl:
+        for part in filter(str.strip, IDL.split(text)):
+            types |= typesys.get_types_from_idl(part)
+    else:
+        types = typesys.get_types_from_msg(text, kind)
+    store.register(types)
+    return store

@@ -1,0 +1,135 @@
+"""Joint states in messages of several types: the names of the joints, and what each field holds of them.
+
+`effort` may be a torque or a current, which no message says; whoever imports it does.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+ARRAY = "std_msgs/msg/Float64MultiArray"
+JSON = "JSON"
+"""Type of messages that have no other: objects in JSON."""
+INTERFACES = ("position", "velocity", "effort", "torque", "current", "temperature")
+"""Interfaces of a DynamicJointState that are read; each is a field of the same name."""
+DYNAMIC_JOINT_STATE = """std_msgs/Header header
+string[] joint_names
+control_msgs/InterfaceValue[] interface_values
+================================================================================
+MSG: control_msgs/InterfaceValue
+string[] interface_names
+float64[] values
+"""
+"""Its definition, which bags from before ROS 2 Iron lack; there it has no other."""
+
+SECONDS, NANOSECONDS = ("sec", "secs", "seconds"), ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
+"""Names of the parts of a time stamp in ROS 1, ROS 2, Foxglove and protobuf, as JSON has them."""
+NAMES = ("name", "names", "joint_names", "joints")
+FIELDS = {
+    "position": ("position", "positions"),
+    "velocity": ("velocity", "velocities"),
+    "effort": ("effort", "efforts"),
+}
+
+
+class JointMessage(NamedTuple):
+    """One message.
+
+    Attributes:
+        names: Names of the joints.
+        fields: Field -> values in the order of the names; the lengths are those of the message.
+        stamp: Time stamp of the message [ns]; 0 where it has none.
+    """
+
+    names: Sequence[str]
+    fields: Mapping[str, Sequence[float]]
+    stamp: int
+
+
+def _stamp(message: Any) -> int:
+    return int(message.header.stamp.sec) * 1_000_000_000 + int(message.header.stamp.nanosec)
+
+
+def _joint_state(message: Any) -> JointMessage:
+    fields = {name: getattr(message, name) for name in ("position", "velocity", "effort")}
+    return JointMessage(message.name, fields, _stamp(message))
+
+
+def _dynamic_joint_state(message: Any) -> JointMessage:
+    """Each joint has interfaces of its own; NaN stands for one that it lacks."""
+    values = [
+        dict(zip(joint.interface_names, joint.values, strict=False)) for joint in message.interface_values
+    ]
+    fields = {name: [joint.get(name, float("nan")) for joint in values] for name in INTERFACES}
+    return JointMessage(message.joint_names, fields, _stamp(message))
+
+
+def _controller_state(message: Any) -> JointMessage:
+    """What was measured and what was commanded; both have had two names in the history of the message."""
+    measured = _first(message, "feedback", "actual")
+    commanded = _first(message, "reference", "desired")
+    fields = {
+        "position": measured.positions,
+        "velocity": measured.velocities,
+        "effort": measured.effort,
+        "command": commanded.positions,
+        "command_velocity": commanded.velocities,
+    }
+    return JointMessage(message.joint_names, fields, _stamp(message))
+
+
+def _first(message: Any, *names: str) -> Any:
+    """The first of several points of a trajectory that has positions."""
+    points = [getattr(message, name) for name in names if hasattr(message, name)]
+    return next((point for point in points if len(point.positions)), points[0])
+
+
+JOINT_READERS: dict[str, Callable[[Any], JointMessage]] = {
+    "sensor_msgs/msg/JointState": _joint_state,
+    "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
+    "control_msgs/msg/JointTrajectoryControllerState": _controller_state,
+}
+"""Type of a message -> how joint states are read from it; the first is preferred where a bag has several."""
+
+
+def read_json(content: Any) -> JointMessage | None:
+    """Joint states in an object of JSON, as a JointState or a list of joints; None for none."""
+    if not isinstance(content, Mapping):
+        return None
+    joints = next((content[key] for key in NAMES if isinstance(content.get(key), list)), None)
+    if not joints:
+        return None
+    if all(isinstance(joint, Mapping) for joint in joints):
+        names = [next((joint[key] for key in NAMES if key in joint), "") for joint in joints]
+        fields = {field: [_number(_value(joint, keys)) for joint in joints] for field, keys in FIELDS.items()}
+    else:
+        names = joints
+        fields = {field: _numbers(_value(content, keys)) for field, keys in FIELDS.items()}
+    if not all(isinstance(name, str) and name for name in names) or not any(fields.values()):
+        return None
+    return JointMessage(names, fields, _json_stamp(content))
+
+
+def _value(content: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    return next((content[key] for key in keys if key in content), None)
+
+
+def _numbers(values: Any) -> list[float]:
+    return [_number(value) for value in values] if isinstance(values, list) else []
+
+
+def _number(value: Any) -> float:
+    """NaN stands for what is no number, as null does in JSON."""
+    return float(value) if isinstance(value, int | float) else float("nan")
+
+
+def _json_stamp(content: Mapping[str, Any]) -> int:
+    """Time stamp of an object [ns]; 0 where it has none in whole seconds and nanoseconds."""
+    header = content.get("header")
+    held = header if isinstance(header, Mapping) else content
+    stamp = _value(held, ("stamp", "timestamp", "time"))
+    if not isinstance(stamp, Mapping):
+        return 0
+    parts = _value(stamp, SECONDS), _value(stamp, NANOSECONDS)
+    if not all(isinstance(part, int) for part in parts):
+        return 0
+    return int(parts[0]) * 1_000_000_000 + int(parts[1])

@@ -1,0 +1,99 @@
+"""Bags of ROS 1, and MCAP files in the encodings that people have."""
+
+import numpy as np
+import pytest
+
+from exidyn.identify.errors import NotAFile
+from exidyn.identify.recordings.importers import import_source, kind_of
+
+from ...parts.runs import bags
+from ...parts.runs.bags import sent
+from ...parts.runs.runs import model
+
+NAMES = ("axis2", "gripper", "axis1")
+
+
+def require_whole(recording, count=300):
+    """The run is what was sent."""
+    signals = recording.signals
+    assert len(signals["position"]) == count
+    assert recording.warnings == ()
+    for signal, what in (("position", bags.moves), ("velocity", bags.turns), ("torque", bags.pulls)):
+        for joint, name in enumerate(("axis1", "axis2")):
+            expected = [what(name, time) for time in signals[signal].time]
+            np.testing.assert_allclose(signals[signal].values[:, joint], expected, atol=1e-6)
+    assert recording.host_time[0] == bags.START
+
+
+def test_a_bag_of_ros_1_is_read(tmp_path):
+    path = bags.write_ros1(tmp_path / "run.bag", sent(NAMES))
+    assert kind_of(path) == "ros2_bag"
+    [found] = import_source(path, model())
+    require_whole(found)
+
+
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+@pytest.mark.parametrize("profile", ["", "ros1", "ros2"])
+def test_messages_of_ros_in_mcap_are_read_whatever_the_profile(tmp_path, encoding, profile):
+    path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), encoding, bags.as_ros(encoding), profile)
+    [found] = import_source(path, model())
+    require_whole(found)
+
+
+@pytest.mark.parametrize("stamp", [("sec", "nsec"), ("secs", "nsecs"), ("sec", "nanosec")])
+def test_joint_states_in_json_are_read(tmp_path, stamp):
+    pytest.importorskip("rosbags")
+    path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "json", bags.as_json(stamp))
+    [found] = import_source(path, model())
+    require_whole(found)
+
+
+def test_joints_as_a_list_of_objects_in_json_are_read(tmp_path):
+    pytest.importorskip("rosbags")
+
+    def data(message):
+        rows = zip(message.names, message.position, message.velocity, message.effort, strict=True)
+        keys = ("name", "position", "velocity", "effort")
+        joints = [dict(zip(keys, row, strict=True)) for row in rows]
+        sec, nsec = divmod(message.stamp, 10**9)
+        return bags.json.dumps({"timestamp": {"sec": sec, "nsec": nsec}, "joints": joints}).encode()
+
+    form = ("foxglove.JointStates", "jsonschema", b"{}", data)
+    [found] = import_source(bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "json", form), model())
+    require_whole(found)
+
+
+def test_of_a_file_that_was_cut_off_what_is_there_is_read(tmp_path):
+    path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "cdr", bags.as_ros("cdr"), "ros2")
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    [found] = import_source(path, model())
+    assert 50 < len(found.signals["position"]) < 250
+    assert found.warnings[0].startswith(
+        "run.mcap ends abruptly: its recorder crashed or its copy was cut off."
+    )
+
+
+def test_a_file_without_joint_states_lists_what_it_has(tmp_path):
+    pytest.importorskip("rosbags")
+    form = ("robot.State", "protobuf", b"", lambda message: b"\x0a")
+    path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "protobuf", form)
+    with pytest.raises(NotAFile, match=r"not one joint state .*: /joint_states \(robot.State in protobuf\)"):
+        import_source(path, model())
+
+
+def test_a_bag_that_is_no_bag_is_refused_in_our_words(tmp_path):
+    pytest.importorskip("rosbags")
+    (tmp_path / "run.bag").write_text("#ROSBAG V1.2\n")
+    with pytest.raises(NotAFile, match="run.bag cannot be read as a ROS bag: "):
+        import_source(tmp_path / "run.bag", model())
+
+
+def test_a_bag_of_ros_1_whose_recorder_crashed_says_what_to_do(tmp_path):
+    path = bags.write_ros1(tmp_path / "run.bag", sent(NAMES)).rename(tmp_path / "run.bag.active")
+    whole = path.read_bytes()
+    assert b"index_pos=" in whole
+    place = whole.index(b"index_pos=") + len(b"index_pos=")  # which is written last
+    path.write_bytes(whole[:place] + bytes(8) + whole[place + 8 :])
+    with pytest.raises(NotAFile, match="Bag is not indexed, reindex"):
+        import_source(path, model())
