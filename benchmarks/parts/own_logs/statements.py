@@ -15,6 +15,8 @@ FACTOR = 2.0
 """A size of a gain is wrong if it is off by more than this factor."""
 TORQUE, AGAINST = "N m of the joint", "N m against the joint"
 """Values of the unit of an effort that need no gain, as init prints them; any other needs a gain."""
+EFFORT = ("torque", "current")
+"""Names of an effort in a proposal."""
 LEANS = 3.0
 """Angle by which a base may lean where its description has it upright [deg]."""
 SAME = 2e-3
@@ -24,7 +26,6 @@ SHARE = 0.01
 UNITS = {
     "time": {1.0: "s", 1e3: "ms", 1e6: "us", 1e9: "ns"},
     "position": {1.0: "rad", 180 / np.pi: "deg"},
-    "velocity": {1.0: "rad", 180 / np.pi: "deg"},
 }
 """Signal -> units by their number in an SI unit."""
 
@@ -70,10 +71,10 @@ def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) 
     if what.startswith("gain of "):
         return _true_gain(guess, proposal, known)
     if what == "order of joints":
-        return _true_columns(proposal, known, tuple(known.columns))
-    if what in ("position", "current", "torque"):
-        truth = known.columns.get(known.effort if what != "position" else what)
-        return None if truth is None else set(proposal["columns"].get(what, ())) == set(truth)
+        return all(_names(proposal, signal) == names for signal, names in known.columns.items())
+    if what in ("position", *EFFORT):
+        truth = known.columns.get(what if what == "position" else known.effort)
+        return None if truth is None else set(_names(proposal, what)) == set(truth)
     if what == "direction of gravity":
         return upright(value) if known.gravity else None
     return None
@@ -85,12 +86,10 @@ def upright(value: str) -> bool:
     return bool(-numbers[2] / np.linalg.norm(numbers) > np.cos(np.radians(LEANS)))
 
 
-def _true_columns(proposal: Mapping[str, Any], known: Known, signals: Sequence[str]) -> bool:
-    return all(
-        proposal["columns"].get(signal) == names
-        for signal, names in known.columns.items()
-        if signal in signals
-    )
+def _names(proposal: Mapping[str, Any], signal: str) -> list[str]:
+    """Columns of a signal as proposed; of an effort under whichever name it goes."""
+    signals = EFFORT if signal in EFFORT else (signal,)
+    return next((proposal["columns"][name] for name in signals if name in proposal["columns"]), [])
 
 
 def _true_gain(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) -> bool | None:
