@@ -54,16 +54,16 @@ def _proposed(data: RealSet, run_name: str) -> tuple[list[Statement], float]:
 
 
 def _parts(runs: Sequence[Recording], quick: bool) -> Iterator[tuple[str, list[Recording]]]:
-    """The set as a whole, its halves in time, each run, and the halves of each run."""
+    """The set as a whole and its halves in time, each run, and the halves of the first run."""
+    halves = () if quick else (0, 1)
     if len(runs) > 1:
         yield "all runs", list(runs)
-    for half in () if quick else (0, 1):
-        if len(runs) > 1:
+        for half in halves:
             yield f"half {half + 1} of all runs", [_half(recording, half) for recording in runs]
     for recording in runs:
         yield recording.name, [recording]
-        for half in () if quick else (0, 1):
-            yield f"half {half + 1} of {recording.name}", [_half(recording, half)]
+    for half in halves if runs else ():
+        yield f"half {half + 1} of {runs[0].name}", [_half(runs[0], half)]
 
 
 def _half(recording: Recording, half: int) -> Recording:

@@ -60,8 +60,9 @@ def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) 
     """Whether a guess of init is true."""
     what, value = guess["what"], guess["value"]
     if what in ("unit of time", "unit of position", "unit of velocity"):
-        truth = getattr(known, what.removeprefix("unit of "))
-        return value.removesuffix("/s") == truth if truth else None
+        signal = what.removeprefix("unit of ")
+        truth = getattr(known, signal)
+        return proposal["units"][signal] == truth if truth else None
     if what.startswith("unit of "):
         needs_gain = value not in (TORQUE, AGAINST)
         against = known.gain is not None and bool(np.all(known.gain < 0))
@@ -74,7 +75,8 @@ def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) 
         return all(_names(proposal, signal) == names for signal, names in known.columns.items())
     if what in ("position", *EFFORT):
         truth = known.columns.get(what if what == "position" else known.effort)
-        return None if truth is None else set(_names(proposal, what)) == set(truth)
+        pattern = re.sub(r"\\\{\w+\\\}", ".+", re.escape(value))  # of q{number}
+        return None if truth is None else all(re.fullmatch(pattern, name) for name in truth)
     if what == "direction of gravity":
         return upright(value) if known.gravity else None
     return None

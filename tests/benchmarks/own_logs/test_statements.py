@@ -31,10 +31,10 @@ def guess(what, value, probability=0.999):
     return {"what": what, "value": value, "probability": probability, "decided": probability >= 0.95}
 
 
-def proposal(*gains, columns=KNOWN.columns):
+def proposal(*gains, position="rad"):
     guesses = [guess(f"gain of joint{place + 1}", "") for place in range(len(gains))]
     known = [{"value": value, "known": True} for value in gains]
-    return {"guesses": guesses, "gains": known, "columns": columns}
+    return {"guesses": guesses, "gains": known, "columns": KNOWN.columns, "units": {"position": position}}
 
 
 def test_truth_follows_from_what_was_changed():
@@ -65,10 +65,13 @@ def test_gains_of_a_column_without_its_numbers_are_not_judged():
         ("direction of gravity", "0.02, 0.00, -1.00 of the base", True),
         ("direction of gravity", "0.94, 0.00, -0.34 of the base", False),
         ("order of joints", "as numbered", True),
+        ("current", "i{number}", True),
+        ("torque", "torque_on", False),
     ],
 )
 def test_guesses_of_init(what, value, true):
-    assert judged(guess(what, value), proposal(), KNOWN) is true
+    units = {"position": value} if what == "unit of position" else {}
+    assert judged(guess(what, value), proposal(**units), KNOWN) is true
 
 
 def test_a_gain_is_true_within_a_factor_of_two_and_of_its_sign():
