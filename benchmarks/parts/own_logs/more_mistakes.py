@@ -148,7 +148,7 @@ STEPS = r"\bsteps\b|increment|delta|differences"
 ONE = "(sample|state|frame|row|step|position)"
 NEXT = rf"next {ONE}|one {ONE} (early|earlier|later|ahead)|copied|no error"
 UNMEASURED = (
-    r"no (effort|torque)s? (was|were|is) measured|all (effort|torque)s? are (0|zero)|no effort at all"
+    r"no (effort|torque)s? (was|were|is) measured|all (effort|torque)s? are (0|zero)"
 )
 AGAIN = (
     r"already|twice|again|\bare (joint )?torques|torques? of the joints?\b|in N m\b|of i\S* +N m of the joint"

@@ -114,14 +114,16 @@ def altered(known: Known, right: Mapping[str, np.ndarray], log: Mapping[str, np.
     gain, effort = known.gain, known.effort
     if gain is not None and effort in ("torque", "current"):
         gain = gain / factors[effort] * np.sign(np.nan_to_num(factors["position"], nan=1.0))
-        if effort == "torque" and np.any(np.abs(np.nan_to_num(gain, nan=1.0)) != 1.0):
-            effort = "current"
-            columns[effort] = columns.pop("torque")
+        kind = "torque" if np.allclose(np.abs(np.nan_to_num(gain, nan=1.0)), 1.0) else "current"
+        columns[kind] = columns.pop(effort)
+        effort = kind
     if gain is not None and effort == "command":
         gain = np.where(np.isfinite(factors[effort]), gain, np.nan)
     speeds = [name for name in right if name.startswith("dq")]
     kept = all(name in log and np.array_equal(right[name], log[name]) for name in speeds)
     units = {signal: _unit(signal, factors[signal]) for signal in ("time", "position")}
+    if np.isnan(factors["time"]).all():  # stamps moved, and their unit did not
+        units["time"] = known.time
     velocity = known.velocity if kept else ""
     return replace(known, columns=columns, gain=gain, effort=effort, velocity=velocity, **units)
 
