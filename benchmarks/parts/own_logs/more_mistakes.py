@@ -147,9 +147,7 @@ SCALE = r"scale|times|factor|look as if|share|of the angle|multipl|unit"
 STEPS = r"\bsteps\b|increment|delta|differences"
 ONE = "(sample|state|frame|row|step|position)"
 NEXT = rf"next {ONE}|one {ONE} (early|earlier|later|ahead)|copied|no error"
-UNMEASURED = (
-    r"no (effort|torque)s? (was|were|is) measured|all (effort|torque)s? are (0|zero)"
-)
+UNMEASURED = r"no (effort|torque)s? (was|were|is) measured|all (effort|torque)s? are (0|zero)"
 AGAIN = (
     r"already|twice|again|\bare (joint )?torques|torques? of the joints?\b|in N m\b|of i\S* +N m of the joint"
 )
