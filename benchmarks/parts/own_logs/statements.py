@@ -72,7 +72,7 @@ def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) 
     if what.startswith("gain of "):
         return _true_gain(guess, proposal, known)
     if what == "order of joints":
-        return all(_names(proposal, signal) == names for signal, names in known.columns.items())
+        return all(_in_order(_names(proposal, signal), names) for signal, names in known.columns.items())
     if what in ("position", *EFFORT):
         truth = known.columns.get(what if what == "position" else known.effort)
         pattern = re.sub(r"\\\{\w+\\\}", ".+", re.escape(value))  # of q{number}
@@ -92,6 +92,11 @@ def _names(proposal: Mapping[str, Any], signal: str) -> list[str]:
     """Columns of a signal as proposed; of an effort under whichever name it goes."""
     signals = EFFORT if signal in EFFORT else (signal,)
     return next((proposal["columns"][name] for name in signals if name in proposal["columns"]), [])
+
+
+def _in_order(names: Sequence[str], truth: Sequence[str]) -> bool:
+    """Whether names are those of the truth; joints that stand still may be left out."""
+    return bool(names) and list(names) == [name for name in truth if name in names]
 
 
 def _true_gain(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) -> bool | None:

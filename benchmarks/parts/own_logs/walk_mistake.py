@@ -95,9 +95,7 @@ def _walk(mistake: Mistake, scene: Scene, columns: Columns, folder: Path) -> dic
     statements, following = list[dict[str, Any]](), None
     if proposal is not None:
         known = altered(scene.known, scene.columns, columns)
-        if mistake.robot and not mistake.robot.startswith(
-            "format"
-        ):  # nothing is known of another arm's drives
+        if mistake.robot in BUILT_IN:  # another arm, of whose drives the log tells nothing
             known = replace(known, gain=None, effort="", columns={"time": ["t"]})
         statements = [one._asdict() for one in of_init(mistake.name, proposal, known)]
         following = run_next(proposal, folder / "next") if len(mistake.steps) > 1 else None
