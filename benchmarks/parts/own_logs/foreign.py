@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .logs import Known, Log, Samples, recorded, simulated
+from .known import Known
+from .logs import Log, Samples, recorded, simulated
 
 Write = Callable[[Samples, Path], tuple[Path, Known]]
 

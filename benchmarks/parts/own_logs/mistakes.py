@@ -1,25 +1,34 @@
-"""Thirty mistakes that people make with their logs, each in a recording that is right without it.
+"""Mistakes that people make with their logs, each in a recording that is right without it: the first thirty.
 
-A mistake's cure is named if what init, import and identify print says one of its words. Physics is blamed if
-the cure is not named and a fit is printed all the same.
+A mistake's cure is named if the words of one of its patterns stand close together in what init, import,
+identify or gap print about it, and not in what they print about the right log.
 """
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_text import urdf_text
+from .scenes import Columns, Scene, cobot
 
-from .logs import simulated
-
-Columns = dict[str, np.ndarray]
-Run = Callable[..., tuple[int, str, str]]
-EVERY = 5
-"""Samples of the simulated run, 500 Hz, of which one is written."""
+Step = tuple[str, ...]
+"""Words of one command; {folder}, {log}, {arm} and {robot} in them stand for paths."""
+INIT: Step = (
+    "init",
+    "{log}",
+    "--urdf",
+    "{arm}",
+    "-o",
+    "{folder}/init/robot.toml",
+    "--preset",
+    "{folder}/init/preset.toml",
+    "--json",
+    "{folder}/init/init.json",
+)
+IMPORT: Step = ("import", "{log}", "--robot", "{robot}", "-o", "{folder}/run.mcap")
+IDENTIFY: Step = ("identify", "{folder}/run.mcap", "-o", "{folder}/fit")
+WALK = (INIT, IMPORT, IDENTIFY)
 
 
 @dataclass(frozen=True)
@@ -28,31 +37,26 @@ class Mistake:
 
     Attributes:
         name: In the table.
-        make: Changes the columns of a right log.
-        says: Pattern of what names the cure.
-        robot: Robot that is given in place of the right one.
+        make: Changes the columns of the right log.
+        says: Patterns that must all stand close together in what names the cure.
+        scene: The right log.
+        robot: Built-in robot, or text of robot.toml, stated in place of the right one.
         options: Further options of import.
+        steps: Commands.
+        others: Makes further logs by their names, as a second run.
     """
 
     name: str
     make: Callable[[Columns], Columns]
-    says: str
-    robot: str = "cobot"
+    says: tuple[str, ...]
+    scene: Callable[[], Scene] = cobot
+    robot: str = ""
     options: tuple[str, ...] = ()
+    steps: tuple[Step, ...] = WALK
+    others: dict[str, Callable[[], Columns]] = field(default_factory=dict)
 
 
-def right_log() -> Columns:
-    """Time, positions, velocities and currents of the simulated cobot."""
-    run = simulated()
-    time, position = run.time[::EVERY], run.position[::EVERY]
-    velocity = np.gradient(run.position, run.time, axis=0)[::EVERY]
-    columns: Columns = {"t": time}
-    for name, values in (("q", position), ("dq", velocity), ("i", run.effort[::EVERY])):
-        columns |= {f"{name}{j + 1}": values[:, j].copy() for j in range(values.shape[1])}
-    return columns
-
-
-def _exchanged(*pairs: tuple[str, str]) -> Callable[[Columns], Columns]:
+def exchanged(*pairs: tuple[str, str]) -> Callable[[Columns], Columns]:
     def make(columns: Columns) -> Columns:
         changed = dict(columns)
         for a, b in pairs:
@@ -62,7 +66,7 @@ def _exchanged(*pairs: tuple[str, str]) -> Callable[[Columns], Columns]:
     return make
 
 
-def _times(factor: float, *names: str) -> Callable[[Columns], Columns]:
+def times(factor: float, *names: str) -> Callable[[Columns], Columns]:
     def make(columns: Columns) -> Columns:
         matched = [name for name in columns if any(re.fullmatch(one, name) for one in names)]
         return columns | {name: columns[name] * factor for name in matched}
@@ -70,7 +74,7 @@ def _times(factor: float, *names: str) -> Callable[[Columns], Columns]:
     return make
 
 
-def _each(change: Callable[[np.ndarray], np.ndarray], *names: str) -> Callable[[Columns], Columns]:
+def each(change: Callable[[np.ndarray], np.ndarray], *names: str) -> Callable[[Columns], Columns]:
     def make(columns: Columns) -> Columns:
         matched = [name for name in columns if any(re.fullmatch(one, name) for one in names)]
         return columns | {name: change(columns[name]) for name in matched}
@@ -78,7 +82,7 @@ def _each(change: Callable[[np.ndarray], np.ndarray], *names: str) -> Callable[[
     return make
 
 
-def _register(bits: int) -> Callable[[np.ndarray], np.ndarray]:
+def register(bits: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda values: np.round(values * 1000.0) % 2.0**bits / 1000.0
 
 
@@ -106,7 +110,7 @@ def _rows(change: Callable[[int], np.ndarray]) -> Callable[[Columns], Columns]:
 
 
 def _held(times: int, *names: str) -> Callable[[Columns], Columns]:
-    return _each(lambda values: np.repeat(values[::times], times)[: len(values)], *names)
+    return each(lambda values: np.repeat(values[::times], times)[: len(values)], *names)
 
 
 def _reversed(columns: Columns) -> Columns:
@@ -139,95 +143,122 @@ def _turned(columns: Columns) -> Columns:
     return columns | {f"q{j}": np.mod(columns[f"q{j}"], 2 * np.pi) for j in (1, 2)}
 
 
-def _without(signal: str) -> Callable[[Columns], Columns]:
+def without(signal: str) -> Callable[[Columns], Columns]:
     return lambda columns: {
         name: values for name, values in columns.items() if not re.fullmatch(signal, name)
     }
 
 
+EXCHANGED = r"exchanged|other way round|interchanged|swapped"
+AGAINST = r"against|other way|opposite|negated|reversed|negative|turn"
+EFFORT = r"current|effort|torque"
+PER_THOUSAND = r"(?-i:\bmA\b)|thousandth|milli|\b1000\b|\b0?\.001\d?\b|1e-0?3"
 MISTAKES = (
-    Mistake("positions of joints 1 and 2 exchanged", _exchanged(("q1", "q2")), "exchanged"),
+    Mistake(
+        "positions of joints 1 and 2 exchanged",
+        exchanged(("q1", "q2")),
+        (rf"positions? .*joint1 and joint2.*({EXCHANGED})|position .*column.*q2, ?q1|q2, q1, q3",),
+    ),
     Mistake(
         "columns of joints 1 and 2 exchanged",
-        _exchanged(("q1", "q2"), ("i1", "i2"), ("dq1", "dq2")),
-        "exchanged",
+        exchanged(("q1", "q2"), ("i1", "i2"), ("dq1", "dq2")),
+        (rf"joint1 and joint2.*({EXCHANGED})|order of joints +2, 1, 3",),
     ),
-    Mistake("currents of joints 2 and 3 exchanged", _exchanged(("i2", "i3")), "exchanged"),
+    Mistake(
+        "currents of joints 2 and 3 exchanged",
+        exchanged(("i2", "i3")),
+        (rf"(efforts?|currents?) .*joint2 and joint3.*({EXCHANGED})|i1, i3, i2",),
+    ),
     Mistake(
         "columns of joints 4 and 6 exchanged",
-        _exchanged(("q4", "q6"), ("i4", "i6"), ("dq4", "dq6")),
-        "exchanged",
+        exchanged(("q4", "q6"), ("i4", "i6"), ("dq4", "dq6")),
+        (rf"joint4 and joint6.*({EXCHANGED})|order of joints +1, 2, 3, 6, 5, 4",),
     ),
-    Mistake("joints in reverse order", _reversed, "reverse order"),
-    Mistake("joints one late", _late, "begin one (late|early)"),
-    Mistake("current of joint 1 negated", _times(-1.0, "i1"), "joint1 counts against"),
-    Mistake("current of joint 2 negated", _times(-1.0, "i2"), "joint2 counts against"),
-    Mistake("current of joint 3 negated", _times(-1.0, "i3"), "joint3 counts against"),
-    Mistake("all currents negated", _times(-1.0, r"i\d"), "counts? against"),
-    Mistake("position of joint 2 negated", _times(-1.0, "q2", "dq2"), "joint2 counts"),
-    Mistake("position of joint 3 negated", _times(-1.0, "q3", "dq3"), "joint3 counts"),
-    Mistake("currents in mA", _times(1000.0, r"i\d"), "mA"),
-    Mistake("current of joint 3 in mA", _times(1000.0, "i3"), "mA"),
+    Mistake("joints in reverse order", _reversed, (r"reverse(d)? order|order of joints +6, 5, 4, 3, 2, 1",)),
     Mistake(
-        "currents in per cent", _times(100.0 / 20.0, r"i\d"), "per cent|unit that is not known|in a unit"
+        "joints one late",
+        _late,
+        (r"(begin|start|are|is) one (joint )?(late|early)|order of joints +2, 3, 4, 5, 6, 1",),
     ),
-    Mistake("positions in degrees", _times(180 / np.pi, r"q\d"), "degrees|deg "),
-    Mistake("position of joint 3 in degrees", _times(180 / np.pi, "q3"), "joint3.*(degrees|deg )"),
-    Mistake("radians taken for degrees", _times(1.0), "without (--)?degrees|radians", options=("--degrees",)),
-    Mistake("milliseconds", _times(1000.0, "t"), "time-scale|ms "),
-    Mistake("positions in counts", _each(_counted(65536), r"q\d"), "counts|ticks|steps of"),
-    Mistake("joints 1 and 2 from 0 to 360 degrees", _turned, "full turn"),
-    Mistake("currents of 16 bits without sign", _each(_register(16), r"i\d"), "sign"),
-    Mistake("current of joint 2, sign in bit 10", _each(_sign_bit(10), "i2"), "sign"),
-    Mistake("another robot", _times(1.0), "another (arm|robot)", robot="kr270"),
-    Mistake("one stamp twice", _same_stamp, "time does not increase|not increase"),
-    Mistake("two publishers", _two_sources, "two (sources|publishers)"),
-    Mistake("every sample ten times", _held(10, r"d?q\d", r"i\d"), "repeat"),
-    Mistake("velocities in degrees a second", _times(180 / np.pi, r"dq\d"), "velocit.*(deg|derivative)"),
-    Mistake("velocity of joint 2 is that of joint 4", _exchanged(("dq2", "dq4")), "velocit.*derivative"),
-    Mistake("no positions", _without(r"q\d"), "position"),
+    Mistake("current of joint 1 negated", times(-1.0, "i1"), ("joint1", AGAINST)),
+    Mistake(
+        "current of joint 2 negated", times(-1.0, "i2"), (rf"joint2\b.{{0,40}}({AGAINST})|gain of joint2 +-",)
+    ),
+    Mistake(
+        "current of joint 3 negated", times(-1.0, "i3"), (rf"joint3\b.{{0,40}}({AGAINST})|gain of joint3 +-",)
+    ),
+    Mistake(
+        "all currents negated", times(-1.0, r"i\d"), (rf"all ({EFFORT})s? .*({AGAINST})|gain of joint2 +-",)
+    ),
+    Mistake(
+        "position of joint 2 negated",
+        times(-1.0, "q2", "dq2"),
+        (rf"joint2\b.{{0,40}}({AGAINST})|gain of joint2 +-",),
+    ),
+    Mistake(
+        "position of joint 3 negated",
+        times(-1.0, "q3", "dq3"),
+        (rf"joint3\b.{{0,40}}({AGAINST})|gain of joint3 +-",),
+    ),
+    Mistake("currents in mA", times(1000.0, r"i\d"), (PER_THOUSAND, EFFORT)),
+    Mistake("current of joint 3 in mA", times(1000.0, "i3"), (PER_THOUSAND, "joint3")),
+    Mistake(
+        "currents in per cent",
+        times(100.0 / 20.0, r"i\d"),
+        (r"per ?cent|in a unit|unit that is not (known|stated)|off by|factor|times", EFFORT),
+    ),
+    Mistake("positions in degrees", times(180 / np.pi, r"q\d"), (r"in degrees|position +deg\b|--degrees",)),
+    Mistake("position of joint 3 in degrees", times(180 / np.pi, "q3"), ("joint3|q3", r"degrees|\bdeg\b")),
+    Mistake(
+        "radians taken for degrees",
+        times(1.0),
+        (r"without (--)?degrees|(are|in) radians",),
+        options=("--degrees",),
+    ),
+    Mistake("milliseconds", times(1000.0, "t"), (r"time-scale|unit of time +ms\b|milliseconds",)),
+    Mistake(
+        "positions in counts",
+        each(_counted(65536), r"q\d"),
+        (r"\bin counts|counts of|ticks|steps of (an |the )?encoder|steps a turn",),
+    ),
+    Mistake("joints 1 and 2 from 0 to 360 degrees", _turned, (r"full turns?|wrap|360", r"q1|joint1")),
+    Mistake(
+        "currents of 16 bits without sign",
+        each(register(16), r"i\d"),
+        (r"\bsigns?\b", r"16 bits|65[.,]?536|lost"),
+    ),
+    Mistake(
+        "current of joint 2, sign in bit 10",
+        each(_sign_bit(10), "i2"),
+        ("sign", r"i2|joint2", r"\bbit|lost|1024"),
+    ),
+    Mistake(
+        "another robot",
+        times(1.0),
+        (r"another (arm|robot)|(other|different) (arm|robot) than",),
+        robot="kr270",
+    ),
+    Mistake(
+        "one stamp twice",
+        _same_stamp,
+        (r"not increase|same (stamp|time)|repeated? (stamp|time)|stamps? twice",),
+    ),
+    Mistake("two publishers", _two_sources, (r"two (sources|publishers)",)),
+    Mistake(
+        "every sample ten times",
+        _held(10, r"d?q\d", r"i\d"),
+        (r"repeat|same sample|held|ten times|10 times",),
+    ),
+    Mistake("velocities in degrees a second", times(180 / np.pi, r"dq\d"), ("velocit", r"\bdeg|derivative")),
+    Mistake(
+        "velocity of joint 2 is that of joint 4",
+        exchanged(("dq2", "dq4")),
+        ("velocit", "derivative", r"joint2|dq2|joint4|dq4"),
+    ),
+    Mistake(
+        "no positions",
+        without(r"q\d"),
+        (r"no (column of |columns of )?position|position.{0,60}(not|missing|needed)|q1.*(missing|needed)",),
+    ),
 )
-
-
-def walk_mistake(mistake: Mistake, run: Run, folder: Path) -> dict[str, Any]:
-    """init, import and identify with a mistake: whether its cure was named, and physics blamed."""
-    log = folder / "log.csv"
-    columns = mistake.make(right_log())
-    text = np.column_stack(list(columns.values()))
-    np.savetxt(log, text, "%.9g", ",", header=",".join(columns), comments="")
-    (folder / "arm.urdf").write_text(
-        simulated().robot if mistake.robot == "cobot" else urdf_of(mistake.robot)
-    )
-    said = run(
-        "init",
-        log,
-        "--urdf",
-        folder / "arm.urdf",
-        "-o",
-        folder / "robot.toml",
-        "--preset",
-        folder / "other.toml",
-    )
-    imported = run("import", log, "--robot", mistake.robot, "-o", folder / "run.mcap", *mistake.options)
-    fitted = (2, "", "")
-    if imported[0] == 0:
-        fitted = run("identify", folder / "run.mcap", "-o", folder / "fit")
-    every = {"init": said, "import": imported, "identify": fitted}
-    named = [step for step, (_, out, err) in every.items() if re.search(mistake.says, f"{out}\n{err}", re.I)]
-    at_fit = [step for step in named if step != "init"]
-    return {
-        "mistake": mistake.name,
-        "named_by": named,
-        "named": bool(at_fit),
-        "physics_blamed": fitted[0] == 0 and not at_fit,
-        "exit": [code for code, _, _ in every.values()],
-        "said": imported[2][-300:] if imported[0] else (imported[2] + fitted[2])[-400:],
-        "init_said": (said[1] + said[2])[-900:],
-    }
-
-
-def urdf_of(name: str) -> str:
-    """A built-in robot as a URDF."""
-    from exidyn.identify.robot_files.robot_file import read_model
-
-    return urdf_text(read_model(name))
+"""The first thirty."""

@@ -1,0 +1,223 @@
+"""Simulated arms: tables of bodies, their URDF and MJCF, and the efforts of a random motion."""
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+
+from exidyn.identify.arm.motion import Motion
+from exidyn.identify.model import Model
+from exidyn.identify.robot_files.robot_file import read_model
+
+GYRATION = 0.06
+"""Radius of gyration of every body about its centre of mass, relative to the arm's scale [m]."""
+
+
+class Body(NamedTuple):
+    """One moving link, and the joint that carries it.
+
+    Attributes:
+        joint: Name of the joint.
+        parent: Joint whose link carries this joint; "" for the base.
+        origin: Position of the joint in the parent's link [m].
+        axis: Axis of rotation.
+        mass: Mass of the link [kg].
+        center: Its center of mass in the joint's frame [m].
+    """
+
+    joint: str
+    parent: str
+    origin: tuple[float, float, float]
+    axis: tuple[int, int, int]
+    mass: float
+    center: tuple[float, float, float]
+
+
+class Arm(NamedTuple):
+    """A table of bodies.
+
+    Attributes:
+        name: In its files.
+        bodies: Parents come before their children.
+        scale: Size of the bodies over that of a six-joint cobot [-].
+        middle: Posture about which it moves, shape (n,) [rad].
+        reach: Half of the range of each joint [rad].
+        speed: Largest permitted speed [rad/s].
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    scale: float
+    middle: tuple[float, ...]
+    reach: float = 2.8
+    speed: float = 4.0
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return tuple(body.joint for body in self.bodies)
+
+    def inertia(self, body: Body) -> float:
+        """Moment of inertia of a body about each axis through its center of mass [kg m^2]."""
+        return body.mass * (GYRATION * self.scale) ** 2
+
+    def urdf(self) -> str:
+        """The arm as a URDF."""
+        parts = [f'<robot name="{self.name}"><link name="base"/>']
+        for body, middle in zip(self.bodies, self.middle, strict=True):
+            parent = f"{body.parent}_link" if body.parent else "base"
+            limits = f'lower="{middle - self.reach}" upper="{middle + self.reach}"'
+            moment = self.inertia(body)
+            parts.append(
+                f'<joint name="{body.joint}" type="revolute"><parent link="{parent}"/>'
+                f'<child link="{body.joint}_link"/><origin xyz="{_text(body.origin)}"/>'
+                f'<axis xyz="{_text(body.axis)}"/>'
+                f'<limit {limits} velocity="{self.speed}" effort="300"/></joint>'
+                f'<link name="{body.joint}_link"><inertial><origin xyz="{_text(body.center)}"/>'
+                f'<mass value="{body.mass}"/><inertia ixx="{moment}" iyy="{moment}" izz="{moment}" '
+                'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            )
+        return "\n".join([*parts, "</robot>"])
+
+    def mjcf(self, servo: str, joint: str) -> str:
+        """A serial arm as an MJCF whose servos and joints have these attributes."""
+        opened = [
+            f'<body pos="{_text(body.origin)}"><joint name="{body.joint}" axis="{_text(body.axis)}" '
+            f'range="{middle - self.reach} {middle + self.reach}"/>'
+            f'<inertial pos="{_text(body.center)}" mass="{body.mass}" '
+            f'diaginertia="{_text([self.inertia(body)] * 3)}"/>'
+            for body, middle in zip(self.bodies, self.middle, strict=True)
+        ]
+        bodies = "".join(opened) + '<site name="tool0"/>' + "</body>" * len(opened)
+        servos = "".join(f'<position name="{name}" joint="{name}"/>' for name in self.joints)
+        return (
+            f'<mujoco model="{self.name}"><compiler angle="radian" autolimits="true"/>'
+            f'<option timestep="0.002" integrator="implicitfast"/>'
+            f"<default><joint {joint}/><position {servo}/></default>"
+            f"<worldbody>{bodies}</worldbody><actuator>{servos}</actuator></mujoco>"
+        )
+
+    def loaded(self, mass: float, center: tuple[float, float, float]) -> "Arm":
+        """The arm with a point mass at a place of its last link."""
+        last = self.bodies[-1]
+        total = last.mass + mass
+        middle = [(last.mass * a + mass * b) / total for a, b in zip(last.center, center, strict=True)]
+        heavier = last._replace(mass=total, center=tuple(middle))
+        return self._replace(bodies=(*self.bodies[:-1], heavier))
+
+
+@cache
+def model_of(arm: Arm) -> Model:
+    """The arm as its URDF describes it."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.urdf"
+        path.write_text(arm.urdf())
+        return read_model(path)
+
+
+def _text(numbers: Sequence[float]) -> str:
+    return " ".join(f"{number:.6g}" for number in numbers)
+
+
+def fourier(
+    middle: Sequence[float], time: np.ndarray, seed: int, size: float, period: float = 10.0
+) -> Motion:
+    """Five harmonics on every joint about a posture (n,), at the times (t,) [s]."""
+    rate = 2 * np.pi * np.arange(1, 6) / period
+    shape = (2, len(middle), len(rate))
+    size = np.random.default_rng(seed).normal(size=shape) * size / (1 + np.arange(len(rate)))
+    sine, cosine = np.sin(time[:, None] * rate), np.cos(time[:, None] * rate)
+    return Motion.of(
+        time,
+        np.asarray(middle) + sine @ size[0].T + cosine @ size[1].T,
+        cosine @ (size[0] * rate).T - sine @ (size[1] * rate).T,
+        -sine @ (size[0] * rate**2).T - cosine @ (size[1] * rate**2).T,
+    )
+
+
+FRICTION, VISCOUS, ROTOR = 0.06, 0.04, 0.01
+"""Dry friction as a share of the rms of each joint's torque by its bodies, viscous friction as the same share
+at 1 rad/s, and inertia of the rotor at the joint over that of a cobot [kg m^2]."""
+NOISE = 0.01
+"""Noise of an effort as a share of its standard deviation."""
+
+
+def torques(arm: Arm, motion: Motion, gravity: bool = True, rotor: float = ROTOR) -> np.ndarray:
+    """Torque of bodies, rotors and friction along a motion, with noise, shape (t, n) [N m]."""
+    model = model_of(arm)
+    rigid = model.torque(motion, model.nominal_values)
+    size = np.maximum(np.sqrt((rigid**2).mean(axis=0)), 0.02 * np.abs(rigid).max())
+    friction = size * (FRICTION * np.tanh(motion.velocity / 0.01) + VISCOUS * motion.velocity)
+    total = rigid + friction + rotor * arm.scale**2 * motion.acceleration
+    if not gravity:
+        still = Motion.of(motion.time, motion.position, *(np.zeros_like(motion.position),) * 2)
+        total = total - model.torque(still, model.nominal_values)
+    noise = np.random.default_rng(len(motion)).normal(size=total.shape)
+    return total + NOISE * total.std(axis=0) * noise
+
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+SIX = Arm(
+    "six",
+    (
+        Body("joint1", "", (0.0, 0.0, 0.16), Z, 7.1, (0.02, -0.03, 0.0)),
+        Body("joint2", "joint1", (0.0, 0.18, 0.0), Y, 12.7, (0.0, -0.03, 0.28)),
+        Body("joint3", "joint2", (0.0, -0.14, 0.61), Y, 4.3, (0.01, 0.0, 0.25)),
+        Body("joint4", "joint3", (0.0, 0.0, 0.57), Y, 2.0, (0.0, 0.09, 0.02)),
+        Body("joint5", "joint4", (0.0, 0.16, 0.0), Z, 2.0, (0.01, 0.0, 0.08)),
+        Body("joint6", "joint5", (0.0, 0.0, 0.12), Y, 0.6, (0.02, 0.05, 0.01)),
+    ),
+    1.0,
+    (0.0, 0.6, 0.9, 0.2, 0.0, 0.0),
+)
+SEVEN = Arm(
+    "seven",
+    (
+        *SIX.bodies[:2],
+        Body("elbow_roll", "joint2", (0.0, -0.1, 0.4), Z, 3.0, (0.02, 0.03, 0.1)),
+        SIX.bodies[2]._replace(parent="elbow_roll", origin=(0.0, -0.04, 0.21)),
+        *SIX.bodies[3:],
+    ),
+    1.0,
+    (0.0, 0.6, 0.0, 0.9, 0.2, 0.0, 0.0),
+)
+SERVO = Arm(
+    "servo_arm",
+    (
+        Body("shoulder_pan", "", (0.0, 0.0, 0.06), Z, 0.12, (0.0, 0.0, 0.03)),
+        Body("shoulder_lift", "shoulder_pan", (0.03, 0.0, 0.05), Y, 0.12, (0.0, 0.0, 0.06)),
+        Body("elbow_flex", "shoulder_lift", (0.03, 0.0, 0.11), Y, 0.10, (0.06, 0.0, 0.0)),
+        Body("wrist_flex", "elbow_flex", (0.135, 0.0, 0.0), Y, 0.09, (0.03, 0.0, 0.0)),
+        Body("wrist_roll", "wrist_flex", (0.06, 0.0, 0.0), X, 0.12, (0.04, 0.008, 0.0)),
+    ),
+    0.3,
+    (0.1, 0.0, 0.2, -0.1, 0.3),
+    reach=1.8,
+    speed=5.0,
+)
+
+
+def _leg(leg: str, x: float, y: float) -> tuple[Body, ...]:
+    side = np.sign(y)
+    return (
+        Body(f"{leg}_hip", "", (x, y, 0.0), X, 0.68, (-0.005 * np.sign(x), 0.002 * side, 0.0)),
+        Body(f"{leg}_thigh", f"{leg}_hip", (0.0, 0.0955 * side, 0.0), Y, 1.15, (-0.004, -0.02 * side, -0.03)),
+        Body(f"{leg}_calf", f"{leg}_thigh", (0.0, 0.0, -0.213), Y, 0.24, (0.005, 0.001 * side, -0.13)),
+    )
+
+
+LEGS = Arm(
+    "quadruped",
+    (
+        *_leg("FL", 0.19, 0.047),
+        *_leg("FR", 0.19, -0.047),
+        *_leg("RL", -0.19, 0.047),
+        *_leg("RR", -0.19, -0.047),
+    ),
+    0.5,
+    (0.0, 0.9, -1.7) * 4,
+    speed=12.0,
+)
