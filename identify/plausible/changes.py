@@ -38,6 +38,11 @@ class Change:
         return all(part is None for part in parts)
 
     @property
+    def of_motion(self) -> bool:
+        """Whether it changes positions or orders."""
+        return not self.of_efforts and self.gravity is None
+
+    @property
     def motion(self) -> "Change":
         """What it does to the motion and to the arm alone."""
         return replace(self, effort=None, factor=None)

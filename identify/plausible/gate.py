@@ -21,6 +21,8 @@ from .weigh import MOST, SURE, Weighed, supported, weigh
 
 LIKELY = 0.5
 """Probability from which on a mistake is told."""
+ALONE = 0.9
+"""The same of a mistake that only one of several runs shows: a recorder seldom changes between runs."""
 UNEXPLAINED = 0.5
 """Share of an effort's variance, from which on bodies of any mass and friction explain nothing of it."""
 FEWEST = 100
@@ -30,14 +32,21 @@ FEWEST = 100
 def doubts(runs: Sequence[Recording], model: Model) -> list[str]:
     """What seems to be wrong with recordings, in sentences: of all together, else of single ones."""
     together = suspect(runs, model)
-    if together is not None:
-        return [f"{_names(runs)}: {together}"]
-    each = [(run.name, suspect([run], model)) for run in runs] if len(runs) > 1 else []
-    return [f"{name}: {suspicion}" for name, suspicion in each if suspicion is not None]
+    if len(runs) == 1:
+        return [] if together is None else [f"{runs[0].name}: {together}"]
+    each = {run.name: suspect([run], model) for run in runs}
+    if together is not None and all(
+        of_run is None or of_run.name == together.name for of_run in each.values()
+    ):
+        return [f"all runs: {together}"]
+    return [
+        f"{name}: {of_run}" for name, of_run in each.items() if of_run is not None and _stands_alone(of_run)
+    ]
 
 
-def _names(runs: Sequence[Recording]) -> str:
-    return runs[0].name if len(runs) == 1 else "all runs"
+def _stands_alone(suspicion: Suspicion) -> bool:
+    """Whether one run shows enough for a mistake that the others do not show."""
+    return suspicion.probability is None or suspicion.probability > ALONE
 
 
 def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:

@@ -89,7 +89,6 @@ class Asked:
             values[joint] = value
         return values
 
-
     def usual(self, change: Change) -> float:
         """Log odds of speeds and ranges without a mistake, over those that were logged."""
         if change.scale is None:
@@ -266,8 +265,9 @@ def _one_effort_unit(asked: Asked) -> Iterator[Case]:
 
 def _unknown_unit(asked: Asked) -> Iterator[Case]:
     known = asked.ratio[np.isfinite(asked.ratio)]
-    if len(known) > 1 and abs(np.median(np.log(known))) > FAR:
-        common = float(np.median(known))
+    common = float(np.median(known)) if len(known) > 1 else 1.0
+    listed = np.log([1.0, *UNITS])
+    if np.abs(np.log(common) - listed).min() > KINDS[0].spread and abs(np.log(common)) > FAR:
         words = (
             f"the efforts are in a unit that is not stated, all off by about {digits(common, 2)}{_off(asked)}"
         )

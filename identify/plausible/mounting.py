@@ -10,6 +10,8 @@ from .evidence import Reading
 
 EVALUATIONS = 40
 """Directions that are tried from the best start: to about a degree."""
+OPPOSITE = np.radians(20.0)
+"""Angle up to which a direction is that of an arm which hangs and is described standing, or the reverse."""
 STEP = 0.2
 """First step of that search [rad]."""
 
@@ -44,6 +46,8 @@ def found_gravity(reading: Reading) -> np.ndarray | None:
         lambda lean: loss(start + across @ lean), np.zeros(2), method="Nelder-Mead", options=options
     )
     direction = start + across @ best.x
+    if direction @ described < -np.cos(OPPOSITE) * size * np.linalg.norm(direction):
+        return None  # a row of the table of its own
     return np.asarray(size * direction / np.linalg.norm(direction))
 
 

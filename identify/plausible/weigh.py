@@ -15,9 +15,9 @@ Key = TypeVar("Key", bound=Hashable)
 
 MOST = 200
 """Maximum number of samples that are weighed: a hundred hypotheses are fitted to them."""
-ROOM = 5.0
-"""Log-likelihood that a log must leave to gain, for another reading of its positions to be worth a look: the
-likeliest one's prior costs as much."""
+ROOM = 1.0
+"""Log-likelihood that bodies of any mass must leave to gain, for another reading of the positions to be worth a
+look: right logs of simulated arms leave hundredths."""
 WRONG_MASSES = -1.0
 """Log-likelihood of a joint by the described masses over any masses, from which on something contradicts
 them."""
@@ -126,8 +126,10 @@ def weigh(reading: Reading, asked: Asked, kinds: Collection[str] | None = None) 
     odds = float(np.log1p(-sum(mistake.prior for mistake in table))) + plain.log_likelihood
     every = [case for mistake in table for case in _cases(mistake, asked)]
     cases = _of_efforts(reading, plain, odds, [case for case in every if case.change.of_efforts])
+    weight = [case for case in every if case.change.gravity is not None]
+    cases += _of_positions(reading, plain, odds, weight)
     if suspicious(plain):
-        cases += _of_positions(reading, plain, odds, [case for case in every if not case.change.of_efforts])
+        cases += _of_positions(reading, plain, odds, [case for case in every if case.change.of_motion])
         # Another direction takes a search: only where much is unexplained, or the masses are contradicted.
         contradicted = plain.drawn and plain.kind > 0
         if contradicted or plain.trust[asked.moving].min(initial=1.0) < 0.5:
@@ -152,7 +154,9 @@ def supported(parts: Sequence[Reading], change: Change) -> bool:
 def _cases(mistake: Mistake, asked: Asked) -> list[Case]:
     cases = list(mistake.cases(asked))
     prior = float(np.log(mistake.prior / max(len(cases), 1)))
-    return [Case(mistake, what, change, joints, prior + asked.usual(change)) for what, change, joints in cases]
+    return [
+        Case(mistake, what, change, joints, prior + asked.usual(change)) for what, change, joints in cases
+    ]
 
 
 def _mountings(reading: Reading, asked: Asked) -> list[Case]:

