@@ -13,6 +13,7 @@ import numpy as np
 
 from ..errors import BadUnit, NotRecorded
 from ..schema import LARGEST
+from .arrival_times import signals_by_stamps, with_regular_clocks
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
 from .restored_signals import restored
@@ -59,7 +60,10 @@ def check(recording: Recording) -> Recording:
         BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
     """
     recording = _without_silence(recording)
-    recording = _without_impossible(recording) if recording.recorded else restored(recording)
+    if recording.recorded:
+        recording = _without_impossible(recording)
+    else:
+        recording = restored(with_regular_clocks(recording))
     warnings = []
     for finding in findings(recording):
         if not (recording.recorded and finding.kind is BadUnit):
@@ -126,11 +130,8 @@ def _without_impossible(recording: Recording) -> Recording:
 
 def _gaps(recording: Recording) -> list[str]:
     """Warnings about time stamps with holes, once for all signals that share the stamps or the holes."""
-    sharing: dict[bytes, list[str]] = {}
-    for name, signal in recording.signals.items():
-        sharing.setdefault(signal.time.tobytes(), []).append(name)
     found: dict[str, list[str]] = {}
-    for names in sharing.values():
+    for names in signals_by_stamps(recording):
         signal = recording.signals[names[0]]
         steps = np.diff(signal.time)
         long = steps > GAP * signal.period
