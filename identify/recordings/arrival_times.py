@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..schema import LARGEST
 from .recording import EFFORT, Recording, Signal
-from .sample_numbers import STEPS, number_samples
+from .sample_numbers import RESOLVED, STEPS, number_samples
 
 FEWEST = 50
 """Samples in motion from which a clock can be judged."""
@@ -21,7 +22,11 @@ MOVES = 3.0
 ASTRAY = 10.0
 """Misfit of a sample, over the noise, that is a glitch by either clock."""
 MATTERS = 0.5
-"""Misfit that the stamps' jitter causes, over the noise of positions, from which on it matters."""
+"""Misfit that the stamps' jitter causes in a sample, over the noise, from which on it matters."""
+LITTLE = 0.02
+"""Jitter that no clock is replaced for, in periods: the velocity between two samples is as wrong."""
+OFTEN = 0.02
+"""Share of the samples in motion in which it matters, at least: a single step is no jitter."""
 SURE = 0.05
 """Standard deviation of the share of the jitter that is real, at most."""
 REAL, UNREAL = 0.8, 0.2
@@ -71,10 +76,10 @@ class Clock(NamedTuple):
         if self.kind:
             lost = f", which {self.missing} samples lack" if self.missing else ""
             done = f". A regular clock of {1e3 * self.period:.4f} ms through the earliest replaces them{lost}"
+            late = f", {1e3 * self.late[0]:.3g} ms on average and {1e3 * self.late[1]:.3g} ms at most"
             yield (
-                f"stamps {self.kind}, while the motion goes on evenly from sample to sample: "
-                f"{1e3 * self.late[0]:.3g} ms late on average, {1e3 * self.late[1]:.3g} ms at most"
-                f"{doubt or done}"
+                f"stamps {self.kind}{late * self.certain}, while the motion goes on evenly from sample to "
+                f"sample{doubt or done}"
             )
 
 
@@ -110,7 +115,7 @@ def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
         stamps: Shape (t,) [s].
         values: What changes evenly, positions best, shape (t, n); NaN where unknown.
     """
-    values = values[:, np.isfinite(values).all(axis=0)]
+    values = values[:, (np.abs(values) < LARGEST).all(axis=0)]
     if len(stamps) < FEWEST or not values.size or not np.isfinite(stamps).all():
         return None
     if _true(stamps, values):
@@ -121,11 +126,13 @@ def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
     time, straight = _envelope(stamps - numbers.offset, numbers.number, numbers.width)
     late = stamps - numbers.offset - time
     step = float((time[-1] - time[0]) / (numbers.number[-1] - numbers.number[0]))
-    share, std, size = _real_share(late / step, numbers.number, values)
-    arrivals = size > MATTERS and share < REAL
-    if not arrivals and not numbers.steps:
+    share, std, often = _real_share(late / step, numbers.number, values)
+    arrivals = often > OFTEN and share < REAL and float(np.std(late)) > LITTLE * step
+    apart = np.diff([0, *(sample for sample, _ in numbers.steps), len(stamps)])
+    settled = len(numbers.steps) <= STEPS and bool(np.all(apart >= FEWEST))
+    if not arrivals and not (numbers.steps and settled):
         return None
-    certain = straight and numbers.lost <= LOST * len(stamps) and len(numbers.steps) <= STEPS
+    certain = straight and settled and numbers.lost <= LOST * len(stamps)
     certain = certain and (not arrivals or (share < UNREAL and std < SURE))
     if not arrivals:  # of a clock that only steps, the stamps are true
         time = stamps - numbers.offset
@@ -154,7 +161,7 @@ def _envelope(stamps: np.ndarray, number: np.ndarray, width: int) -> tuple[np.nd
 
 
 def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tuple[float, float, float]:
-    """Share of the stamps' jitter that is real, its standard deviation, and the jitter's size.
+    """Share of the stamps' jitter that is real, its standard deviation, and how often it matters.
 
     A position lies on a cubic through its neighbors, by the clock by which it was taken. By the regular clock
     it misses that by what jitter moves it, if the jitter is real, and by nothing if it is not.
@@ -165,7 +172,7 @@ def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tup
         values: Shape (t, n).
 
     Returns:
-        The size is that of the misfit that jitter causes, over the noise of positions, in motion.
+        The last is the share of the samples in motion in which jitter matters.
     """
     weights = _cubic(number.astype(float))
     velocity = (values[4:] - values[:-4]) / (number[4:] - number[:-4])[:, None]
@@ -175,12 +182,12 @@ def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tup
     used = (np.abs(velocity) > MOVES * noise) & (np.minimum(np.abs(off), np.abs(off - moved)) < ASTRAY * noise)
     if used.sum() < FEWEST:
         return 1.0, 1.0, 0.0
-    noise = np.maximum(noise, np.finfo(float).tiny)
+    often = np.mean((np.abs(moved) > MATTERS * noise)[used.any(axis=1)].any(axis=1))
     off, moved = (off / noise)[used], (moved / noise)[used]
     power = max(float(moved @ moved), np.finfo(float).tiny)
     share = float(off @ moved) / power
     rest = off - share * moved
-    return share, float(np.sqrt(rest @ rest / len(rest) / power)), float(np.sqrt(power / len(rest)))
+    return share, float(np.sqrt(rest @ rest / len(rest) / power)), float(often)
 
 
 def _cubic(number: np.ndarray) -> np.ndarray:
@@ -201,8 +208,8 @@ def _misfit(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def _spread(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of most values of each column, shape (n,)."""
-    return np.asarray(1.4826 * np.median(np.abs(values), axis=0))
+    """Standard deviation of most values of each column, and at least that of an encoder, shape (n,)."""
+    return np.maximum(1.4826 * np.median(np.abs(values), axis=0), RESOLVED)
 
 
 def _kind(stamps: np.ndarray, period: float) -> str:
@@ -210,8 +217,8 @@ def _kind(stamps: np.ndarray, period: float) -> str:
     steps = np.diff(stamps)
     for digit in DIGITS:
         if np.all(np.abs(steps / digit - np.round(steps / digit)) < 1e-3):
-            return f"are rounded to {1e3 * digit:g} ms"
+            return f"are rounded to {1e3 * digit:g} ms and wrong by that"
     short = steps < 0.25 * period
     if np.mean(short) > 0.3:
-        return f"are times of arrival, in bursts of about {1.0 / (1.0 - np.mean(short)):.2g}"
-    return "are times of arrival, late by varying times"
+        return f"are times of arrival, in bursts of about {1.0 / (1.0 - np.mean(short)):.2g}, late"
+    return "are times of arrival, late by varying delays"

@@ -20,8 +20,12 @@ STRETCHES = 8
 """Stretches that a log has, at least."""
 JUMP = 0.5
 """Periods by which the earliest stamps jump where samples were lost, or the clock stepped."""
+RESOLVED = 1e-5
+"""Noise of positions, at least [rad]; encoders resolve no less, and computed positions have none."""
 VELOCITY = 4
 """Samples before and behind a jump over which velocities are taken."""
+STILL = 1e-6
+"""Way between two samples, over the noise of positions, that stands for none."""
 SEEN = 8.0
 """Way that a jump of the stamps would mean, over the noise of positions, from which positions decide."""
 ALIKE = 0.2
@@ -120,7 +124,7 @@ class Motion(NamedTuple):
         """The motion of values (t, n)."""
         change = np.diff(values, axis=0)
         noise = 1.4826 * np.median(np.abs(np.diff(change, axis=0)), axis=0)
-        change = change / np.maximum(noise, np.finfo(float).tiny)
+        change = change / np.maximum(noise, RESOLVED)
         padded = np.pad(change, ((VELOCITY, VELOCITY), (0, 0)), mode="edge")
         usual = np.median(np.lib.stride_tricks.sliding_window_view(padded, VELOCITY, axis=0), axis=-1)
         before, behind = usual[: len(change)], usual[VELOCITY + 1 :]
@@ -136,7 +140,7 @@ class Motion(NamedTuple):
             known: Steps of the numbers, shape (t - 1,).
         """
         velocity, none = self.velocity[stretch], np.zeros(len(stretch), int)
-        speed = np.maximum(np.linalg.norm(velocity, axis=1), np.finfo(float).tiny)
+        speed = np.maximum(np.linalg.norm(velocity, axis=1), STILL)
         extra = self.change[stretch] - velocity * known[stretch, None]
         seen = np.where(speed > SEEN, np.sum(extra * velocity, axis=1) / speed**2, 0.0)
         counts = np.maximum(np.round(seen), 0).astype(int)

@@ -17,6 +17,7 @@ from ..mcap.mcap_topics import ARRAY_TOPICS
 from ..optional_signals import without_damaged
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
+from ..separate_runs import separate_runs
 from .read_apart import call_reader
 from .tables.columns import find_joints
 from .tables.table import refused_as
@@ -130,7 +131,7 @@ def import_ros2_bag(
         settings={"source": source.name},
         host_time=states.bag,
     )
-    return [check(without_damaged(recording))]
+    return [check(run) for run, _ in separate_runs(without_damaged(recording), "message {}".format)]
 
 
 def _require_positions(source: Path, states: Samples) -> None:
