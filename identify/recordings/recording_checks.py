@@ -17,6 +17,7 @@ from .arrival_times import signals_by_stamps, with_regular_clocks
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
 from .restored_signals import restored
+from .saturated import without_saturated
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -63,7 +64,7 @@ def check(recording: Recording) -> Recording:
     if recording.recorded:
         recording = _without_impossible(recording)
     else:
-        recording = restored(with_regular_clocks(recording))
+        recording = without_saturated(restored(with_regular_clocks(recording)))
     warnings = []
     for finding in findings(recording):
         if not (recording.recorded and finding.kind is BadUnit):
