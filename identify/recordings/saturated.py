@@ -40,16 +40,21 @@ def saturated(column: np.ndarray) -> np.ndarray:
     held = np.zeros(len(column), bool)
     if len(column) < 10 * FEWEST or not is_number(column).all():
         return held
-    for extreme in (column.min(), column.max()):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], column == extreme, [0]])))
-        runs = [run for run in zip(edges[::2], edges[1::2], strict=True) if run[1] - run[0] >= FEWEST]
-        for apart in APART if runs else ():
-            turns = np.abs(column[2 * apart :] - 2 * column[apart:-apart] + column[: -2 * apart])
-            for start, stop in runs:  # what is looked for is not usual
-                turns[max(start - 2 * apart, 0) : stop + 1] = np.nan
-            usual = float(np.nanpercentile(turns, USUAL)) if np.isfinite(turns).any() else np.inf
-            for start, stop in runs:
-                if apart <= start - 1 and stop + apart < len(column):
-                    ways = column[start - 1] - column[start - 1 - apart], column[stop + apart] - column[stop]
-                    held[start:stop] |= min(np.abs(ways)) > ABRUPT * usual > 0.0
-    return held
+    runs = [run for extreme in (column.min(), column.max()) for run in _runs(column == extreme)]
+    for apart in APART if runs else ():
+        turns = np.abs(column[2 * apart :] - 2 * column[apart:-apart] + column[: -2 * apart])
+        for start, stop in runs:  # what is looked for is not usual
+            turns[max(start - 2 * apart, 0) : stop + 1] = np.nan
+        usual = float(np.nanpercentile(turns, USUAL)) if np.isfinite(turns).any() else np.inf
+        for start, stop in runs:
+            if apart <= start - 1 and stop + apart < len(column):
+                ways = column[start - 1] - column[start - 1 - apart], column[stop + apart] - column[stop]
+                held[start:stop] |= min(np.abs(ways)) > ABRUPT * usual > 0.0
+    return np.isin(column, np.unique(column[held]))  # at that value, others are no positions either
+
+
+def _runs(there: np.ndarray) -> list[tuple[int, int]]:
+    """Beginnings and ends of stretches that are there, bool (t,), and long enough."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there, [0]])))
+    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return [(start, stop) for start, stop in pairs if stop - start >= FEWEST]

@@ -11,12 +11,15 @@ import numpy as np
 
 from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
+from .no_commands import no_commands
 from .recording import EFFORT, Recording, Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
 WORDS = "servo error"
 """By which the settings of a recording say that its current is that."""
+FEW, SELDOM = 5, 0.01
+"""Samples, and share of them, that a servo may be at its limit without a word."""
 LAW = "effort"
 """Setting of a recording whose current is none; its text is how that was made."""
 
@@ -44,7 +47,7 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
         where: What errors call the log.
 
     Raises:
-        RecordingError: No command, or one that never differs from the position.
+        RecordingError: No command, or columns that hold none; see `no_commands`.
     """
     if "command" not in signals:
         raise RecordingError(
@@ -55,12 +58,25 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
     command = command[np.isfinite(command.values).all(axis=1)]
     asked = np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
     error = servo.gain * (asked - position.values)
-    if not np.any(np.abs(error) > 0.0):
-        raise RecordingError(
-            f"{where}: commands are the positions; with no error of the servo it has no effort"
-        )
+    known = np.isfinite(error).all(axis=1)
+    if why := no_commands(asked[known], position.values[known]):
+        raise RecordingError(f"{where}: {why}")
     kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
     return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
+
+
+def clipped_words(signals: Mapping[str, Signal], servo: PositionServo, joints: Sequence[str]) -> list[str]:
+    """Warnings about servo errors that `with_servo_error` clipped at the law's limit."""
+    error, warnings = signals["current"].values, []
+    for joint, column, limit, gain in zip(joints, error.T, servo.limit, servo.gain, strict=True):
+        clipped = int(np.sum(np.abs(column) >= limit))
+        if clipped > max(FEW, SELDOM * len(column)):
+            warnings.append(
+                f"current: the error of {joint}'s servo is clipped in {clipped} of {len(column)} samples, at the "
+                f"limit of its law, {limit:g}, which it reaches {limit / gain:.3g} away from the command: does the "
+                "robot file state its gain and limit?"
+            )
+    return warnings
 
 
 def delayed_command(recording: Recording, seconds: float, joints: Sequence[int]) -> Recording | None:

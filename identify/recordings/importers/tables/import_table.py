@@ -12,7 +12,15 @@ from ...optional_signals import without_damaged
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
 from ...separate_runs import separate_runs
-from ...servo_error import COMMAND, LAW, lacks_effort, servo_of, servo_words, with_servo_error
+from ...servo_error import (
+    COMMAND,
+    LAW,
+    clipped_words,
+    lacks_effort,
+    servo_of,
+    servo_words,
+    with_servo_error,
+)
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot
 from ...wrong_unit import percent_questions
 from .columns import Columns, Names
@@ -94,6 +102,7 @@ def import_table(
             servo = servo_of(model.robot, servo_gain, servo_limit)
             signals = with_servo_error(signals, servo, str(source))
             known |= {LAW: servo_words(servo)}
+            found.left_out.extend(clipped_words(signals, servo, model.robot.joints))
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
