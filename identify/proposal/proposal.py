@@ -18,7 +18,7 @@ from .described_bodies import described
 from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
-from .refusals import no_time, not_found, require_computable
+from .refusals import no_time, not_found, require_computable, require_measured
 from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, moves, quirks
 
@@ -104,6 +104,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
         raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
+    require_measured(log.values[effort], chosen[effort].pattern)
     units, order, direction, more = units_and_order(log, robot, chosen, clock_unit)
     guesses += more
     sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))

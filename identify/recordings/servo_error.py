@@ -34,7 +34,8 @@ def servo_of(robot: Robot, gain: float | None, limit: float | None) -> PositionS
 
 def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
     """Whether an arm's servos have to tell the effort: none was measured, and commands were recorded."""
-    there = {name for name, signal in signals.items() if np.isfinite(signal.values).any()}
+    # A controller that measures no effort may fill it with zeros.
+    there = {name for name, signal in signals.items() if np.any(np.abs(signal.values) > 0.0)}
     return robot.servo is not None and "command" in there and not there.intersection(EFFORT)
 
 
