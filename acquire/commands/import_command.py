@@ -177,7 +177,8 @@ def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -
         names = [recording.name for recording in recordings]
         _, colon, where = recordings[0].settings.get(PART, "").partition(": ")
         raise RecordingError(
-            f"{source} holds {len(recordings)} runs ({listed(names)}{colon}{where}), and --output {path} is one file. "
+            f"{source} holds {len(recordings)} runs ({listed(names)}{colon}{where}), and --output {path} is "
+            f"one file. "
             f"Name a folder: --output {path.with_suffix('')}"
         )
     require_file(path, "--output", [source])

@@ -57,7 +57,9 @@ def with_servo_torque(
     return with_torque.with_warnings(*_clipped(model, actuators, joints, torque))
 
 
-def _clipped(model: Any, actuators: Sequence[int], joints: Sequence[str], torque: np.ndarray) -> Iterator[str]:
+def _clipped(
+    model: Any, actuators: Sequence[int], joints: Sequence[str], torque: np.ndarray
+) -> Iterator[str]:
     """Warnings about joints whose torque, shape (t, n), is at the limit of the file's servo."""
     for joint, actuator, column in zip(joints, actuators, torque.T, strict=True):
         if not model.actuator_forcelimited[actuator]:
@@ -65,12 +67,11 @@ def _clipped(model: Any, actuators: Sequence[int], joints: Sequence[str], torque
         gear, ends = model.actuator_gear[actuator, 0], model.actuator_forcerange[actuator]
         clipped = int(np.sum(np.isin(column, gear * ends)))
         if clipped > max(FEW, SELDOM * len(column)):
-            kp = -model.actuator_biasprm[actuator, 1]
+            kp, most = -model.actuator_biasprm[actuator, 1], float(np.abs(ends).max())
             yield (
-                f"torque: the servo of {joint} is at the limit of the file's forcerange, {abs(ends).max():g}, in "
-                f"{clipped} of {len(column)} samples: with kp = {kp:g} that is {abs(ends).max() / kp / gear:.2g} "
-                "rad from the command. Is that the kp of the robot's servo? exidyn init LOG --mjcf FILE asks the "
-                "bodies"
+                f"torque: the servo of {joint} is at its limit (forcerange {most:g}) in {clipped} of "
+                f"{len(column)} samples: with kp = {kp:g} in the file, that is {most / kp / gear:.2g} rad "
+                "from the command. If kp is wrong, exidyn init LOG --mjcf FILE estimates it"
             )
 
 

@@ -1,7 +1,7 @@
 """Stamps that tell when a sample arrived, and the regular clock by which it was taken.
 
-A sensor that samples at a constant rate is often stamped by whoever receives its messages: late, in bursts, or
-with few digits. Its positions then change evenly from sample to sample, and unevenly over the stamps. The
+A sensor that samples at a constant rate is often stamped by the receiver of its messages: late, in bursts,
+or with few digits. Its positions then change evenly from sample to sample, and unevenly over the stamps. The
 clock is the line through the earliest stamps: no message arrives before it is sent.
 """
 
@@ -32,7 +32,7 @@ SURE = 0.05
 REAL, UNREAL = 0.8, 0.2
 """Shares of the jitter that is real, from which stamps are true and up to which they are times of arrival."""
 STRAIGHT = 0.5
-"""How far the earliest stamps of a stretch may lie off one line, in periods: sample numbers are unclear then."""
+"""How far the earliest stamps of a stretch may lie off one line, in periods; then numbers are unclear."""
 LOST = 0.1
 """Share of samples that may be lost; with more of them, their number is unclear."""
 EVENER = 0.7
@@ -137,7 +137,9 @@ def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
     if not arrivals:  # of a clock that only steps, the stamps are true
         time = stamps - numbers.offset
     kind = _kind(stamps, step) if arrivals else ""
-    return Clock(time, step, (float(late.mean()), float(late.max())), kind, certain, numbers.steps, numbers.lost)
+    return Clock(
+        time, step, (float(late.mean()), float(late.max())), kind, certain, numbers.steps, numbers.lost
+    )
 
 
 def _true(stamps: np.ndarray, values: np.ndarray) -> bool:
@@ -149,7 +151,7 @@ def _true(stamps: np.ndarray, values: np.ndarray) -> bool:
 
 
 def _envelope(stamps: np.ndarray, number: np.ndarray, width: int) -> tuple[np.ndarray, bool]:
-    """Times on the line through the earliest stamps (t,) of each stretch, and whether these lie on one line."""
+    """Times on the line through the earliest stamps (t,) of each stretch, and whether these are on a line."""
     count = max(len(stamps) // width, 2)
     slope = np.polyfit(number, stamps, 1)[0]
     for _ in range(2):  # which stamp is the earliest depends on the slope
@@ -179,7 +181,9 @@ def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tup
     off = _misfit(values, weights)
     moved = _misfit(late[:, None], weights) * velocity
     noise = np.minimum(_spread(off), _spread(off - moved))
-    used = (np.abs(velocity) > MOVES * noise) & (np.minimum(np.abs(off), np.abs(off - moved)) < ASTRAY * noise)
+    used = (np.abs(velocity) > MOVES * noise) & (
+        np.minimum(np.abs(off), np.abs(off - moved)) < ASTRAY * noise
+    )
     if used.sum() < FEWEST:
         return 1.0, 1.0, 0.0
     often = np.mean((np.abs(moved) > MATTERS * noise)[used.any(axis=1)].any(axis=1))

@@ -1,11 +1,11 @@
-"""Columns of commands that hold none: positions that were copied, of this sample or a later one, or their steps."""
+"""Columns of commands that hold none: copied positions, of the same or a later sample, or their steps."""
 
 import numpy as np
 
 LATEST = 10
 """Samples by which copied positions may be shifted, at most."""
 EXACT = 1e-5
-"""Difference from a copy, over a joint's range: of rounding. A servo that follows does not meet every command."""
+"""Difference from a copy, over a joint's range: of rounding. No servo meets every command."""
 ALMOST = 0.98
 """Share of the samples in motion that are exact in a copy; a run may end with a repeated sample."""
 FEWEST = 20
@@ -22,13 +22,13 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
 
     Samples follow each other at one rate, and joints at rest count as if they followed.
     """
+    if np.array_equal(command, position):
+        return f"commands are the positions: {NO_EFFORT}"
     reach = np.ptp(position, axis=0)
     moving = np.flatnonzero(reach > 0.0)
     command, position, reach = command[:, moving], position[:, moving], reach[moving]
     if not len(moving) or len(position) < 2 * LATEST:
         return ""
-    if np.array_equal(command, position):
-        return f"commands are the positions: {NO_EFFORT}"
     moved = np.abs(np.diff(position, axis=0)) > EXACT * reach
     for shift in range(LATEST + 1):
         later = position[shift:]
@@ -43,8 +43,8 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
     alike = max(float(np.median(_correlation(command[k : len(steps) + k], steps))) for k in (0, 1))
     if alike > STEPS:
         return (
-            "commands do not follow the positions: they look like steps to the next position. Add each to the "
-            "position that it starts from, if these were the goals of the servos"
+            "commands do not follow the positions: they look like steps to the next position. If these were "
+            "the goals of the servos, add to each the position from which it starts"
         )
     return ""
 

@@ -108,14 +108,18 @@ def check_alive(recording: Recording) -> Recording:
     Raises:
         NotRecorded: One is constant; as a torque it would mean that the joint weighs nothing.
     """
-    dead = [warning for name in EFFORT for warning in (_unmeasured(recording, name) or _dead(recording, name))]
+    dead = [
+        warning for name in EFFORT for warning in (_unmeasured(recording, name) or _dead(recording, name))
+    ]
     if dead:
-        raise NotRecorded(f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured")
+        raise NotRecorded(
+            f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
+        )
     return recording
 
 
 def still_at(values: np.ndarray) -> np.ndarray:
-    """The one value that each column (t, n) has in all samples, shape (n,); NaN where it has several, or none."""
+    """The value of each column (t, n) in all samples, shape (n,); NaN where it changes, or has none."""
     known = is_number(values)
     lowest, highest = (
         function(values, axis=0, where=known, initial=start)
@@ -153,7 +157,8 @@ def _dead(recording: Recording, name: str) -> list[str]:
         if np.isfinite(value) and (value != 0.0 or joint not in recording.robot.passive):
             cure = "" if value else f". If it has no motor: {NO_MOTOR}"
             warnings.append(
-                f"{name}: {joint} is constant at {value + 0.0:g}; it was not measured, or the motor was off{cure}"
+                f"{name}: {joint} is constant at {value + 0.0:g}; it was not measured, or the motor was off"
+                f"{cure}"
             )
     return warnings
 

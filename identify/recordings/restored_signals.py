@@ -50,13 +50,12 @@ def _restored(
 ) -> tuple[Signal, list[str]]:
     """The signal with those joints restored, and what was done of each."""
     values, facts = np.array(signal.values), list[str]()
-    better = {int(j): restored for j in np.flatnonzero(which) if (restored := restore(values[:, j])) is not None}
-    turns = {restored.turn for restored in better.values()}
-    for j in {int(j) for j in np.flatnonzero(which)} - set(better):
-        likely = (like for turn in turns if (like := signed_like(values[:, j], turn)) is not None)
-        better |= {j: like for like in likely}
-    for fact in dict.fromkeys(restored.fact for _, restored in sorted(better.items())):
-        alike = [j for j in sorted(better) if better[j].fact == fact]
+    tried = {j: restore(values[:, j]) for j in np.flatnonzero(which).tolist()}
+    for turn in {restored.turn for restored in tried.values() if restored is not None}:
+        tried = {j: restored or signed_like(values[:, j], turn) for j, restored in tried.items()}
+    better = {j: restored for j, restored in tried.items() if restored is not None}
+    for fact in dict.fromkeys(restored.fact for restored in better.values()):
+        alike = [j for j in better if better[j].fact == fact]
         values[:, alike] = np.stack([better[j].values for j in alike], axis=1)
         facts.append(f"{', '.join(joints[j] for j in alike)} {fact}")
     return (Signal(signal.time, values), facts) if facts else (signal, facts)

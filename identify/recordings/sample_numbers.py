@@ -1,4 +1,4 @@
-"""Numbers of samples that were taken at a constant rate: which were lost, and where the stamps' clock stepped.
+"""Numbers of samples taken at a constant rate: which were lost, and where the clock of the stamps was set.
 
 Between two samples the stamps' earliest go on by one period, or by k of them where k - 1 samples were lost,
 or by anything where the clock of the stamps was set. Positions decide: they jump where samples were lost.
@@ -57,7 +57,7 @@ class Numbers(NamedTuple):
 
 
 def number_samples(stamps: np.ndarray, values: np.ndarray) -> Numbers | None:
-    """Numbers of samples with stamps (t,) [s] and values (t, n) that go on evenly; None if none can be told."""
+    """Numbers of samples with stamps (t,) [s] and values (t, n) that change evenly; None if unknown."""
     width = _width(stamps)
     while True:
         period = float(np.median(stamps[width:] - stamps[:-width])) / width
@@ -65,7 +65,9 @@ def number_samples(stamps: np.ndarray, values: np.ndarray) -> Numbers | None:
             return None
         jump = _jumps(stamps - period * np.arange(len(stamps)), width) / period
         # Lost samples only ever add: where the earliest stamps go back often, more of them are needed.
-        if len(find_peaks(-jump, JUMP, distance=2 * width)[0]) <= STEPS or 2 * STRETCHES * width > len(stamps):
+        if len(find_peaks(-jump, JUMP, distance=2 * width)[0]) <= STEPS or 2 * STRETCHES * width > len(
+            stamps
+        ):
             return _numbered(stamps, values, period, width)
         width *= 2
 
@@ -161,7 +163,7 @@ class Motion(NamedTuple):
 
 
 def _jumps(late: np.ndarray, width: int) -> np.ndarray:
-    """By how much the earliest of the stamps behind each sample differs from that up to it, shape (t - 1,)."""
+    """How far the earliest stamps rise from up to each sample to behind it, shape (t - 1,)."""
     before = minimum_filter1d(late, width, mode="constant", cval=np.inf, origin=width - 1 - width // 2)
     behind = minimum_filter1d(late, width, mode="constant", cval=np.inf, origin=-(width // 2))
     jump = np.asarray(behind[1:] - before[:-1])

@@ -10,7 +10,7 @@ FEWEST = 3
 ABRUPT = 4.0
 """Stop within one sample, over the joint's usual changes of speed, from which on no motor causes it."""
 APART = (1, 2, 5)
-"""Samples over which speeds are taken: over few a slow stop is no abrupt one, over many there is less noise."""
+"""Samples over which speeds are taken: many average noise, few tell an abrupt stop from a slow one."""
 USUAL = 99.0
 """Percentile of the changes of speed that is usual."""
 
@@ -22,8 +22,9 @@ def without_saturated(recording: Recording) -> Recording:
     for joint, column in zip(recording.robot.joints, position.values.T, strict=True):
         held = saturated(column)
         for extreme in np.unique(column[held]):
+            count = int(np.sum(column[held] == extreme))
             warnings.append(
-                f"position: {joint} is held at exactly {extreme:g} in {np.sum(column[held] == extreme)} samples, "
+                f"position: {joint} is held at exactly {extreme:g} in {count} samples, "
                 "though it moves fast up to them and behind them: it is clipped there; they are left out"
             )
         kept &= ~held

@@ -1,4 +1,4 @@
-"""Runs that one file holds one behind the other: where time begins anew, or stands for longer than a run does."""
+"""Runs that follow each other in one file: time begins anew there, or is missing for long."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -54,7 +54,9 @@ def separate_runs(
     parts = [range(*ends) for ends in zip([0, *sorted(why)], [*sorted(why), len(position)], strict=True)]
     runs = [part for part in parts if len(part) >= SHORTEST]
     scraps = sum(len(part) for part in parts) - sum(len(part) for part in runs)
-    apart = [signal for signal in recording.signals.values() if not np.array_equal(signal.time, position.time)]
+    apart = [
+        signal for signal in recording.signals.values() if not np.array_equal(signal.time, position.time)
+    ]
     if len(runs) < 2 or scraps > SCRAPS * len(position) or apart:
         return [Part(recording, 0)]
     where = "; ".join(f"{why[row]} at {headings.get(row) or place(row)}" for row in sorted(why))

@@ -55,13 +55,23 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
             f"{where} has no commanded position, which --effort {COMMAND} needs; name its columns by "
             "--columns command=NAME,NAME,..."
         )
-    position, command = signals["position"], signals["command"]
-    command = command[np.isfinite(command.values).all(axis=1)]
-    asked = np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
-    error = servo.gain * (asked - position.values)
-    known = np.isfinite(error).all(axis=1)
+    position = signals["position"]
+    asked = _asked(position, signals["command"])
+    known = np.isfinite(asked - position.values).all(axis=1)
     if why := no_commands(asked[known], position.values[known]):
         raise RecordingError(f"{where}: {why}")
+    return _by_law(signals, servo)
+
+
+def _asked(position: Signal, command: Signal) -> np.ndarray:
+    """Commands at the times of the positions, shape (t, n)."""
+    command = command[np.isfinite(command.values).all(axis=1)]
+    return np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
+
+
+def _by_law(signals: Mapping[str, Signal], servo: PositionServo) -> dict[str, Signal]:
+    position = signals["position"]
+    error = servo.gain * (_asked(position, signals["command"]) - position.values)
     kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
     return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
 
@@ -73,9 +83,9 @@ def clipped_words(signals: Mapping[str, Signal], servo: PositionServo, joints: S
         clipped = int(np.sum(np.abs(column) >= limit))
         if clipped > max(FEW, SELDOM * len(column)):
             warnings.append(
-                f"current: the error of {joint}'s servo is clipped in {clipped} of {len(column)} samples, at the "
-                f"limit of its law, {limit:g}, which it reaches {limit / gain:.3g} away from the command: does the "
-                "robot file state its gain and limit?"
+                f"current: the error of {joint}'s servo is clipped at its limit, {limit:g}, in {clipped} of "
+                f"{len(column)} samples: {limit / gain:.3g} rad from the command. Are its gain and "
+                "limit those of the robot (servo_gain, servo_limit)?"
             )
     return warnings
 
@@ -92,7 +102,7 @@ def delayed_command(recording: Recording, seconds: float, joints: Sequence[int])
     for joint in joints:
         values[:, joint] = np.interp(command.time - seconds, command.time, command.values[:, joint])
     signals = {**recording.signals, "command": Signal(command.time, values)}
-    return replace(recording, signals=with_servo_error(signals, servo, recording.name))
+    return replace(recording, signals=_by_law(signals, servo))
 
 
 def servo_words(servo: PositionServo) -> str:
