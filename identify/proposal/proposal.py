@@ -7,9 +7,11 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RecordingError
+from ..recordings.arrival_times import regular_clock
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
+from ..recordings.separate_runs import beginnings
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .agreement import LONG, Guess, Sampled, posterior, runs_of
@@ -85,6 +87,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
         RecordingError: Time, positions or efforts are not to be found.
     """
     clock = _time(names, values)
+    values, clock_notes = _continuing(names, values, clock)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
     chosen, guesses, left = _signals(found)
     read = [f for f in found if f.signal != "other"]
@@ -104,12 +107,15 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
         raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
+    if regular := regular_clock(time, log.values["position"]):
+        clock_notes.append(f"{regular.what}: import replaces them by a regular clock" * regular.certain)
+        log = replace(log, time=regular.time) if regular.certain else log
     require_measured(log.values[effort], chosen[effort].pattern)
     units, order, direction, more = units_and_order(log, robot, chosen, clock_unit)
     guesses += more
     sample = log.sampled(units.time).ordered(order, factor_of(robot, units.position))
     position = log.values["position"][:, order] * factor_of(robot, units.position)
-    time = time * TIME[units.time]
+    time = log.time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
     mounted, more = mounted_robot(robot, direction, sample)
     guesses += more
@@ -123,6 +129,7 @@ def propose(names: Sequence[str], values: np.ndarray, robot: Robot, joints: Sequ
     guesses = [guess for guess in guesses if guess.what not in astray]
     columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
+    notes += filter(None, clock_notes)
     notes += unit_questions(robot, log.values["position"][:, order], units.position)
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
@@ -186,14 +193,31 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
     return np.concatenate(parts)
 
 
+def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[np.ndarray, list[str]]:
+    """Values (t, c) of a log in which time goes on, where a recorder appended its runs; and what was seen."""
+    rows = [row for row, _ in beginnings(values[:, clock], np.delete(values, clock, axis=1))]
+    if not rows or min(np.diff([0, *rows, len(values)])) < FEWEST:
+        return values, []
+    where = ", ".join(str(row + 1) for row in rows)
+    note = f"{len(rows) + 1} runs follow each other, from row {where}: import writes a recording of each"
+    return one_after_another(names, np.split(values, rows)), [note]
+
+
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Place of the column of time: one that is called so, else the only one that increases throughout."""
-    rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
+    rising = [k for k in range(len(names)) if _rises(values[:, k], names[k])]
     called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
     found = called or rising
     if not found or (len(found) > 1 and not called):
         raise no_time(names, values, len(rising))
     return found[0]
+
+
+def _rises(column: np.ndarray, name: str) -> bool:
+    """Whether a column (t,) increases as time does; one that is called so may have few digits."""
+    steps = np.diff(column)
+    called = STAMPS.intersection(words_of(name))
+    return bool(np.mean(steps > 0) > (0.01 if called else 0.99) and np.mean(steps >= 0) > 0.99)
 
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:

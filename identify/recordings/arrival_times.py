@@ -63,6 +63,11 @@ class Clock(NamedTuple):
     steps: tuple[tuple[int, float], ...] = ()
     missing: int = 0
 
+    @property
+    def what(self) -> str:
+        """What the stamps are, in words."""
+        return f"stamps {self.kind}" if self.kind else "stamps are of a clock that was set"
+
     def facts(self, stamps: np.ndarray) -> Iterator[str]:
         """What stamps (t,) [s] are and what was done about it, in sentences."""
         doubt = (

@@ -81,7 +81,7 @@ def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]
         if abs(step) < BACK * period or step * steps[row - 1] < 0.0:
             continue
         motion = motion or Motion.of(values)
-        if not motion.goes_on(row - 1):
+        if not motion.goes_on(int(row) - 1):
             yield int(row), "time begins anew" if step < 0 else f"{steps[row - 1]:.0f} s are missing"
 
 

@@ -8,11 +8,19 @@ import pytest
 
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import RigidBody
-from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
+from exidyn.identify.errors import (
+    BadTime,
+    BadUnit,
+    NotFinite,
+    NotRecorded,
+    RecordingError,
+    UnknownKey,
+    WrongShape,
+)
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recordings.recording_checks import check, check_recorded
+from exidyn.identify.recordings.recording_checks import check, check_alive, check_recorded
 from exidyn.identify.recordings.units import joint_side
 
 pytestmark = pytest.mark.clocked
@@ -336,3 +344,20 @@ def test_motor_side_needs_gears():
 def test_motor_side_lists_what_can_be():
     with pytest.raises(UnknownKey, match="unknown key .temperature.. Valid keys: command, position"):
         joint_side(recording(), ["temperature"])
+
+
+@pytest.mark.parametrize("value", [0.0, 0.25])
+def test_efforts_that_never_change_were_not_measured(value):
+    dead = check(recording(current=np.full_like(noise(), value)))
+    words = f"no effort was measured: all efforts are {value:g} throughout"
+    assert dead.warnings == (f"current: {words}",)
+    with pytest.raises(NotRecorded, match=words):
+        check_alive(dead)
+
+
+def test_a_run_that_was_stopped_says_so():
+    stopped = replace(recording(), outcome={"stop": "position", "text": "joint1 is at its limit"})
+    assert check(stopped).warnings == ("was stopped early, after 2 s: joint1 is at its limit",)
+    assert (
+        check(replace(stopped, outcome={"stop": "none", "text": "the motion came to its end"})).warnings == ()
+    )
