@@ -20,7 +20,7 @@ from .described_bodies import described
 from .drives import Gain, gain_guesses, gains
 from .hypotheses import Log, factor_of, joint_odds, units_and_order
 from .mounting import mounted_robot
-from .refusals import no_time, not_found, require_computable, require_measured
+from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
 from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, moves, quirks
 
@@ -205,19 +205,13 @@ def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[n
 
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Place of the column of time: one that is called so, else the only one that increases throughout."""
-    rising = [k for k in range(len(names)) if _rises(values[:, k], names[k])]
-    called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
+    rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
+    stamps = [k for k in range(len(names)) if STAMPS.intersection(words_of(names[k]))]
+    called = [k for k in stamps if k in rising] or [k for k in stamps if has_few_digits(values, k)]
     found = called or rising
     if not found or (len(found) > 1 and not called):
         raise no_time(names, values, len(rising))
     return found[0]
-
-
-def _rises(column: np.ndarray, name: str) -> bool:
-    """Whether a column (t,) increases as time does; one that is called so may have few digits."""
-    steps = np.diff(column)
-    called = STAMPS.intersection(words_of(name))
-    return bool(np.mean(steps > 0) > (0.01 if called else 0.99) and np.mean(steps >= 0) > 0.99)
 
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:

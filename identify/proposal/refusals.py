@@ -8,7 +8,7 @@ from ..arm.robot import Robot
 from ..errors import BadTime, NotFinite, NotRecorded, RecordingError, listed
 from ..recordings.recording_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
-from ..recordings.steps_back import advice, steps_back
+from ..recordings.steps_back import DIGITS, advice, steps_back
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 
@@ -49,6 +49,11 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
         f"{digits(time[first])} in row {first + 1} to {digits(time[first + 1])} in row {first + 2}. "
         f"{advice(time, others)}"
     )
+
+
+def has_few_digits(values: np.ndarray, place: int) -> bool:
+    """Whether stamps, a column of values (t, c), repeat for want of digits, and never fall."""
+    return advice(values[:, place], np.delete(values, place, axis=1)) == DIGITS
 
 
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:

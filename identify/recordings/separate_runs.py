@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .recording import Recording, Signal
+from .recording_findings import is_number
 from .sample_numbers import Motion
 
 SHORTEST = 50
@@ -70,11 +71,13 @@ def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]
         time: Shape (t,) [s].
         values: Positions, shape (t, n).
     """
+    if not is_number(time).all():
+        return
     steps = np.diff(time)
     period = float(np.median(steps)) if len(steps) else 0.0
     if not period > 0.0:
         return
-    motion = None
+    motion, values = None, values[:, is_number(values).all(axis=0)]
     for row in np.flatnonzero((steps < -BACK * period) | (steps > max(PAUSE, MANY_PERIODS * period))) + 1:
         # Single stamps that are wrong begin nothing.
         step = np.median(time[row : row + AROUND]) - np.median(time[max(row - AROUND, 0) : row])

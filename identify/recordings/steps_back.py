@@ -37,7 +37,7 @@ def advice(time: np.ndarray, values: np.ndarray) -> str:
     if len(back) and back[-1] + 1 < BEGINNING * len(time):
         return SKIP
     steps = np.diff(time)
-    if np.mean(steps == 0.0) > ROUNDED and np.all(steps[np.isfinite(steps)] >= 0.0):
+    if np.any(steps > 0.0) and np.mean(steps == 0.0) > ROUNDED and not np.any(steps < 0.0):
         return DIGITS
     return CUT if _in_order(time, values) else SORT
 
