@@ -124,8 +124,8 @@ def _count(values: np.ndarray) -> float | None:
         if not np.isfinite(multiples).all() or not clear.any():
             continue
         off = np.abs(multiples - np.round(multiples))
-        if np.all(off < 0.01 + WRITTEN * multiples):
-            whole = np.round(multiples[clear])
+        whole = np.round(multiples[clear])
+        if whole.any() and np.all(off < 0.01 + WRITTEN * multiples):
             return float(sizes[clear] @ whole / (whole @ whole)) if step != 1.0 else step
     return None
 
