@@ -14,6 +14,7 @@ from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_
 from exidyn.identify.recordings.importers.tables.preset import preset_names
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
+from exidyn.identify.recordings.separate_runs import PART
 from exidyn.identify.recordings.servo_error import COMMAND
 from exidyn.identify.recordings.units import BEFORE_GEAR
 from exidyn.identify.robot_files.robot_file import read_model
@@ -174,8 +175,10 @@ def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -
     """Make sure that one file can take what was imported."""
     if len(recordings) > 1:
         names = [recording.name for recording in recordings]
+        _, colon, where = recordings[0].settings.get(PART, "").partition(": ")
         raise RecordingError(
-            f"{source} holds {len(recordings)} runs ({listed(names)}), and --output {path} is one file. "
+            f"{source} holds {len(recordings)} runs ({listed(names)}{colon}{where}), and --output {path} is "
+            f"one file. "
             f"Name a folder: --output {path.with_suffix('')}"
         )
     require_file(path, "--output", [source])

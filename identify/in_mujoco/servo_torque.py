@@ -8,7 +8,7 @@ armature. Taken as it acts there, what is fitted is the inertia with which the s
 does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT, Recording, Signal
-from ..recordings.servo_error import is_servo_error
+from ..recordings.servo_error import FEW, SELDOM, is_servo_error
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
 
@@ -53,7 +53,26 @@ def with_servo_torque(
     ahead = lead(model) if ahead is None else ahead
     velocity = velocity + ahead * np.gradient(velocity, position.time, axis=0)
     torque = servo_torque(model, actuators, error.values, velocity)
-    return replace(recording, signals=kept | {"torque": Signal(position.time, torque)})
+    with_torque = replace(recording, signals=kept | {"torque": Signal(position.time, torque)})
+    return with_torque.with_warnings(*_clipped(model, actuators, joints, torque))
+
+
+def _clipped(
+    model: Any, actuators: Sequence[int], joints: Sequence[str], torque: np.ndarray
+) -> Iterator[str]:
+    """Warnings about joints whose torque, shape (t, n), is at the limit of the file's servo."""
+    for joint, actuator, column in zip(joints, actuators, torque.T, strict=True):
+        if not model.actuator_forcelimited[actuator]:
+            continue
+        gear, ends = model.actuator_gear[actuator, 0], model.actuator_forcerange[actuator]
+        clipped = int(np.sum(np.isin(column, gear * ends)))
+        if clipped > max(FEW, SELDOM * len(column)):
+            kp, most = -model.actuator_biasprm[actuator, 1], float(np.abs(ends).max())
+            yield (
+                f"torque: the servo of {joint} is at its limit (forcerange {most:g}) in {clipped} of "
+                f"{len(column)} samples: with kp = {kp:g} in the file, that is {most / kp / gear:.2g} rad "
+                "from the command. If kp is wrong, exidyn init LOG --mjcf FILE estimates it"
+            )
 
 
 def lead(model: Any) -> float:

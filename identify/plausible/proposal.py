@@ -7,9 +7,11 @@ import numpy as np
 
 from ..errors import RecordingError
 from ..model import Model
+from ..recordings.arrival_times import regular_clock
 from ..recordings.recording import EFFORT
 from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
+from ..recordings.separate_runs import beginnings
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
@@ -18,7 +20,7 @@ from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
 from .guess import Guess
 from .proposed_units import Log, joint_odds, propose_units
-from .refusals import no_time, not_found, require_computable
+from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
 from .samples import LONG, runs_of
 from .servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .units import STATED, TIME, Units, affine, moves, quirks
@@ -87,6 +89,7 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
         RecordingError: Time, positions or efforts are not to be found.
     """
     robot, clock = model.robot, _time(names, values)
+    values, clock_notes = _continuing(names, values, clock)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
     chosen, guesses, left = _signals(found)
     read = [f for f in found if f.signal != "other"]
@@ -106,11 +109,15 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
         raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
+    if regular := regular_clock(time, log.values["position"]):
+        clock_notes.append(f"{regular.what}: import replaces them by a regular clock" * regular.certain)
+        log = replace(log, time=regular.time) if regular.certain else log
+    require_measured(log.values[effort], chosen[effort].pattern)
     units, order, reading, gravity, more, doubt = propose_units(log, model, chosen, clock_unit)
     guesses += more
     scale, offset = affine(robot, units.position, log.values["position"])
     position = log.values["position"][:, order] * scale + offset
-    time = time * TIME[units.time]
+    time = log.time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
     if servo:
         every, drives, more = servo_gains(chosen, reading, scale)
@@ -122,6 +129,7 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     guesses = [guess for guess in guesses if guess.what not in astray]
     columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
+    notes += filter(None, clock_notes)
     notes += unit_questions(robot, log.values["position"][:, order], units.position)
     if silent.any():
         mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
@@ -185,10 +193,21 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
     return np.concatenate(parts)
 
 
+def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[np.ndarray, list[str]]:
+    """Values (t, c) of a log in which time goes on, where a recorder appended its runs; and what was seen."""
+    rows = [row for row, _ in beginnings(values[:, clock], np.delete(values, clock, axis=1))]
+    if not rows or min(np.diff([0, *rows, len(values)])) < FEWEST:
+        return values, []
+    where = ", ".join(str(row + 1) for row in rows)
+    note = f"{len(rows) + 1} runs follow each other, from row {where}: import writes a recording of each"
+    return one_after_another(names, np.split(values, rows)), [note]
+
+
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Place of the column of time: one that is called so, else the only one that increases throughout."""
     rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
-    called = [k for k in rising if STAMPS.intersection(words_of(names[k]))]
+    stamps = [k for k in range(len(names)) if STAMPS.intersection(words_of(names[k]))]
+    called = [k for k in stamps if k in rising] or [k for k in stamps if has_few_digits(values, k)]
     found = called or rising
     if not found or (len(found) > 1 and not called):
         raise no_time(names, values, len(rising))

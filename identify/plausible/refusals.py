@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arm.robot import Robot
-from ..errors import BadTime, NotFinite, RecordingError, listed
+from ..errors import BadTime, NotFinite, NotRecorded, RecordingError, listed
+from ..recordings.recording_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
-from ..recordings.steps_back import advice, steps_back
+from ..recordings.steps_back import DIGITS, advice, steps_back
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 
@@ -50,6 +51,11 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
     )
 
 
+def has_few_digits(values: np.ndarray, place: int) -> bool:
+    """Whether stamps, a column of values (t, c), repeat for want of digits, and never fall."""
+    return advice(values[:, place], np.delete(values, place, axis=1)) == DIGITS
+
+
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:
     """Refuse columns with numbers that the import refuses too: sums of their squares are no numbers.
 
@@ -68,6 +74,18 @@ def require_computable(names: Sequence[str], values: np.ndarray, places: Sequenc
                 f"column {names[place]} is above {LARGEST:g} in {len(rows)} of {len(values)} rows, first in "
                 f"row {rows[0] + 1}: {values[rows[0], place]:g}. Leave such rows out"
             )
+
+
+def require_measured(effort: np.ndarray, pattern: str) -> None:
+    """Refuse efforts (t, n), of columns called so, none of which ever changes.
+
+    Raises:
+        NotRecorded: They have no unit, and nothing can be identified from them.
+    """
+    if words := unmeasured_words(effort):
+        raise NotRecorded(
+            f"{pattern}: {words}, and have no unit. Record a topic or columns with efforts or motor currents"
+        )
 
 
 def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..errors import RecordingError
+from ..recordings.no_commands import no_commands
 from ..recordings.recording import EFFORT
 from .column_names import Family
 from .evidence import Reading
@@ -23,8 +25,15 @@ def only_commanded(chosen: Mapping[str, Family]) -> bool:
 def with_error(
     names: Sequence[str], values: np.ndarray, chosen: Mapping[str, Family]
 ) -> tuple[list[str], np.ndarray, dict[str, Family]]:
-    """Names and values (t, c) of the columns, and families by signal, with that error as the current."""
+    """Names and values (t, c) of the columns, and families by signal, with that error as the current.
+
+    Raises:
+        RecordingError: The columns of commands hold none.
+    """
     position, command = chosen["position"], chosen["command"]
+    known = np.isfinite(values[:, [*position.places, *command.places]]).all(axis=1)
+    if why := no_commands(values[known][:, command.places], values[known][:, position.places]):
+        raise RecordingError(f"{command.pattern}: {why}")
     error = values[:, command.places] - values[:, position.places]
     places = tuple(range(values.shape[1], values.shape[1] + error.shape[1]))
     made = tuple(f"{ERROR} of {name}" for name in position.names)

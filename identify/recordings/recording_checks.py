@@ -13,9 +13,11 @@ import numpy as np
 
 from ..errors import BadUnit, NotRecorded
 from ..schema import LARGEST
+from .arrival_times import signals_by_stamps, with_regular_clocks
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
 from .restored_signals import restored
+from .saturated import without_saturated
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -34,6 +36,8 @@ TAKEN_SLOWLY = ("temperature",)
 """Signals that change over minutes: controllers ask one motor after another, and what is asked in the next
 tenth of a second may be taken for now."""
 
+AS_PLANNED = "none"
+"""Stop in the outcome of a run that came to its end."""
 UNREAD = 0.5
 """Share of samples in motion at one value from which on the value is the median, whatever the joint does."""
 UNMEASURED = "efforts at one value in most samples in which their joint moves, as if they were not measured"
@@ -59,7 +63,10 @@ def check(recording: Recording) -> Recording:
         BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
     """
     recording = _without_silence(recording)
-    recording = _without_impossible(recording) if recording.recorded else restored(recording)
+    if recording.recorded:
+        recording = _without_impossible(recording)
+    else:
+        recording = without_saturated(restored(with_regular_clocks(recording)))
     warnings = []
     for finding in findings(recording):
         if not (recording.recorded and finding.kind is BadUnit):
@@ -75,15 +82,24 @@ def check_recorded(recording: Recording) -> Recording:
 
 
 def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
-    warnings = [*_gaps(recording), *impossible]
+    warnings = [*_stopped(recording), *_gaps(recording), *impossible]
     if len(recording.signals["position"]):
         warnings += _beyond_limits(recording)
-    warnings += [
-        warning for name in EFFORT for warning in (*_stuck(recording, name), *_unread(recording, name))
-    ]
+    for name in EFFORT:
+        warnings += _unmeasured(recording, name) or _dead(recording, name)
+        warnings += [*_limited(recording, name), *_unread(recording, name)]
     # A file brings the warnings of its import. Gaps are counted anew, as some of it may have been lost since.
     still = tuple(one for one in recording.warnings if one in warnings or not GAP_WARNING.search(one))
     return replace(recording, warnings=still).with_warnings(*warnings)
+
+
+def _stopped(recording: Recording) -> list[str]:
+    """That a run was stopped before its motion came to its end, and why."""
+    outcome = recording.outcome
+    if outcome.get("stop", AS_PLANNED) == AS_PLANNED:
+        return []
+    why = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
+    return [f"was stopped early, after {recording.duration:.3g} s: {why}"]
 
 
 def check_alive(recording: Recording) -> Recording:
@@ -92,13 +108,59 @@ def check_alive(recording: Recording) -> Recording:
     Raises:
         NotRecorded: One is constant; as a torque it would mean that the joint weighs nothing.
     """
-    for name in EFFORT:
-        dead = [warning for warning in _stuck(recording, name) if " is constant at " in warning]
-        if dead:
-            raise NotRecorded(
-                f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
-            )
+    dead = [
+        warning for name in EFFORT for warning in (_unmeasured(recording, name) or _dead(recording, name))
+    ]
+    if dead:
+        raise NotRecorded(
+            f"{recording.name}: {'; '.join(dead)}. Identify from runs in which all are measured"
+        )
     return recording
+
+
+def still_at(values: np.ndarray) -> np.ndarray:
+    """The value of each column (t, n) in all samples, shape (n,); NaN where it changes, or has none."""
+    known = is_number(values)
+    lowest, highest = (
+        function(values, axis=0, where=known, initial=start)
+        for function, start in ((np.min, np.inf), (np.max, -np.inf))
+    )
+    return np.where(lowest == highest, lowest, np.nan)
+
+
+def unmeasured_words(values: np.ndarray) -> str:
+    """That efforts (t, n) were not measured, as none of them ever changes; empty where any does."""
+    still = still_at(values)
+    if not len(still) or np.isnan(still).any():
+        return ""
+    how = f"{still[0] + 0.0:g}" if np.all(still == still[0]) else "constant"
+    return f"no effort was measured: all efforts are {how} throughout"
+
+
+def _unmeasured(recording: Recording, name: str) -> list[str]:
+    """That no effort of any motor was measured; of a joint without one, it need not be."""
+    signal = recording.signals.get(name)
+    motors = ~np.isin(recording.robot.joints, recording.robot.passive)
+    if signal is None or len(signal) < 2 or not motors.any():
+        return []
+    words = unmeasured_words(signal.values[:, motors])
+    return [f"{name}: {words}"] if words else []
+
+
+def _dead(recording: Recording, name: str) -> list[str]:
+    """Warnings about motors whose effort does not change."""
+    signal = recording.signals.get(name)
+    if signal is None or len(signal) < 2:
+        return []
+    warnings = []
+    for joint, value in zip(recording.robot.joints, still_at(signal.values), strict=True):
+        if np.isfinite(value) and (value != 0.0 or joint not in recording.robot.passive):
+            cure = "" if value else f". If it has no motor: {NO_MOTOR}"
+            warnings.append(
+                f"{name}: {joint} is constant at {value + 0.0:g}; it was not measured, or the motor was off"
+                f"{cure}"
+            )
+    return warnings
 
 
 def _without_silence(recording: Recording) -> Recording:
@@ -126,11 +188,8 @@ def _without_impossible(recording: Recording) -> Recording:
 
 def _gaps(recording: Recording) -> list[str]:
     """Warnings about time stamps with holes, once for all signals that share the stamps or the holes."""
-    sharing: dict[bytes, list[str]] = {}
-    for name, signal in recording.signals.items():
-        sharing.setdefault(signal.time.tobytes(), []).append(name)
     found: dict[str, list[str]] = {}
-    for names in sharing.values():
+    for names in signals_by_stamps(recording):
         signal = recording.signals[names[0]]
         steps = np.diff(signal.time)
         long = steps > GAP * signal.period
@@ -158,27 +217,16 @@ def _beyond_limits(recording: Recording) -> list[str]:
     ]
 
 
-def _stuck(recording: Recording, name: str) -> list[str]:
-    """Warnings about currents that do not change or stop at a limit."""
+def _limited(recording: Recording, name: str) -> list[str]:
+    """Warnings about efforts that stop at a limit."""
     signal = recording.signals.get(name)
     if signal is None or len(signal) < 2:
         return []
     warnings = []
     for joint, values in zip(recording.robot.joints, signal.values.T, strict=True):
         column = finite(values)
-        if not len(column):
-            continue
-        if np.ptp(column) == 0:
-            if joint not in recording.robot.passive or column[0] != 0.0:
-                cure = "" if column[0] else f". If it has no motor: {NO_MOTOR}"
-                warnings.append(
-                    f"{name}: {joint} is constant at {column[0] + 0.0:g}; it was not measured, or the motor "
-                    f"was off{cure}"
-                )
-            continue
-        for extreme in (column.min(), column.max()):
-            count = _clipped(column, extreme)
-            if count:
+        for extreme in (column.min(), column.max()) if len(column) and np.ptp(column) > 0 else ():
+            if count := _clipped(column, extreme):
                 warnings.append(
                     f"{name}: {joint} is at exactly {extreme:g} in {count} samples, more than "
                     f"{CLIPPED_CROWD:g} times as often as near it: it is clipped there"

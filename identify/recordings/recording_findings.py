@@ -27,6 +27,8 @@ LONGEST_SLIDE = 100.0
 FASTEST_TURN = 20.0
 """Speed that no joint of an arm keeps up [rad/s], where its robot file allows no higher one: twice that of
 the fastest small arms' wrists."""
+SPAN = 0.1
+"""Time over which a speed is taken, if samples come more often [s]."""
 BEYOND_LIMIT = 1.5
 """Over the limit of the robot file: what moves faster does not exceed its limit, it is in another unit."""
 
@@ -156,8 +158,11 @@ def _turns(recording: Recording) -> Iterator[Finding]:
 
 def _speed(recording: Recording) -> Iterator[Finding]:
     position = recording.signals["position"]
+    # Over some samples: the times of single ones may be those of their arrival.
+    apart = max(round(SPAN * position.rate), 1)
     with np.errstate(all="ignore"):  # steps that are none are other findings
-        speed = np.abs(np.diff(position.values, axis=0)) / np.diff(position.time)[:, None]
+        way = np.abs(position.values[apart:] - position.values[:-apart])
+        speed = way / (position.time[apart:] - position.time[:-apart])[:, None]
     limits = recording.robot.limits.velocity
     for joint in np.flatnonzero(recording.robot.revolute):
         known, limit = finite(speed[:, joint]), limits[joint]

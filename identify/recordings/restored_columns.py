@@ -17,8 +17,10 @@ SIGN_BITS = tuple(range(9, 16))
 SMOOTHER = 4.0
 """Factor by which the largest step between samples shrinks when a lost sign is restored: a signal that jumps
 across its range becomes one that passes through zero."""
-WRITTEN = 1e-8
-"""Relative error of a count of a register as logs are written: half of the ninth digit or better."""
+WRITTEN = 5e-6
+"""Relative error of a count of a register as logs are written: half of the sixth digit or better."""
+HALF = 0.5
+"""Distance from a whole count, from which on a value is none: large counts are written with few digits."""
 FEWEST = 40
 """Samples in which a lost sign can be seen."""
 
@@ -28,11 +30,13 @@ class Restored(NamedTuple):
 
     Attributes:
         values: Shape (t,).
-        fact: What was done, and in how many samples.
+        fact: What was lost, and what was done.
+        turn: By what values without a sign are too large; 0 if that differs.
     """
 
     values: np.ndarray
     fact: str
+    turn: float = 0.0
 
 
 def unwrapped(position: np.ndarray, turn: float = 2 * np.pi) -> Restored | None:
@@ -54,10 +58,16 @@ def signed(effort: np.ndarray) -> Restored | None:
     lost = lost_sign(effort)
     if lost is None:
         return None
-    changed = int(np.sum(lost.values < 0))
-    return lost._replace(
-        fact=f"was read {lost.fact}; the sign is restored in {changed} of {len(effort)} samples"
-    )
+    return lost._replace(fact=f"was read {lost.fact}; the sign is restored")
+
+
+def signed_like(effort: np.ndarray, turn: float) -> Restored | None:
+    """Efforts (t,) that are negative throughout, so that only other joints show that their sign was lost."""
+    known = effort[np.isfinite(effort)]
+    if not turn or not len(known) or known.min() < 0.5 * turn or known.max() >= turn * (1.0 + WRITTEN):
+        return None
+    fact = f"is above {0.5 * turn:.6g} throughout: its sign is lost as that of other joints, and restored"
+    return Restored(effort - turn, fact, turn)
 
 
 def lost_sign(effort: np.ndarray) -> Restored | None:
@@ -73,14 +83,14 @@ def lost_sign(effort: np.ndarray) -> Restored | None:
     counts = np.round(effort / step)
     largest = counts[np.isfinite(counts)].max()
     readings = {
-        f"as {bits} bits without a sign: {_example(2**bits)}": np.where(
+        (f"as {bits} bits without a sign: {_example(2**bits)}", 2.0**bits): np.where(
             counts >= 2 ** (bits - 1), counts - 2.0**bits, counts
         )
         for bits in WIDTHS
         if 2 ** (bits - 1) <= largest < 2**bits
     }
     readings |= {
-        f"with its sign, bit {bit}, as part of the number: -45 is {2**bit + 45}": np.where(
+        (f"with its sign, bit {bit}, as part of the number: -45 is {2**bit + 45}", 0.0): np.where(
             counts >= 2**bit, 2.0**bit - counts, counts
         )
         for bit in SIGN_BITS
@@ -88,10 +98,10 @@ def lost_sign(effort: np.ndarray) -> Restored | None:
     }
     if not readings:
         return None
-    name = min(readings, key=lambda one: _roughness(readings[one]))
-    if _roughness(readings[name]) * SMOOTHER > _roughness(counts):
+    name, turn = min(readings, key=lambda reading: _roughness(readings[reading]))
+    if _roughness(readings[name, turn]) * SMOOTHER > _roughness(counts):
         return None
-    return Restored(readings[name] * step, name)
+    return Restored(readings[name, turn] * step, name, turn * step)
 
 
 def _example(turn: int) -> str:
@@ -104,13 +114,19 @@ def _count(values: np.ndarray) -> float | None:
     sizes = sizes[sizes > 0]
     if len(sizes) < 3:
         return None
-    steps = np.diff(sizes)
+    # Large counts may be written with too few digits to show the step.
+    small = sizes[sizes < 0.5 * sizes[-1]] if sizes[0] < 0.25 * sizes[-1] else sizes
+    steps = np.diff(small) if len(small) > 3 else np.diff(sizes)
     for step in (1.0, float(np.median(steps[steps < 1.5 * np.percentile(steps, 5)])), float(sizes[0])):
         with np.errstate(over="ignore"):
             multiples = sizes / step
-        whole = np.isfinite(multiples).all()
-        if whole and np.all(np.abs(multiples - np.round(multiples)) < 0.01 + WRITTEN * multiples):
-            return step
+        clear = WRITTEN * multiples < HALF
+        if not np.isfinite(multiples).all() or not clear.any():
+            continue
+        off = np.abs(multiples - np.round(multiples))
+        whole = np.round(multiples[clear])
+        if whole.any() and np.all(off < 0.01 + WRITTEN * multiples):
+            return float(sizes[clear] @ whole / (whole @ whole)) if step != 1.0 else step
     return None
 
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from .recording import EFFORT, Recording, Signal
-from .restored_columns import Restored, signed, unwrapped
+from .restored_columns import Restored, signed, signed_like, unwrapped
+from .wrong_unit import in_ticks
 
 REPEATED = 0.3
 """Share of the samples that repeat all joints of the one before, from which on a log is faster than its
@@ -23,11 +24,10 @@ FEWEST = 100
 def restored(recording: Recording) -> Recording:
     """The recording with what a log lost restored, and a warning of each thing that was done."""
     signals, warnings = dict(recording.signals), []
-    revolute = recording.robot.revolute
-    for name in ("position", *EFFORT):
+    for name in ("position", "velocity", *EFFORT):
         if name in signals:
-            which = revolute if name == "position" else np.ones(len(revolute), bool)
-            restore = unwrapped if name == "position" else signed
+            which = recording.robot.revolute if name == "position" else np.ones(recording.robot.dof, bool)
+            restore = _position if name == "position" else signed
             signals[name], facts = _restored(signals[name], recording.robot.joints, which, restore)
             warnings += [f"{name} of {fact}" for fact in facts]
     for name in ("position", *EFFORT):
@@ -49,12 +49,24 @@ def _restored(
     restore: Callable[..., Restored | None],
 ) -> tuple[Signal, list[str]]:
     """The signal with those joints restored, and what was done of each."""
-    values, facts = np.array(signal.values), []
-    for j in np.flatnonzero(which):
-        if (better := restore(values[:, j])) is not None:
-            values[:, j] = better.values
-            facts.append(f"{joints[j]} {better.fact}")
+    values, facts = np.array(signal.values), list[str]()
+    tried = {j: restore(values[:, j]) for j in np.flatnonzero(which).tolist()}
+    for turn in {restored.turn for restored in tried.values() if restored is not None}:
+        tried = {j: restored or signed_like(values[:, j], turn) for j, restored in tried.items()}
+    better = {j: restored for j, restored in tried.items() if restored is not None}
+    for fact in dict.fromkeys(restored.fact for restored in better.values()):
+        alike = [j for j in better if better[j].fact == fact]
+        values[:, alike] = np.stack([better[j].values for j in alike], axis=1)
+        facts.append(f"{', '.join(joints[j] for j in alike)} {fact}")
     return (Signal(signal.time, values), facts) if facts else (signal, facts)
+
+
+def _position(values: np.ndarray) -> Restored | None:
+    """Positions (t,) without jumps by a turn, or with the sign of their register; None where none was lost.
+
+    Counts of an encoder are no angles, and are left for their unit to be judged.
+    """
+    return unwrapped(values) or (None if in_ticks(values) else signed(values))
 
 
 def _repeats(signal: Signal) -> np.ndarray | None:

@@ -11,12 +11,15 @@ import numpy as np
 
 from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
+from .no_commands import no_commands
 from .recording import EFFORT, Recording, Signal
 
 COMMAND = "command"
 """Kind of effort of such logs."""
 WORDS = "servo error"
 """By which the settings of a recording say that its current is that."""
+FEW, SELDOM = 5, 0.01
+"""Samples, and share of them, that a servo may be at its limit without a word."""
 LAW = "effort"
 """Setting of a recording whose current is none; its text is how that was made."""
 
@@ -31,7 +34,8 @@ def servo_of(robot: Robot, gain: float | None, limit: float | None) -> PositionS
 
 def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
     """Whether an arm's servos have to tell the effort: none was measured, and commands were recorded."""
-    there = {name for name, signal in signals.items() if np.isfinite(signal.values).any()}
+    # A controller that measures no effort may fill it with zeros.
+    there = {name for name, signal in signals.items() if np.any(np.abs(signal.values) > 0.0)}
     return robot.servo is not None and "command" in there and not there.intersection(EFFORT)
 
 
@@ -44,23 +48,46 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
         where: What errors call the log.
 
     Raises:
-        RecordingError: No command, or one that never differs from the position.
+        RecordingError: No command, or columns that hold none; see `no_commands`.
     """
     if "command" not in signals:
         raise RecordingError(
             f"{where} has no commanded position, which --effort {COMMAND} needs; name its columns by "
             "--columns command=NAME,NAME,..."
         )
-    position, command = signals["position"], signals["command"]
+    position = signals["position"]
+    asked = _asked(position, signals["command"])
+    known = np.isfinite(asked - position.values).all(axis=1)
+    if why := no_commands(asked[known], position.values[known]):
+        raise RecordingError(f"{where}: {why}")
+    return _by_law(signals, servo)
+
+
+def _asked(position: Signal, command: Signal) -> np.ndarray:
+    """Commands at the times of the positions, shape (t, n)."""
     command = command[np.isfinite(command.values).all(axis=1)]
-    asked = np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
-    error = servo.gain * (asked - position.values)
-    if not np.any(np.abs(error) > 0.0):
-        raise RecordingError(
-            f"{where}: commands are the positions; with no error of the servo it has no effort"
-        )
+    return np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
+
+
+def _by_law(signals: Mapping[str, Signal], servo: PositionServo) -> dict[str, Signal]:
+    position = signals["position"]
+    error = servo.gain * (_asked(position, signals["command"]) - position.values)
     kept = {name: signal for name, signal in signals.items() if name not in EFFORT}
     return kept | {"current": Signal(position.time, np.clip(error, -servo.limit, servo.limit))}
+
+
+def clipped_words(signals: Mapping[str, Signal], servo: PositionServo, joints: Sequence[str]) -> list[str]:
+    """Warnings about servo errors that `with_servo_error` clipped at the law's limit."""
+    error, warnings = signals["current"].values, []
+    for joint, column, limit, gain in zip(joints, error.T, servo.limit, servo.gain, strict=True):
+        clipped = int(np.sum(np.abs(column) >= limit))
+        if clipped > max(FEW, SELDOM * len(column)):
+            warnings.append(
+                f"current: the error of {joint}'s servo is clipped at its limit, {limit:g}, in {clipped} of "
+                f"{len(column)} samples: {limit / gain:.3g} rad from the command. Are its gain and "
+                "limit those of the robot (servo_gain, servo_limit)?"
+            )
+    return warnings
 
 
 def delayed_command(recording: Recording, seconds: float, joints: Sequence[int]) -> Recording | None:
@@ -75,7 +102,7 @@ def delayed_command(recording: Recording, seconds: float, joints: Sequence[int])
     for joint in joints:
         values[:, joint] = np.interp(command.time - seconds, command.time, command.values[:, joint])
     signals = {**recording.signals, "command": Signal(command.time, values)}
-    return replace(recording, signals=with_servo_error(signals, servo, recording.name))
+    return replace(recording, signals=_by_law(signals, servo))
 
 
 def servo_words(servo: PositionServo) -> str:

@@ -10,6 +10,12 @@ JUMP = 10.0
 """Distance between the rows of two sources at one time, over what a joint moves from row to row, at least."""
 BEGINNING = 0.05
 """Share of a file in which the rows from before the recorder settled lie."""
+ROUNDED = 0.2
+"""Share of the steps that are none, from which on stamps have too few digits."""
+ROUGHER = 1.5
+"""Way from row to row after sorting, over that before, from which on rows were in order."""
+CUT = "Time begins anew there: cut the file there, into a run each"
+DIGITS = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
 SORT = "Sort the rows by time, or leave out those that repeat a time"
 SKIP = "Leave out the first rows (skip_rows, --skip-rows)"
 
@@ -28,7 +34,21 @@ def advice(time: np.ndarray, values: np.ndarray) -> str:
             f"Rows of two sources seem mixed, as of two publishers: {late.sum()} rows are far from those "
             "around them. Leave out those of one"
         )
-    return SKIP if len(back) and back[-1] + 1 < BEGINNING * len(time) else SORT
+    if len(back) and back[-1] + 1 < BEGINNING * len(time):
+        return SKIP
+    steps = np.diff(time)
+    if np.any(steps > 0.0) and np.mean(steps == 0.0) > ROUNDED and not np.any(steps < 0.0):
+        return DIGITS
+    return CUT if _in_order(time, values) else SORT
+
+
+def _in_order(time: np.ndarray, values: np.ndarray) -> bool:
+    """Whether rows, once sorted by time, would jump between values (t, c) more than they do."""
+    known = np.isfinite(values).all(axis=0)
+    order = np.argsort(time, kind="stable")
+    ways = (np.abs(np.diff(rows, axis=0)).sum() for rows in (values[:, known], values[order][:, known]))
+    as_they_are, when_sorted = ways
+    return bool(when_sorted > ROUGHER * as_they_are)
 
 
 def _late(time: np.ndarray) -> np.ndarray:

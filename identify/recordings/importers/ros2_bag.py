@@ -12,6 +12,7 @@ from ...notebook import counted
 from ..optional_signals import without_damaged
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check, without_stale
+from ..separate_runs import separate_runs
 from .bags.bag_reader import Content, Group, read_bag
 from .bags.joint_parts import Part, clock_of, joined, parts_of
 from .bags.topic_choice import choose_topics, names_in
@@ -67,7 +68,8 @@ def import_ros2_bag(
         host_time=part.received,
         warnings=(*content.notes, *_wrong_lengths(groups), *notes),
     )
-    return [check(without_damaged(without_stale(recording)))]
+    whole = without_damaged(without_stale(recording))
+    return [check(run) for run, _ in separate_runs(whole, "message {}".format)]
 
 
 def joints_of_bag(source: Path) -> list[str]:

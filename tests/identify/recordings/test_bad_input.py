@@ -136,7 +136,9 @@ def test_a_table_without_robot_asks_for_the_option(folder, capsys):
 
 
 def test_gaps_are_warned_of_and_imported(folder, capsys):
-    assert main(table(folder, later(slice(2000, None), 0.5))) == 0
+    assert (
+        main(table(folder, lambda t, q, i: [np.delete(a, slice(2000, 2125), axis=0) for a in (t, q, i)])) == 0
+    )
     printed, warned = capsys.readouterr()
     assert "warning: position, current: 1 gap of more than 1.5 median periods of 4.000 ms" in warned
     assert "run.mcap: two joints" in printed

@@ -8,11 +8,19 @@ import pytest
 
 from exidyn.identify.arm.robot import Limits, Robot
 from exidyn.identify.effects import RigidBody
-from exidyn.identify.errors import BadTime, BadUnit, NotFinite, RecordingError, UnknownKey, WrongShape
+from exidyn.identify.errors import (
+    BadTime,
+    BadUnit,
+    NotFinite,
+    NotRecorded,
+    RecordingError,
+    UnknownKey,
+    WrongShape,
+)
 from exidyn.identify.model import Model
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recordings.recording_checks import check, check_recorded
+from exidyn.identify.recordings.recording_checks import check, check_alive, check_recorded
 from exidyn.identify.recordings.units import joint_side
 
 pytestmark = pytest.mark.clocked
@@ -37,6 +45,11 @@ def motion() -> np.ndarray:
 
 def noise(seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(len(TIME), 3))
+
+
+def moved(time):
+    """A recording of the usual motion at other times."""
+    return recording(time=time, position=0.5 * np.sin(np.outer(time, [3.0, 4.0, 5.0])))
 
 
 def recording(limit: float = 3.0, time=TIME, host_time=None, **signals) -> Recording:
@@ -145,7 +158,7 @@ def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.004
-    [warning] = check(recording(time=time)).warnings
+    [warning] = check(moved(time)).warnings
     assert warning.startswith("position, current: 2 gaps")
     assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in warning
 
@@ -153,7 +166,7 @@ def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
 def test_gaps_that_signals_share_without_their_stamps_are_reported_once():
     time = TIME.copy()
     time[500:] += 0.1
-    found = recording(time=time)
+    found = moved(time)
     shorter = {**found.signals, "current": found.signals["current"][:-1]}
     [warning] = check(replace(found, signals=shorter)).warnings
     assert warning.startswith("position, current: 1 gap of")
@@ -163,7 +176,7 @@ def test_gaps_are_reported_once_of_a_recording_of_which_a_part_was_lost():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.1
-    whole = check(recording(time=time)).with_warnings("position: something else")
+    whole = check(moved(time)).with_warnings("position: something else")
     part = {name: signal[:600] for name, signal in whole.signals.items()}
     first, second = check(replace(whole, signals=part)).warnings
     assert first == "position: something else"
@@ -181,7 +194,7 @@ def test_rate_is_that_of_all_samples_where_many_are_missing():
 
 def test_jitter_below_a_sample_is_no_gap():
     jitter = np.random.default_rng(0).uniform(-0.0004, 0.0004, len(TIME))
-    assert check(recording(time=TIME + jitter)).warnings == ()
+    assert check(moved(TIME + jitter)).warnings == ()
 
 
 def test_a_joint_at_90_rad_looks_like_degrees():
@@ -331,3 +344,20 @@ def test_motor_side_needs_gears():
 def test_motor_side_lists_what_can_be():
     with pytest.raises(UnknownKey, match="unknown key .temperature.. Valid keys: command, position"):
         joint_side(recording(), ["temperature"])
+
+
+@pytest.mark.parametrize("value", [0.0, 0.25])
+def test_efforts_that_never_change_were_not_measured(value):
+    dead = check(recording(current=np.full_like(noise(), value)))
+    words = f"no effort was measured: all efforts are {value:g} throughout"
+    assert dead.warnings == (f"current: {words}",)
+    with pytest.raises(NotRecorded, match=words):
+        check_alive(dead)
+
+
+def test_a_run_that_was_stopped_says_so():
+    stopped = replace(recording(), outcome={"stop": "position", "text": "joint1 is at its limit"})
+    assert check(stopped).warnings == ("was stopped early, after 2 s: joint1 is at its limit",)
+    assert (
+        check(replace(stopped, outcome={"stop": "none", "text": "the motion came to its end"})).warnings == ()
+    )

@@ -69,3 +69,23 @@ def test_velocity_of_another_joint_and_unit_is_said():
     assert [one for one in warnings if "velocity of joint2 is not the derivative" in one]
     assert [one for one in warnings if "velocity of joint3 is 57.3 times" in one and "deg/s" in one]
     assert not [one for one in warnings if "velocity of joint1" in one]
+
+
+@pytest.mark.parametrize(("digits", "scale"), [(6, 2.69), (6, 2.69e-3), (7, 1e-4)])
+def test_a_sign_that_was_lost_before_scaling_is_restored(digits, scale):
+    counts = np.round(SWING)
+    written = np.array([float(f"{value:.{digits}g}") for value in scale * (counts % 65536)])
+    restored = signed(written)
+    assert restored is not None
+    np.testing.assert_allclose(restored.values, scale * counts, atol=1e-3 * scale)
+
+
+def test_an_effort_below_zero_throughout_is_restored_by_that_of_another_joint():
+    counts = np.round(100.0 * LOG.current)
+    counts[:, 1] = -100.0 - np.abs(counts[:, 1])
+    signals = {
+        "position": Signal(LOG.time, LOG.position),
+        "current": Signal(LOG.time, 0.01 * (counts % 65536)),
+    }
+    checked = check(Recording("log", LOG.model, signals))
+    np.testing.assert_allclose(checked.signals["current"].values, 0.01 * counts, atol=1e-6)

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identify.errors import BadTime
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.steps_back import SKIP, SORT, advice, steps_back
+from exidyn.identify.recordings.steps_back import CUT, SKIP, SORT, advice, steps_back
 
 from ...parts.runs.runs import TIME as RUN_TIME
 from ...parts.runs.runs import model, motion, noise
@@ -39,7 +39,8 @@ def test_stamps_that_were_given_twice_are_of_one_source():
 
 
 def test_a_second_run_in_one_file_is_no_second_source():
-    assert advice(np.tile(TIME, 5), np.tile(MOTION, (5, 1))) == SORT
+    assert advice(np.tile(TIME, 2), np.concatenate([MOTION, MOTION[::-1]])) == CUT
+    assert advice(np.tile(TIME, 5), np.tile(MOTION, (5, 1)) + np.repeat(np.arange(5), 1000)[:, None]) == CUT
 
 
 def test_rows_before_the_recorder_settled_are_skipped():

@@ -11,7 +11,16 @@ from ....text_table import digits
 from ...optional_signals import without_damaged
 from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ...recording_checks import check
-from ...servo_error import COMMAND, LAW, lacks_effort, servo_of, servo_words, with_servo_error
+from ...separate_runs import separate_runs
+from ...servo_error import (
+    COMMAND,
+    LAW,
+    clipped_words,
+    lacks_effort,
+    servo_of,
+    servo_words,
+    with_servo_error,
+)
 from ...units import ANGLES, factors, joint_side, to_axes_of_robot
 from ...wrong_unit import percent_questions
 from .columns import Columns, Names
@@ -93,6 +102,7 @@ def import_table(
             servo = servo_of(model.robot, servo_gain, servo_limit)
             signals = with_servo_error(signals, servo, str(source))
             known |= {LAW: servo_words(servo)}
+            found.left_out.extend(clipped_words(signals, servo, model.robot.joints))
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
@@ -105,7 +115,8 @@ def import_table(
             position = recording.signals["position"].values
             recording = recording.with_warnings(*percent_questions(model.robot, position))
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
-        recordings.append(_checked(recording, source, table, stamps))
+        for run, first in separate_runs(recording, table.place, table.headings()):
+            recordings.append(_checked(run, source, table.without(first), stamps[first:]))
     return recordings
 
 

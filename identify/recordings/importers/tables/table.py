@@ -35,6 +35,8 @@ class Table(NamedTuple):
         text: Name of a column that holds text -> the first of it, and where.
         run: Name of the run, where a file holds several.
         joints: Names of the joints, where the file gives them to columns that are numbered.
+        first: Rows of the file before the first.
+        again: Lines at which the names of the columns stand again, where a recorder appends its runs.
     """
 
     names: list[str]
@@ -43,15 +45,28 @@ class Table(NamedTuple):
     text: Mapping[str, str] = {}
     run: str = ""
     joints: tuple[str, ...] = ()
+    first: int = 0
+    again: tuple[int, ...] = ()
 
     def place(self, row: int) -> str:
         """Where a row stands in its file."""
-        return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
+        return f"row {self.first + row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
     def without(self, rows: int) -> "Table":
         """The table without its first rows."""
         lines = None if self.lines is None else self.lines[rows:]
-        return self._replace(values=self.values[rows:], lines=lines)
+        return self._replace(values=self.values[rows:], lines=lines, first=self.first + rows)
+
+    def headings(self) -> dict[int, str]:
+        """Rows above which the names of the columns stand again, and where these stand."""
+        if self.lines is None:
+            return {}
+        rows = np.searchsorted(self.lines, self.again).tolist()
+        return {
+            row: f"line {line}"
+            for row, line in zip(rows, self.again, strict=True)
+            if 0 < row < len(self.lines)
+        }
 
 
 @contextmanager
@@ -98,7 +113,8 @@ def _read_csv(source: Path) -> Table:
     named = not all(_is_number(name) for name in names)
     if not named:  # columns without names are called by their numbers
         names = [str(place + 1) for place in range(len(names))]
-    rows = partial(_rows, source, named, separator != ",", len(names))
+    again: set[int] = set()
+    rows = partial(_rows, source, first if named else "", again, separator != ",", len(names))
     numbered = array("q")
     text: dict[str, str] = {}
     try:
@@ -117,7 +133,7 @@ def _read_csv(source: Path) -> Table:
         values = np.array(numbers).reshape(-1, len(names))
     if not numbered:
         raise NotAFile(f"{source} has no samples")
-    return Table(names, values, np.array(numbered), text)
+    return Table(names, values, np.array(numbered), text, again=tuple(sorted(again)))
 
 
 def _lines(source: Path) -> Iterator[tuple[int, str]]:
@@ -138,8 +154,10 @@ def _lines(source: Path) -> Iterator[tuple[int, str]]:
             yield line, row
 
 
-def _rows(source: Path, named: bool, decimal_comma: bool, width: int) -> Iterator[tuple[int, str]]:
-    """Number and text of each line that holds a row.
+def _rows(
+    source: Path, heading: str, again: set[int], decimal_comma: bool, width: int
+) -> Iterator[tuple[int, str]]:
+    """Number and text of each line that holds a row; lines at which the heading stands again are noted.
 
     Raises:
         NotAFile: They have more numbers than the limit.
@@ -147,7 +165,10 @@ def _rows(source: Path, named: bool, decimal_comma: bool, width: int) -> Iterato
     most = largest_size(source) // (8 * width)
     count = 0
     for line, row in _lines(source):
-        if line == 1 and named or not row.partition(COMMENT)[0].strip():
+        if heading and row.strip("\ufeff \r\n") == heading.strip():
+            again.update({line} - {1})
+            continue
+        if not row.partition(COMMENT)[0].strip():
             continue
         count += 1
         if count > most:

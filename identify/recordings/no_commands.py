@@ -1,0 +1,56 @@
+"""Columns of commands that hold none: copied positions, of the same or a later sample, or their steps."""
+
+import numpy as np
+
+LATEST = 10
+"""Samples by which copied positions may be shifted, at most."""
+EXACT = 1e-5
+"""Difference from a copy, over a joint's range: of rounding. No servo meets every command."""
+ALMOST = 0.98
+"""Share of the samples in motion that are exact in a copy; a run may end with a repeated sample."""
+FEWEST = 20
+"""Samples in motion from which a copy is told."""
+FOLLOWS = 0.5
+"""Correlation of commands and positions, below which a joint does not follow."""
+STEPS = 0.8
+"""Correlation with the steps of positions, from which on commands are these."""
+NO_EFFORT = "with no error of the servo there is no effort. Record the positions that the servos were sent"
+
+
+def no_commands(command: np.ndarray, position: np.ndarray) -> str:
+    """Why commands (t, n) of samples with positions (t, n), in one unit, are none; empty where they may be.
+
+    Samples follow each other at one rate, and joints at rest count as if they followed.
+    """
+    if np.array_equal(command, position):
+        return f"commands are the positions: {NO_EFFORT}"
+    reach = np.ptp(position, axis=0)
+    moving = np.flatnonzero(reach > 0.0)
+    command, position, reach = command[:, moving], position[:, moving], reach[moving]
+    if not len(moving) or len(position) < 2 * LATEST:
+        return ""
+    moved = np.abs(np.diff(position, axis=0)) > EXACT * reach
+    for shift in range(LATEST + 1):
+        later = position[shift:]
+        exact = np.abs(command[: len(later)] - later) <= EXACT * reach
+        there = moved[: len(later)]
+        if there.sum() >= FEWEST and np.mean(exact[: len(there)][there]) >= ALMOST:
+            which = {0: "positions", 1: "positions of the next sample"}
+            return f"commands are the {which.get(shift, f'positions {shift} samples later')}: {NO_EFFORT}"
+    if np.any(_correlation(command, position) > FOLLOWS):
+        return ""
+    steps = np.diff(position, axis=0)
+    alike = max(float(np.median(_correlation(command[k : len(steps) + k], steps))) for k in (0, 1))
+    if alike > STEPS:
+        return (
+            "commands do not follow the positions: they look like steps to the next position. If these were "
+            "the goals of the servos, add to each the position from which it starts"
+        )
+    return ""
+
+
+def _correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Correlation of columns (t, n), shape (n,); zero where one is constant."""
+    first, second = first - first.mean(axis=0), second - second.mean(axis=0)
+    size = np.linalg.norm(first, axis=0) * np.linalg.norm(second, axis=0)
+    return np.asarray(np.sum(first * second, axis=0) / np.where(size > 0.0, size, 1.0))
