@@ -55,8 +55,8 @@ def named(text: str) -> tuple[str, str | list[str]]:
 
 COLUMNS = Option(
     "--columns SIGNAL=COLUMN...",
-    f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
-    "pattern with {number}, {index} (from 0) or {joint}",
+    f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, "
+    "q1..6 for six of them, or a pattern with {number}, {index} (from 0) or {joint}",
     named,
 )
 NAMED = (

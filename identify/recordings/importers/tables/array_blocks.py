@@ -10,13 +10,20 @@ def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:
     """What is asked about an array with more columns than an arm has joints, with options that answer it."""
     n, m = robot.dof, len(array)
     half = m // 2
-    numbers = [int(parts[1]) for name in array if (parts := numbered(name))]
-    other = half if m % 2 == 0 and half >= n else m - n
-    words = f"{numbers[0]} to {numbers[n - 1]}", f"{numbers[other]} to {numbers[other + n - 1]}"
+    begins = 0, half if m % 2 == 0 and half >= n else m - n
+    first, second = (_range(array[begin : begin + n]) for begin in begins)
     return (
         f"{array_name(array)} has {m} columns for {n} joints ({named_joints(robot)}): which? For example "
-        f"--columns {signal}={','.join(array[:n])} ({words[0]}), or {words[1]} in their place"
+        f"--columns {signal}={first}, or {signal}={second}"
     )
+
+
+def _range(array: Sequence[str]) -> str:
+    """Consecutive columns as `--columns` takes them: q1..6; of names without numbers all, with commas."""
+    first, last = numbered(array[0]), numbered(array[-1])
+    if first is None or last is None or last[1] - first[1] != len(array) - 1 or len(array) == 1:
+        return ",".join(array)
+    return f"{first[0]}{first[1]}..{last[1]}{first[2]}"
 
 
 def named_joints(robot: Robot, most: int = 3) -> str:
@@ -28,4 +35,4 @@ def named_joints(robot: Robot, most: int = 3) -> str:
 def array_name(array: Sequence[str]) -> str:
     """What the columns of an array have in common."""
     parts = numbered(array[0])
-    return "".join(parts[::2]) if parts else array[0]
+    return (parts[0].rstrip(" _[(.-") + parts[2].lstrip(")] ")) if parts else array[0]

@@ -1,5 +1,6 @@
 """Which columns of a table are which signal: by usual names, by a preset, or as named on the command line."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
@@ -61,13 +62,6 @@ class Columns:
         choices = [[str(names)]] if signal == "time" else self._choices(signal, {signal: names})[:joints]
         return all(any(map(self._index.exact, each)) for each in choices)
 
-    def own_time(self) -> str:
-        """Name of a usual column of time that goes on; "" for none."""
-        place = self._index.place(TIMES, ("s",))
-        if place < 0 or not np.any(np.diff(self.table.values[:, place]) > 0):
-            return ""
-        return self.table.names[place]
-
     def time(self, given: Mapping[str, Names], where: str) -> int:
         """Number of the column of time.
 
@@ -99,6 +93,7 @@ class Columns:
         Raises:
             WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
         """
+        given = {signal: expanded(names) for signal, names in given.items()}
         block = self._block(given.get("position", ()))
         known = {signal: self._choices(signal, given) for signal in SIGNALS if usual or signal in given}
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
@@ -116,7 +111,7 @@ class Columns:
                 places = [self._place(names, quantities, taken) for names in choices]
             if signal in given or signal == "position":
                 self._require_all(signal, choices, places, where)
-            if max(places) >= 0 and signal not in chosen and not self.table.joints:
+            if max(places) >= 0 and self._follows(signal, chosen, block) and not self.table.joints:
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
@@ -181,6 +176,12 @@ class Columns:
         from_zero = self._index.place([first]) >= 0 > self._index.place([last])
         return [number - from_zero for number in self._numbers]
 
+    @staticmethod
+    def _follows(signal: str, chosen: Mapping[str, Names], block: tuple[int, int] | None) -> bool:
+        """Whether the columns of a signal are those of its array that belong to the positions."""
+        names = chosen.get(signal, "")
+        return signal not in chosen or (block is not None and isinstance(names, str) and not re.search(r"[{.]", names))
+
     def _block(self, names: Names) -> tuple[int, int] | None:
         """Of positions that were named as consecutive columns of a larger array: first place, and its size."""
         if isinstance(names, str) or len(names) != self.robot.dof:
@@ -219,6 +220,22 @@ class Columns:
             first, second = self.table.values[:, place], self.table.values[:, names.index(other)]
             if not np.array_equal(first, second, equal_nan=True):
                 self.left_out.append(f"{signal}: two columns are called {name}; the first is read, {other} is not")
+
+
+def own_time(table: Table) -> str:
+    """Name of a usual column of time that goes on; "" for none."""
+    place = NameIndex(table.names).place(TIMES, ("s",))
+    if place < 0 or not np.any(np.diff(table.values[:, place]) > 0):
+        return ""
+    return table.names[place]
+
+
+def expanded(names: Names) -> Names:
+    """Names of columns, of which `q1..6` stands for `q1` to `q6`."""
+    if not isinstance(names, str) or (match := re.fullmatch(r"(.*?)(\d+)\.\.(\d+)(\D*)", names)) is None:
+        return names
+    numbers = range(int(match[2]), int(match[3]) + 1)
+    return [f"{match[1]}{number}{match[4]}" for number in numbers]
 
 
 def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:

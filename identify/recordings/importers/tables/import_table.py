@@ -97,10 +97,12 @@ def import_table(
         _check_still(table, used, source)
         used = with_rate(used, found, chosen, rate) if rate else used
         where = f"{source} (preset {Path(used.name).name})" if used.name else str(source)
-        table, stamps, facts = stamped(found, used, chosen, time_scale, where)
         names = {**{signal: one.column for signal, one in used.signals.items()}, **chosen}
+        clock = None if used.rate and "time" not in chosen else found.time(names, where)
         # Numbers count joints that the robot does not have where some are still.
-        in_si = SignalUnits(found, used, found.signals(names, chosen, not used.still, where), stated, degrees)
+        places = found.signals(names, chosen, not used.still, where)
+        table, stamps, facts = stamped(found, used, clock, time_scale)
+        in_si = SignalUnits(found, used, places, stated, degrees)
         signals = in_si.signals(stamps - stamps[0], table.values)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}

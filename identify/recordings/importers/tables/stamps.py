@@ -9,7 +9,7 @@ import numpy as np
 
 from ....errors import NotAFile, NotFinite, RecordingError
 from ...units import factors, unit_named
-from .columns import Columns, Names
+from .columns import Columns, Names, own_time
 from .preset import Preset, Reading
 from .table import DATE, Table
 
@@ -27,34 +27,40 @@ def with_rate(preset: Preset, columns: Columns, chosen: Mapping[str, Names], rat
         RecordingError: The file has time.
     """
     stated = str(chosen.get("time") or preset.signals.get("time", Reading("")).column)
-    own = stated if chosen.get("time") or stated in columns.table.names else columns.own_time()
-    if own:
-        raise RecordingError(
-            f"{columns.source} has its own time, column {own}; --rate (rate) is for files without time"
-        )
+    own = stated if chosen.get("time") or stated in columns.table.names else own_time(columns.table)
+    require_no_time(columns.source, own)
     others = {signal: reading for signal, reading in preset.signals.items() if signal != "time"}
     return replace(preset, signals=others, rate=rate)
 
 
+def require_no_time(source: Path, column: str) -> None:
+    """Refuse a rate for a file with a column of time; "" for none.
+
+    Raises:
+        RecordingError: There is one.
+    """
+    if column:
+        raise RecordingError(
+            f"{source} has its own time, column {column}; --rate (rate) is for tables and arrays without time"
+        )
+
+
 def stamped(
-    columns: Columns, preset: Preset, chosen: Mapping[str, Names], scale: float | None, where: str
+    columns: Columns, preset: Preset, place: int | None, scale: float | None
 ) -> tuple[Table, np.ndarray, list[str]]:
     """The rows of a table that have a time, their time stamps (t,) [s], and what was done, in sentences.
 
     Args:
         columns: Of the table.
         preset: By which it is read.
-        chosen: Names of columns that were chosen for this file.
+        place: Number of the column of time; None where the preset has a rate.
         scale: Seconds per unit of the column of time, over any unit that is stated; None for that unit.
-        where: What errors call the file.
 
     Raises:
         NotAFile: There are fewer than two rows.
         NotFinite: Fewer than two rows have a time.
-        WrongShape: There is no column of time.
     """
     source, table = columns.source, columns.table
-    place = None if preset.rate and "time" not in chosen else columns.time(_names(preset, chosen), where)
     if len(table.values) < 2:
         raise NotAFile(f"{source} has one sample, in {table.place(0)}; a run has many")
     if place is None:
@@ -94,8 +100,3 @@ def unit_since_1970(times: np.ndarray) -> str:
         if YEARS[0] < times[0] * scale < YEARS[1] and 1 / RATES[1] < period * scale < 1 / RATES[0]:
             return unit
     return ""
-
-
-def _names(preset: Preset, chosen: Mapping[str, Names]) -> dict[str, Names]:
-    stated = {"time": preset.signals["time"].column} if "time" in preset.signals else {}
-    return {**stated, **({"time": chosen["time"]} if "time" in chosen else {})}
