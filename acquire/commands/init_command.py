@@ -47,6 +47,11 @@ from .import_command import COLUMNS
 CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
+AS_TABLE = (
+    "a recording keeps its efforts as torques. Make a table of it (exidyn export {log} --to csv), name its tau "
+    "columns i, and propose for that"
+)
+
 
 @Command(
     "Look at a log, and propose what its columns are, in which units, and the signs and rough sizes of "
@@ -122,6 +127,8 @@ def init_command(given: Namespace) -> None:
 
 def _refusal(given: Namespace, proposal: Proposal, preset: Path | None) -> str:
     """Why import refuses a log as it is proposed; "" where it takes all of them."""
+    if preset is None and kind_of(given.logs[0]) == "exidyn":
+        return AS_TABLE.format(log=given.logs[0]) if _effort_option(proposal) else ""
     model = read_model(given.output)
     options = {"preset": str(preset)} if preset else _effort_option(proposal)
     for log in given.logs:
@@ -246,7 +253,9 @@ def _require_free(texts: dict[Path, str], given: Namespace) -> None:
 
 def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
     """The command line that imports the log as proposed."""
-    words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
+    # A recording needs no import: it is used with the new robot.
+    verb = "identify" if not table and kind_of(given.logs[0]) == "exidyn" else "import"
+    words = ["exidyn", verb, str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:
         words += ["--preset", str(preset)]
     if not table:

@@ -97,7 +97,10 @@ class Columns:
         block = self._block(given.get("position", ()))
         known = {signal: self._choices(signal, given) for signal in SIGNALS if usual or signal in given}
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
-        taken = {self._index.place(names) for signal in given for names in known.get(signal, ())}
+        # Nor is one of the same array, which may be another arm's.
+        named = {self._index.place(names) for signal in given for names in known.get(signal, ())} - {-1}
+        arrays = {name for place in named for name in columns_of_array(self.table.names, self.table.names[place])}
+        taken = {place for place, name in enumerate(self.table.names) if name in arrays}
         found = {}
         for signal, choices in known.items():
             if signal not in NEEDED:
@@ -111,7 +114,7 @@ class Columns:
                 places = [self._place(names, quantities, taken) for names in choices]
             if signal in given or signal == "position":
                 self._require_all(signal, choices, places, where)
-            if max(places) >= 0 and self._follows(signal, chosen, block) and not self.table.joints:
+            if max(places) >= 0 and self._follows(given.get(signal, ""), signal in chosen, block) and not self.table.joints:
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
@@ -177,10 +180,9 @@ class Columns:
         return [number - from_zero for number in self._numbers]
 
     @staticmethod
-    def _follows(signal: str, chosen: Mapping[str, Names], block: tuple[int, int] | None) -> bool:
+    def _follows(names: Names, chosen: bool, block: tuple[int, int] | None) -> bool:
         """Whether the columns of a signal are those of its array that belong to the positions."""
-        names = chosen.get(signal, "")
-        return signal not in chosen or (block is not None and isinstance(names, str) and not re.search(r"[{.]", names))
+        return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
 
     def _block(self, names: Names) -> tuple[int, int] | None:
         """Of positions that were named as consecutive columns of a larger array: first place, and its size."""
