@@ -88,11 +88,13 @@ NAMED = (
 )
 """What is called otherwise than by default, in a table or a bag."""
 UNITS = (
-    Option("--degrees", "positions, velocities and commands are in degrees"),
+    Option(
+        "--degrees", "positions, velocities and commands are in degrees; for per cent of travel see --units"
+    ),
     Option(
         "--units SIGNAL=UNIT...",
-        "units of a table's columns, one for all joints or one a joint with commas: deg, mA, ...; of positions "
-        "also % (-100 to 100) and 0-100%, of each joint's travel between its limits",
+        "units of a table's columns, one for all joints or one a joint with commas: deg, mA, ...; of "
+        "positions also %% (-100 to 100) and 0-100%%, of each joint's travel between its limits",
         named,
     ),
     Option("--rate HZ", "samples a second, of a table or arrays without time", positive),

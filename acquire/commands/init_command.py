@@ -30,7 +30,7 @@ from exidyn.identify.proposal.proposal_text import (
 )
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identify.recordings.importers.tables.columns import Names, own_time
+from exidyn.identify.recordings.importers.tables.columns import Columns, Names, own_time
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
 from exidyn.identify.recordings.importers.tables.stamps import require_no_time
 from exidyn.identify.recordings.importers.tables.table import Table
@@ -48,8 +48,8 @@ CLOCK = "time [s]"
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
 
 AS_TABLE = (
-    "a recording keeps its efforts as torques. Make a table of it (exidyn export {log} --to csv), name its tau "
-    "columns i, and propose for that"
+    "a recording keeps its efforts as torques. Make a table of it (exidyn export {log} --to csv), name its "
+    "tau columns i, and propose for that"
 )
 
 
@@ -169,7 +169,9 @@ def _table(logs: Sequence[Path], rate: float | None, chosen: Mapping[str, Names]
     _require_same(logs, [table.names for table in tables])
     clock = str(chosen.get("time", ""))
     called = [CLOCK if name == clock else name for name in tables[0].names]
-    values = one_after_another(called, [table.values for table in tables]) if len(tables) > 1 else tables[0].values
+    values = (
+        one_after_another(called, [table.values for table in tables]) if len(tables) > 1 else tables[0].values
+    )
     return tables[0]._replace(values=values)
 
 
@@ -210,7 +212,7 @@ def _proposal(
     logs: Sequence[Path], table: Table | None, model: Model, chosen: Mapping[str, Names]
 ) -> Proposal:
     if table is not None:
-        log = log_columns(logs[0], table, model.robot, chosen)
+        log = log_columns(Columns(logs[0], table, model.robot), chosen)
         return log.restored(propose(log.names, log.values, model.robot, table.joints))
     every = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
     _require_same(logs, [names for names, _ in every])

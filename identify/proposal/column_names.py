@@ -50,7 +50,9 @@ def words_of(name: str) -> list[str]:
 
 def unit_of(name: str) -> str:
     """Unit that a name states; "" for none."""
-    words = words_of(stated_unit(name)[1]) or words_of(name)[1:]  # the first is the quantity: `s` is no second
+    words = (
+        words_of(stated_unit(name)[1]) or words_of(name)[1:]
+    )  # the first is the quantity: `s` is no second
     return next((unit for unit, known in UNITS.items() if known.intersection(words)), "")
 
 

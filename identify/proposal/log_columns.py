@@ -6,7 +6,6 @@ of an array with more columns than the arm has joints those of this arm are kept
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +34,8 @@ WORDS = {
     "command_velocity": "command velocity",
 }
 """Signal -> words by which a proposal reads it."""
-FULL = (1.0, 100.0)
-"""What an open gripper may be called, of which positions are shares."""
+FULL = ((0.0, 1.0), (4 * np.pi, 100.0))
+"""What the position of a gripper that is half open exceeds, and what an open one is called."""
 SHARE_NOISE = 0.02
 """How far a share may be below 0 or above all of it, as encoders see it."""
 
@@ -74,31 +73,30 @@ class LogColumns(NamedTuple):
         return replace(proposal, columns=columns, gains=gains, notes=(*self.notes, *proposal.notes))
 
 
-def log_columns(source: Path, table: Table, robot: Robot, chosen: Mapping[str, Names]) -> LogColumns:
+def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
     """The columns of a log for an arm.
 
     Args:
-        source: What errors call the log.
-        table: Of the log.
-        robot: The arm.
+        columns: Of the log, for the arm.
         chosen: "time", a signal or "effort" -> its columns, as `Columns` takes them.
 
     Raises:
         WrongShape: A chosen column is not there.
         RecordingError: An array has more columns than the arm has joints, and nothing says which are its.
     """
-    places = _chosen_places(Columns(source, table, robot), chosen, str(source))
-    arm, notes = _columns_of_arm(source, table, robot, places)
+    table, robot = columns.table, columns.robot
+    places = _chosen_places(columns, chosen, str(columns.source))
+    arm, notes = _columns_of_arm(columns, places)
     shown = {k: _with_unit(table, k) for k in range(len(table.names))}
     for array in arm:
         for number, place in enumerate(array.kept):
             before, _, behind = numbered(table.names[place]) or (table.names[place], 0, "")
             shown[place] = f"{before}{number + 1}{behind}"
-    for signal, columns in places.items():
-        for joint, place in enumerate(columns):
+    for signal, chosen_places in places.items():
+        for joint, place in enumerate(chosen_places):
             name = WORDS[signal] if signal == "time" else f"{robot.joints[joint]} {WORDS[signal]}"
             shown[place] = _with_unit(table, place, name)
-    fixed = {place for columns in places.values() for place in columns}
+    fixed = {place for chosen_places in places.values() for place in chosen_places}
     dropped = {place for array in arm for place in array.dropped} | _rivals(shown, fixed, places, robot)
     kept = [k for k in shown if k in fixed or k not in dropped]
     factor = {k: _effort_factor(table, k) for k in kept}
@@ -157,10 +155,9 @@ class _Array(NamedTuple):
     dropped: list[int]
 
 
-def _columns_of_arm(
-    source: Path, table: Table, robot: Robot, places: Mapping[str, Sequence[int]]
-) -> tuple[list[_Array], list[str]]:
+def _columns_of_arm(columns: Columns, places: Mapping[str, Sequence[int]]) -> tuple[list[_Array], list[str]]:
     """Arrays with more columns than the arm has joints, where no others hold its positions; and notes."""
+    table, robot = columns.table, columns.robot
     found = families(table.names, robot.joints, table.joints)
     if table.joints or "position" not in places and any(family.signal == "position" for family in found):
         return [], []
@@ -169,7 +166,7 @@ def _columns_of_arm(
     if not position:
         return [], []
     numbers = {name: k for k, name in enumerate(table.names)}
-    begin, notes = _begin_of_arm(source, table, robot, position, places)
+    begin, notes = _begin_of_arm(columns, position, places)
     alike = [array for array in arrays if len(array) == len(position) and begin is not None]
     result = []
     for array in alike:
@@ -181,7 +178,9 @@ def _columns_of_arm(
 def _larger_arrays(table: Table, robot: Robot) -> list[list[str]]:
     """Numbered columns of a signal, of more than there are joints."""
     arrays = {tuple(columns_of_array(table.names, name)): None for name in table.names}
-    return [list(one) for one in arrays if len(one) > robot.dof and _signal_of_array(one) not in ("", "other")]
+    return [
+        list(one) for one in arrays if len(one) > robot.dof and _signal_of_array(one) not in ("", "other")
+    ]
 
 
 def _signal_of_array(array: Sequence[str]) -> str:
@@ -189,24 +188,25 @@ def _signal_of_array(array: Sequence[str]) -> str:
 
 
 def _begin_of_arm(
-    source: Path, table: Table, robot: Robot, array: list[str], places: Mapping[str, Sequence[int]]
+    columns: Columns, array: list[str], places: Mapping[str, Sequence[int]]
 ) -> tuple[int | None, list[str]]:
     """Where in an array of positions the arm's begin, and what was decided.
 
     Raises:
         RecordingError: Nothing says it.
     """
+    table, robot = columns.table, columns.robot
     if "position" in places:
         names = [table.names[place] for place in places["position"]]
         begin = array.index(names[0]) if names[0] in array else 0
         return (begin, []) if array[begin : begin + len(names)] == names else (None, [])
     values = table.values[:, [table.names.index(name) for name in array]]
-    shares = [_is_share(column) for column in values.T]
-    if len(array) != robot.dof + 1 or not shares[-1] or any(shares[:-1]):
-        raise RecordingError(f"{source}: {which_columns('position', array, robot)}")
+    # Before the joints a gripper is rare; any joint may stay within 0 to 1 by chance.
+    if len(array) != robot.dof + 1 or not _is_share(values[:, -1]) or _is_share(values[:, 0]):
+        raise RecordingError(f"{columns.source}: {which_columns('position', array, robot)}")
     note = (
-        f"{array_name(array)} has {len(array)} columns for {robot.dof} joints: {array[-1]} stays within 0 and all of "
-        "it, as a gripper does, and is left out"
+        f"{array_name(array)} has {len(array)} columns for {robot.dof} joints: {array[-1]} stays within "
+        "0 and all of it, as a gripper does, and is left out"
     )
     return 0, [note]
 
@@ -216,5 +216,7 @@ def _is_share(values: np.ndarray) -> bool:
     known = values[np.isfinite(values)]
     if not len(known):
         return False
-    full = next((full for full in FULL if known.max() <= full * (1 + SHARE_NOISE)), None)
-    return full is not None and float(known.min()) >= -SHARE_NOISE * full
+    return any(
+        least < known.max() <= full * (1 + SHARE_NOISE) and known.min() >= -SHARE_NOISE * full
+        for least, full in FULL
+    )

@@ -30,7 +30,7 @@ STILL = 1e-3
 
 
 UNDECIDED = 1.0
-"""Relative standard deviation of a gain that is not decided: twice as much, or the other sign, is two away."""
+"""Relative standard deviation of a gain that is not decided: twice as much, or none, is one of it away."""
 
 
 class Still(NamedTuple):
@@ -98,7 +98,9 @@ def robot_toml(
     undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.known]
     if known and undecided:
         head.append(
-            hash_comment(f"[drive] gain of {', '.join(undecided)} is a guess: gain_tolerance is {UNDECIDED:g}")
+            hash_comment(
+                f"[drive] gain of {', '.join(undecided)} is a guess: gain_tolerance is {UNDECIDED:g}"
+            )
         )
     n = model.robot.dof
     servo = None

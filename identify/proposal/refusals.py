@@ -83,9 +83,7 @@ def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Ro
             f"{text}They are those of {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
             "[...]), and give that as --urdf"
         )
-    return RecordingError(
-        f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file"
-    )
+    return RecordingError(f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file")
 
 
 def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:

@@ -148,8 +148,9 @@ def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: st
     scale, zero = (values[joint] for values in percent_of_travel(limits, TRAVEL.get(unit, -100.0)))
     if not np.isfinite(scale):
         raise BadUnit(
-            f"{where}: unit '{unit}' of joint {joint + 1} is a share of its travel, and the robot's description "
-            "states no lower and upper limit; give [limits] position_lower and position_upper in robot.toml"
+            f"{where}: unit '{unit}' of joint {joint + 1} is a share of its travel, and the robot's "
+            "description states no lower and upper limit; give [limits] position_lower and position_upper "
+            "in robot.toml"
         )
     return float(scale), 0.0 if unit == PER_SECOND else float(-zero * scale)
 

@@ -38,8 +38,8 @@ def percent_questions(robot: Robot, position: np.ndarray) -> list[str]:
     """What is asked about grippers whose positions, shape (t, n) [rad], were given in degrees."""
     return [
         f"{joint} goes from {np.nanmin(degrees):.4g} to {np.nanmax(degrees):.4g}, read in degrees: is it per "
-        "cent of what it opens? Then its unit is 0-100% (--units position=deg,...,0-100%), or leave the joint out: "
-        "joints = [...] in robot.toml"
+        "cent of what it opens? Then its unit is 0-100% (--units position=deg,...,0-100%), or leave the "
+        "joint out: joints = [...] in robot.toml"
         for joint, degrees in zip(robot.joints, np.degrees(position.T), strict=True)
         if in_percent(joint, degrees)
     ]

@@ -159,7 +159,9 @@ def test_a_rate_may_be_stated_with_the_import(tmp_path):
 
 def test_a_preset_has_scale_zero_and_unit_of_each_joint(tmp_path):
     counts = np.column_stack([motion()[:, 0] * 4096 / (2 * np.pi) + 2048, np.degrees(motion()[:, 1]) * -2.0])
-    path = table(tmp_path / "log.csv", "t,q1,q2,tau1,tau2,q_ref1,q_ref2", counts, noise(), counts + [1.0, 2.0])
+    path = table(
+        tmp_path / "log.csv", "t,q1,q2,tau1,tau2,q_ref1,q_ref2", counts, noise(), counts + [1.0, 2.0]
+    )
     (tmp_path / "preset.toml").write_text(
         '[position]\ncolumn = "q"\nunit = ["turn", "deg"]\nzero = [2048, 0]\nscale = [2.44140625e-4, 0.5]\n'
         "sign = [1, -1]\n"
@@ -168,7 +170,9 @@ def test_a_preset_has_scale_zero_and_unit_of_each_joint(tmp_path):
     expected = motion()
     np.testing.assert_allclose(found.signals["position"].values, expected, atol=1e-9)
     apart = found.signals["command"].values - expected  # commands have the units of positions
-    np.testing.assert_allclose(apart, np.tile([2 * np.pi / 4096, -np.radians(1.0)], (len(TIME), 1)), atol=1e-9)
+    np.testing.assert_allclose(
+        apart, np.tile([2 * np.pi / 4096, -np.radians(1.0)], (len(TIME), 1)), atol=1e-9
+    )
 
 
 def limited(lower, upper):
@@ -192,7 +196,9 @@ def test_positions_in_per_cent_of_travel(tmp_path, stated):
     np.testing.assert_allclose(found.signals["position"].values, position, atol=1e-9)
     np.testing.assert_allclose(found.signals["command"].values, position, atol=1e-9)
     endless = limited([-2.0, -np.inf], [3.0, np.inf])
-    with pytest.raises(BadUnit, match="of joint 2 is a share of its travel, and the robot's description states"):
+    with pytest.raises(
+        BadUnit, match="of joint 2 is a share of its travel, and the robot's description states"
+    ):
         import_source(path, endless, **options)
 
 

@@ -108,7 +108,9 @@ def test_a_unit_of_another_quantity_is_a_warning_and_per_cent_is_asked_about(tmp
 def test_dates_and_times_of_day_are_time(tmp_path, form):
     begin = np.datetime64("2026-03-14T23:59:59.900", "us")
     stamps = (begin + np.round(1e6 * TIME).astype("timedelta64[us]")).tolist()
-    lines = [f"{stamp.strftime(form)},{row.split(',', 1)[1]}" for stamp, row in zip(stamps, rows(), strict=True)]
+    lines = [
+        f"{stamp.strftime(form)},{row.split(',', 1)[1]}" for stamp, row in zip(stamps, rows(), strict=True)
+    ]
     require_usual(run_of(tmp_path / "run.csv", "\n".join([USUAL, *lines])))
     assert read_csv(tmp_path / "run.csv")[0].units == {"t": "date"}
 
@@ -119,7 +121,9 @@ def test_stamps_since_1970_have_the_unit_that_their_year_shows(tmp_path, unit, s
     lines = [f"{stamp},{row.split(',', 1)[1]}" for stamp, row in zip(stamps, rows(), strict=True)]
     found = run_of(tmp_path / "run.csv", "\n".join([USUAL, *lines]))
     require_usual(found)
-    assert any(f"read as {unit} since 1970, the first as 2026-03-02 09:41:07" in word for word in found.warnings)
+    assert any(
+        f"read as {unit} since 1970, the first as 2026-03-02 09:41:07" in word for word in found.warnings
+    )
 
 
 @pytest.mark.parametrize("word", ["", "nan", "NaN", "inf", "NULL", "n/a", "#N/A", "-"])
@@ -145,8 +149,12 @@ def test_rows_without_time_are_left_out_and_counted(tmp_path):
 
 
 def test_joints_that_never_share_a_row_are_refused(tmp_path):
-    lines = [",".join([*row.split(",")[:3], *(("1", "") if k % 2 else ("", "1"))]) for k, row in enumerate(rows())]
-    with pytest.raises(NotFinite, match="torque: no number for axis1 in 100, axis2 in 100 of 200 rows, and 0 with"):
+    lines = [
+        ",".join([*row.split(",")[:3], *(("1", "") if k % 2 else ("", "1"))]) for k, row in enumerate(rows())
+    ]
+    with pytest.raises(
+        NotFinite, match="torque: no number for axis1 in 100, axis2 in 100 of 200 rows, and 0 with"
+    ):
         run_of(tmp_path / "run.csv", "\n".join([USUAL, *lines]))
 
 
@@ -185,7 +193,9 @@ def test_of_two_columns_with_one_name_the_first_is_read_with_a_warning(tmp_path)
 
 def test_names_that_two_groups_have_are_not_guessed(tmp_path):
     np.savez(tmp_path / "run.npz", **{f"{arm}/q": motion() for arm in ("left", "right")}, t=TIME, tau=noise())
-    with pytest.raises(WrongShape, match="no column q1, q2 for position. Columns: left/q1, left/q2, right/q1"):
+    with pytest.raises(
+        WrongShape, match="no column q1, q2 for position. Columns: left/q1, left/q2, right/q1"
+    ):
         run_of(tmp_path / "run.npz")
     found = run_of(tmp_path / "run.npz", columns={"position": "right/q"})
     assert np.array_equal(found.signals["position"].values, motion())
@@ -200,8 +210,8 @@ def two_arms(path):
 def test_an_array_of_two_arms_is_asked_about_and_one_answer_is_enough(tmp_path):
     path = two_arms(tmp_path / "episode.npz")
     question = (
-        r"observations/qpos has 6 columns for 2 joints \(axis1, axis2\): which\? For example 1 to 2, or 4 to 5: "
-        r"--columns position=observations/qpos1..2, or position=observations/qpos4..5"
+        r"observations/qpos has 6 columns for 2 joints \(axis1, axis2\): which\? For example 1 to 2, or "
+        r"4 to 5: --columns position=observations/qpos1..2, or position=observations/qpos4..5"
     )
     with pytest.raises(WrongShape, match=question):
         run_of(path, rate=250)

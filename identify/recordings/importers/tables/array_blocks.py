@@ -1,4 +1,4 @@
-"""Arrays with more columns than an arm has joints, such as those of two arms: which columns are this arm's."""
+"""Arrays with more columns than an arm has joints, such as those of two arms: which are this arm's."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,14 @@ def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:
     half = m // 2
     begins = 0, half if m % 2 == 0 and half >= n else m - n
     blocks = [array[begin : begin + n] for begin in begins]
-    words = [" to ".join(str(end[1]) for name in (block[0], block[-1]) if (end := numbered(name))) for block in blocks]
+    words = [
+        " to ".join(str(end[1]) for name in (block[0], block[-1]) if (end := numbered(name)))
+        for block in blocks
+    ]
     first, second = map(_range, blocks)
     return (
-        f"{array_name(array)} has {m} columns for {n} joints ({named_joints(robot)}): which? For example {words[0]}, "
-        f"or {words[1]}: --columns {signal}={first}, or {signal}={second}"
+        f"{array_name(array)} has {m} columns for {n} joints ({named_joints(robot)}): which? For example "
+        f"{words[0]}, or {words[1]}: --columns {signal}={first}, or {signal}={second}"
     )
 
 

@@ -18,7 +18,10 @@ _TIME = r"(?P<h>\d{1,2}):(?P<min>\d\d)(?::(?P<s>\d\d)(?:[.,](?P<f>\d+))?)?(?:\s*
 _ZONE = r"\s*(?:Z|UTC|GMT|(?P<sign>[+-])(?P<zh>\d\d):?(?P<zm>\d\d)?)?"
 _DATES = tuple(
     re.compile(rf"{date}[T\s,]+{_TIME}{_ZONE}")
-    for date in (r"(?P<y>\d{4})([-/.]?)(?P<m>\d\d?)\2(?P<d>\d\d?)", r"(?P<a>\d\d?)([./-])(?P<b>\d\d?)\2(?P<y>\d{4})")
+    for date in (
+        r"(?P<y>\d{4})([-/.]?)(?P<m>\d\d?)\2(?P<d>\d\d?)",
+        r"(?P<a>\d\d?)([./-])(?P<b>\d\d?)\2(?P<y>\d{4})",
+    )
 )
 _OF_DAY = re.compile(_TIME)
 _OF_HOUR = re.compile(r"(?P<min>\d{1,2}):(?P<s>\d\d)[.,](?P<f>\d+)")
@@ -55,7 +58,10 @@ def decimal_mark(cells: Iterable[str]) -> str:
             commas.append(cell)
     if not (dots and commas):
         return "," if commas else "."
-    grouped = {mark: all(GROUPED[mark].fullmatch(cell) for cell in cells) for mark, cells in ((".", dots), (",", commas))}
+    grouped = {
+        mark: all(GROUPED[mark].fullmatch(cell) for cell in cells)
+        for mark, cells in ((".", dots), (",", commas))
+    }
     if grouped["."] == grouped[","]:
         return ""
     return "," if grouped["."] else "."
@@ -74,14 +80,16 @@ def _plain(cell: str, decimal: str) -> str:
     if not decimal:
         return cell.replace(",", ".")
     thousands = "." if decimal == "," else ","
-    if thousands in cell and not re.fullmatch(rf"[+-]?\d{{1,3}}(?:[{thousands}]\d{{3}})+(?:[{decimal}]\d*)?", cell):
+    if thousands in cell and not re.fullmatch(
+        rf"[+-]?\d{{1,3}}(?:[{thousands}]\d{{3}})+(?:[{decimal}]\d*)?", cell
+    ):
         raise ValueError(cell)
     plain = cell.replace(thousands, "").replace("'", "").replace("\u00a0", "").replace("\u202f", "")
     return plain.replace(decimal, ".").replace("\u2212", "-")
 
 
 def seconds_of(cell: str) -> float | None:
-    """Seconds since 1970 of a date with a time, or since midnight or the full hour of a time; None for others.
+    """Seconds since 1970 of a date with a time, or since midnight or the full hour of a time; else None.
 
     Without a zone a date counts as UTC: runs need differences only.
     """
@@ -89,7 +97,7 @@ def seconds_of(cell: str) -> float | None:
         if match := pattern.fullmatch(cell):
             try:
                 return _since_1970(match)
-            except ValueError:  # no such day
+            except (ValueError, OverflowError):  # no such day
                 return None
     if match := _OF_DAY.fullmatch(cell):
         return _of_day(match)
@@ -109,7 +117,9 @@ def _since_1970(match: "re.Match[str]") -> float:
     midnight = datetime(int(parts["y"]), month, day, tzinfo=UTC)
     zone = timedelta()
     if parts["sign"]:
-        zone = timedelta(hours=int(parts["zh"]), minutes=int(parts["zm"] or 0)) * (-1 if parts["sign"] == "-" else 1)
+        zone = timedelta(hours=int(parts["zh"]), minutes=int(parts["zm"] or 0)) * (
+            -1 if parts["sign"] == "-" else 1
+        )
     return (midnight - zone).timestamp() + _of_day(match)
 
 

@@ -99,7 +99,9 @@ class Columns:
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
         # Nor is one of the same array, which may be another arm's.
         named = {self._index.place(names) for signal in given for names in known.get(signal, ())} - {-1}
-        arrays = {name for place in named for name in columns_of_array(self.table.names, self.table.names[place])}
+        arrays = {
+            name for place in named for name in columns_of_array(self.table.names, self.table.names[place])
+        }
         taken = {place for place, name in enumerate(self.table.names) if name in arrays}
         found = {}
         for signal, choices in known.items():
@@ -114,7 +116,11 @@ class Columns:
                 places = [self._place(names, quantities, taken) for names in choices]
             if signal in given or signal == "position":
                 self._require_all(signal, choices, places, where)
-            if max(places) >= 0 and self._follows(given.get(signal, ""), signal in chosen, block) and not self.table.joints:
+            if (
+                max(places) >= 0
+                and self._follows(given.get(signal, ""), signal in chosen, block)
+                and not self.table.joints
+            ):
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
@@ -185,7 +191,7 @@ class Columns:
         return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
 
     def _block(self, names: Names) -> tuple[int, int] | None:
-        """Of positions that were named as consecutive columns of a larger array: first place, and its size."""
+        """First place and size of a larger array, of which positions are consecutive columns; else None."""
         if isinstance(names, str) or len(names) != self.robot.dof:
             return None
         array = columns_of_array(self.table.names, names[0])
@@ -197,7 +203,7 @@ class Columns:
         """Columns of this arm in an array that may have more than it has joints.
 
         Raises:
-            WrongShape: The array has more columns, and those of the positions do not say which are this arm's.
+            WrongShape: The array has more columns, and the positions do not say which are this arm's.
         """
         names = [self.table.names[place] for place in places if place >= 0]
         array = columns_of_array(self.table.names, names[0])
@@ -221,7 +227,9 @@ class Columns:
                 continue
             first, second = self.table.values[:, place], self.table.values[:, names.index(other)]
             if not np.array_equal(first, second, equal_nan=True):
-                self.left_out.append(f"{signal}: two columns are called {name}; the first is read, {other} is not")
+                self.left_out.append(
+                    f"{signal}: two columns are called {name}; the first is read, {other} is not"
+                )
 
 
 def own_time(table: Table) -> str:
@@ -251,7 +259,12 @@ def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
     by_joint += [
         f"{{joint}}{between}{one}" for one in (signal, *words, *PREFIXES[signal]) for between in "_./"
     ]
-    by_axis = [form for axis in AXES for one in usual for form in (f"{axis}{{number}}_{one}", f"{one}_{axis}{{number}}")]
+    by_axis = [
+        form
+        for axis in AXES
+        for one in usual
+        for form in (f"{axis}{{number}}_{one}", f"{one}_{axis}{{number}}")
+    ]
     return [f"{one}{{number}}" for one in usual] + by_joint + by_axis
 
 

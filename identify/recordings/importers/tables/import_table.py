@@ -145,7 +145,7 @@ def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
 
 
 def _whole_samples(recording: Recording, source: Path) -> Recording:
-    """The recording without samples of positions and efforts that lack a joint, and a warning that counts them.
+    """The recording without samples of positions and efforts that lack a joint; a warning counts them.
 
     Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint that
     has no number at all is left for the checks to judge.
@@ -162,10 +162,14 @@ def _whole_samples(recording: Recording, source: Path) -> Recording:
         if whole[name].all():
             continue
         count = int(np.sum(whole[name] & ~np.isnan(values).all(axis=1)))
-        joints = [f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))]
+        joints = [
+            f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
+        ]
         facts = f"{name}: no number for {', '.join(joints)} of {len(values)} rows"
         if count < 2:
-            raise NotFinite(f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row")
+            raise NotFinite(
+                f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row"
+            )
         warnings.append(f"{facts}; these {np.sum(~whole[name])} rows are left out")
     return recording.keeping(whole).with_warnings(*warnings)
 

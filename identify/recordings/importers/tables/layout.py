@@ -39,7 +39,7 @@ class Layout(NamedTuple):
 def cells_of(line: str, separator: str | None) -> list[str]:
     """The cells of a line, without quotes and spaces around them."""
     if separator and '"' in line:
-        [cells] = csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True) or [[]]
+        cells = next(csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True), [])
     else:
         cells = line.strip("\r\n").split(separator)
     return [cell.strip().strip('"').strip("'").strip() for cell in cells]
@@ -59,7 +59,9 @@ def layout_of(lines: Sequence[str]) -> Layout:
         return Layout(separator, [str(k + 1) for k in range(width)], [], 0, begin + 1, 0)
     header = _header(heads, lines, width)
     below = [k for k in heads if k > header]
-    units = next((heads[k] for k in below if is_unit_row(heads[k]) and len(heads[k]) <= len(heads[header])), [])
+    units = next(
+        (heads[k] for k in below if is_unit_row(heads[k]) and len(heads[k]) <= len(heads[header])), []
+    )
     names = heads[header]
     while len(names) > width and not names[-1]:
         names = names[:-1]

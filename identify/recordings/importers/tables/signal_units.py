@@ -26,7 +26,12 @@ class SignalUnits:
     """
 
     def __init__(
-        self, columns: Columns, preset: Preset, places: Mapping[str, Sequence[int]], stated: Units, degrees: bool
+        self,
+        columns: Columns,
+        preset: Preset,
+        places: Mapping[str, Sequence[int]],
+        stated: Units,
+        degrees: bool,
     ) -> None:
         self.facts: list[str] = []
         self._columns, self._preset, self._places = columns, preset, places
@@ -56,7 +61,9 @@ class SignalUnits:
         options = self._each(self._stated.get(signal, ""), len(si), "units (--units)")
         preset = self._each(self._own(signal).unit, len(si), self._where(signal))
         degrees = ["deg" + wanted[3:] if self._degrees and wanted in ANGLES else "" for wanted in si]
-        stated = [option or angle or unit for option, angle, unit in zip(options, degrees, preset, strict=True)]
+        stated = [
+            option or angle or unit for option, angle, unit in zip(options, degrees, preset, strict=True)
+        ]
         each = zip(stated, self._places[signal], si, strict=True)
         stated = [unit or self._of_file(signal, place, wanted) for unit, place, wanted in each]
         measured = MEASURED.get(signal, "")
@@ -71,7 +78,7 @@ class SignalUnits:
         return self._preset.signals.get(signal, Reading(""))
 
     def _reading(self, signal: str) -> Reading:
-        """How the numbers of a signal are read; of a command as those that are measured, if nothing is stated."""
+        """How the numbers of a signal are read; a command that states nothing is read as what is measured."""
         own = self._own(signal)
         return self._own(MEASURED[signal]) if signal in MEASURED and own.plain else own
 
@@ -100,10 +107,11 @@ class SignalUnits:
             return unit
         if is_travel(unit) and wanted in ("rad", "m"):
             raise BadUnit(
-                f"{self._columns.source}: column {table.names[place]} is in {unit}, which does not say of what. "
-                f"Of the joint's travel: --units {signal}=% for -100 to 100, or {signal}=0-100%"
+                f"{self._columns.source}: column {table.names[place]} is in {unit}, which does not say of "
+                f"what. Of the joint's travel: --units {signal}=% for -100 to 100, or {signal}=0-100%"
             )
-        fact = f"{signal}: column {table.names[place]} is in {unit}, which is no unit of {wanted}; it is read as it is"
+        name = table.names[place]
+        fact = f"{signal}: column {name} is in {unit}, which is no unit of {wanted}; it is read as it is"
         if fact not in self.facts:
             self.facts.append(fact)
         return ""

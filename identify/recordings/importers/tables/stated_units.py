@@ -6,8 +6,10 @@ from ...units import SPELLINGS, UNITS, is_travel, unit_named
 
 BRACKETED = re.compile(r"(.*?)[\s_]*(?:in\s+)?[\[(<{]\s*([^\[\](){}<>]+?)\s*[\])>}]\s*", re.DOTALL)
 _WORDS = {name for names in SPELLINGS.values() for name in names.split()} - {"c", "min-1"} | {"nm"}
-SUFFIXES = sorted({*UNITS, *_WORDS, "Nm", "mNm", "Nmm", "C", "Deg", "Rad", "NM", "MS", "RPM"}, key=len, reverse=True)
-"""Units behind an underscore, a space or the like; of one letter in that case only, as `tau_a` is of a joint a."""
+SUFFIXES = sorted(
+    {*UNITS, *_WORDS, "Nm", "mNm", "Nmm", "C", "Deg", "Rad", "NM", "MS", "RPM"}, key=len, reverse=True
+)
+"""Units behind an underscore, a space or the like; `A` but not `a`, as `tau_a` is of a joint a."""
 SUFFIXED = re.compile(rf"(.+?)(?:[\s_./,:-]+|\s+in\s+)({'|'.join(map(re.escape, SUFFIXES))})\s*")
 
 

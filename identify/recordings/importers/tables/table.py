@@ -1,5 +1,6 @@
 """Table: named columns of numbers, of a file of text or from arrays."""
 
+import csv
 import gzip
 import re
 import zlib
@@ -98,7 +99,7 @@ def read_csv(source: Path) -> list[Table]:
         if source.name.endswith(".gz"):
             require_gzip(source)
         return [_read_csv(source)]
-    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
+    except (OSError, EOFError, UnicodeError, zlib.error, csv.Error) as error:
         raise NotAFile(f"{source} cannot be read as a table: {error}") from error
 
 
