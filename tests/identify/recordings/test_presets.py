@@ -258,7 +258,8 @@ def test_the_preset_of_the_page_can_be_pasted(tmp_path):
     text = PAGE.read_text(encoding="utf-8").partition("## Presets")[2].split("```toml\n")[1].split("```")[0]
     (tmp_path / "preset.toml").write_text(text, encoding="utf-8")
     header = "Zeit,A1_ist,A2_ist,I1,I2"
-    path = table(tmp_path / "run.csv", header, np.degrees(motion()), 1e3 * noise(), time=1e3 * TIME)
+    numbers = np.degrees(motion()) / [1.0, 0.5] + [0.0, 12.5]
+    path = table(tmp_path / "run.csv", header, numbers, 1e3 * noise(), time=1e3 * TIME)
     [found] = import_source(path, model())
     np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
     np.testing.assert_allclose(found.signals["current"].values, noise(), atol=1e-12)
