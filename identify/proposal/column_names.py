@@ -4,15 +4,12 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ..recordings.importers.tables.signal_words import WORDS
+from ..recordings.importers.tables.signal_words import COMMANDED, OTHERS, WORDS
 from ..recordings.importers.tables.stated_units import stated_unit
 from ..recordings.recording import EFFORT
 from ..recordings.units import SPELLINGS
 
-COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
-OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
-"""Words of quantities that are computed, or not a joint's."""
 MEASURED = frozenset("actual ist measured present".split())
 """Words for what was measured, where there is more of a quantity."""
 STAMPS = frozenset("t time timestamp timestamps zeit zeitstempel temps stamp clock sec secs seconds".split())

@@ -201,6 +201,12 @@ def test_names_that_two_groups_have_are_not_guessed(tmp_path):
     assert np.array_equal(found.signals["position"].values, motion())
 
 
+def test_groups_of_other_quantities_are_no_joints(tmp_path):
+    arrays = {"arm/q": motion(), "arm/i": noise(), "ft/torque": noise(2, 1), "target/velocity": motion()}
+    np.savez(tmp_path / "run.npz", time=TIME, **arrays)
+    assert set(run_of(tmp_path / "run.npz").signals) == {"position", "current"}
+
+
 def two_arms(path):
     arrays = {"qpos": motion(6), "effort": noise(6), "qvel": noise(6, 2)}
     np.savez(path, **{f"observations/{name}": values for name, values in arrays.items()}, action=motion(6))

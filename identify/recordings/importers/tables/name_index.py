@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 
 from ....errors import LISTED, listed
 from ...units import is_travel, unit_named
+from .signal_words import COMMANDED, OTHERS
 from .stated_units import stated_unit
 
 _SEPARATORS = re.compile(r"[\W_]+")
@@ -22,8 +23,7 @@ class NameIndex:
         self._alike: list[dict[str, list[int]]] = [{}, {}, {}, {}]
         for place, name in enumerate(names):
             bare = stated_unit(name)[0]
-            path = re.split(r"[/.]", bare)
-            spellings = (name, bare, "/".join(path[-2:]), path[-1])
+            spellings = (name, bare, *_in_groups(bare))
             for alike, spelling in zip(self._alike, spellings, strict=True):
                 alike.setdefault(spelling_key(spelling), []).append(place)
 
@@ -53,6 +53,13 @@ class NameIndex:
         unit = stated_unit(self._names[place])[1]
         entry = unit_named(unit)
         return not unit or not quantities or is_travel(unit) or (entry is not None and entry[0] in quantities)
+
+
+def _in_groups(name: str) -> tuple[str, str]:
+    """A name behind its groups, with the last of them and without; as it is in groups of other quantities."""
+    *groups, last = re.split(r"[/.]", name)
+    words = set(re.split(r"[\W_\d]+", "/".join(groups).lower()))
+    return (name, name) if words & (OTHERS | COMMANDED) else ("/".join([*groups[-1:], last]), last)
 
 
 def spelling_key(name: str) -> str:

@@ -14,3 +14,8 @@ WORDS: dict[str, frozenset[str]] = {
 
 UNITS_ONLY = frozenset(("nm", "rpm"))
 """Words that are units: they say nothing without another word."""
+
+COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
+"""Words of what was asked for, not measured."""
+OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
+"""Words of quantities that are computed, or not a joint's."""
