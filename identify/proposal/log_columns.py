@@ -102,11 +102,20 @@ def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
     factor = {k: _effort_factor(table, k) for k in kept}
     return LogColumns(
         [shown[k] for k in kept],
-        table.values[:, kept] * [factor[k][0] for k in kept],
+        _from_zero(table.values[:, kept] * [factor[k][0] for k in kept], [shown[k] for k in kept]),
         {shown[k]: table.names[k] for k in kept},
         {shown[k]: value for k, (value, is_torque) in factor.items() if is_torque},
         tuple(notes),
     )
+
+
+def _from_zero(values: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """Values (t, c) of which stamps begin at zero: those in ns since 1970 exceed what is computed with."""
+    for place, name in enumerate(names):
+        known = np.isfinite(values[:, place])
+        if STAMPS.intersection(words_of(name)) and known.any():
+            values[:, place] -= values[known.argmax(), place]
+    return values
 
 
 def _with_unit(table: Table, place: int, name: str = "") -> str:
