@@ -17,7 +17,7 @@ from exidyn.identify.fit.fit import Moved
 from exidyn.identify.fit.fit_file import read_fit
 from exidyn.identify.fit.identified import Standard, standard_parameters
 from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers.tables.columns import TABLES, left_out
+from exidyn.identify.recordings.importers.tables.written import TABLES, left_out
 from exidyn.identify.recordings.mcap.mcap_file import read_recording
 from exidyn.identify.text_table import digits, paragraph
 from exidyn.identify.text_table import table as text_table

@@ -46,20 +46,22 @@ def _listed(text: str) -> str | list[str]:
     return text.split(",") if "," in text else text
 
 
-def _column(text: str) -> tuple[str, str | list[str]]:
-    signal, equals, columns = text.partition("=")
+def named(text: str) -> tuple[str, str | list[str]]:
+    """A signal, and what is stated of it: one text, or one for each joint."""
+    signal, equals, values = text.partition("=")
     if not equals:
-        raise ArgumentTypeError(f"'{text}' is not SIGNAL=COLUMN")
-    return signal, _listed(columns)
+        raise ArgumentTypeError(f"'{text}' is not SIGNAL=NAME")
+    return signal, _listed(values)
 
 
+COLUMNS = Option(
+    "--columns SIGNAL=COLUMN...",
+    f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, "
+    "q1..6 for six of them, or a pattern with {number}, {index} (from 0) or {joint}",
+    named,
+)
 NAMED = (
-    Option(
-        "--columns SIGNAL=COLUMN...",
-        f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, or a "
-        "pattern with {number}, {index} (from 0) or {joint}",
-        _column,
-    ),
+    COLUMNS,
     Option(
         "--preset PRESET",
         f"file with names, units and signs of a table's columns, or one of {', '.join(preset_names())}; "
@@ -87,7 +89,16 @@ NAMED = (
 )
 """What is called otherwise than by default, in a table or a bag."""
 UNITS = (
-    Option("--degrees", "positions and velocities are in degrees"),
+    Option(
+        "--degrees", "positions, velocities and commands are in degrees; for per cent of travel see --units"
+    ),
+    Option(
+        "--units SIGNAL=UNIT...",
+        "units of a table's columns, one for all joints or one a joint with commas: deg, mA, ...; of "
+        "positions also %% (-100 to 100) and 0-100%%, of each joint's travel between its limits",
+        named,
+    ),
+    Option("--rate HZ", "samples a second, of a table or arrays without time", positive),
     Option(
         "--motor-side [SIGNAL...]",
         f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
@@ -95,7 +106,7 @@ UNITS = (
         BEFORE_GEAR,
     ),
     Option("--time-scale S", "seconds per unit of the time column", positive),
-    Option("--skip-rows N", "rows to leave out at the beginning", whole),
+    Option("--skip-rows N", "rows to leave out below the names", whole),
 )
 """How a table differs from what is read by default."""
 
@@ -164,10 +175,10 @@ def _axes(run: Recording) -> dict[str, list[float]]:
 def _options(given: Namespace) -> dict[str, Any]:
     """Options of the importer that were given; it refuses those it does not have."""
     names = ["degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort"]
-    names += ["servo_gain", "servo_limit"]
+    names += ["servo_gain", "servo_limit", "rate"]
     options = {name: getattr(given, name) for name in names}
     options["motor_side"] = True if given.motor_side == [] else given.motor_side
-    options["columns"] = dict(given.columns) if given.columns else None
+    options |= {name: dict(getattr(given, name) or ()) or None for name in ("columns", "units")}
     return {name: value for name, value in options.items() if value is not None and value is not False}
 
 

@@ -4,18 +4,19 @@ import os
 import shlex
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.errors import RecordingError, listed
+from exidyn.identify.errors import ExidynError, RecordingError, listed
 from exidyn.identify.model import Model
 from exidyn.identify.notebook import counted
 from exidyn.identify.plausible.column_names import joints_named
 from exidyn.identify.plausible.gains import GAIN_OF
 from exidyn.identify.plausible.guess import DECIDED
+from exidyn.identify.plausible.log_columns import log_columns
 from exidyn.identify.plausible.proposal import Proposal, one_after_another, propose
 from exidyn.identify.plausible.proposal_text import (
     NOTHING,
@@ -29,7 +30,9 @@ from exidyn.identify.plausible.proposal_text import (
 from exidyn.identify.plausible.proposed_units import GRAVITY
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
+from exidyn.identify.recordings.importers.tables.columns import Columns, Names, own_time
 from exidyn.identify.recordings.importers.tables.preset import BESIDE
+from exidyn.identify.recordings.importers.tables.stamps import require_no_time
 from exidyn.identify.recordings.importers.tables.table import Table
 from exidyn.identify.recordings.optional_signals import NEEDED
 from exidyn.identify.recordings.recording import EFFORT, Recording
@@ -39,6 +42,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from ..arguments.command import Command, Option, positive
 from ..arguments.options import JSON, output_option, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from .import_command import COLUMNS
 
 CLOCK = "time [s]"
 SI = ("s", "rad", "m", "rad/s", "m/s")
@@ -46,6 +50,11 @@ SI = ("s", "rad", "m", "rad/s", "m/s")
 EITHER = ("exidyn", "ros2_bag")
 """Kinds of logs whose efforts may be torques or currents, as --effort states."""
 HELD = "held still, where their position is zero, as the log has no position and effort of them"
+
+AS_TABLE = (
+    "a recording keeps its efforts as torques. Make a table of it (exidyn export {log} --to csv), name its "
+    "tau columns i, and propose for that"
+)
 
 
 @Command(
@@ -66,7 +75,8 @@ HELD = "held still, where their position is zero, as the log has no position and
         Option("--urdf --mjcf FILE", f"the arm: {NAMED}, or a robot.toml", Path, required=True),
         output_option("FILE", Path("robot.toml")),
         Option("--preset FILE", f"where the columns go; default: {BESIDE} beside the log", Path),
-        Option("--rate HZ", "samples a second, of a table without time", positive),
+        COLUMNS,
+        Option("--rate HZ", "samples a second, of a table or arrays without time", positive),
         Option("--force", "write over files that exist"),
         JSON,
     ),
@@ -79,9 +89,10 @@ def init_command(given: Namespace) -> None:
     require_json(given.json)
     log = given.logs[0]
     preset = given.preset or (log if log.is_dir() else log.parent) / BESIDE
-    table = _table(given.logs, given.rate)
+    chosen = dict(given.columns or ())
+    table = _table(given.logs, given.rate, chosen)
     model, held = _arm(given.urdf, log, table)
-    proposal = _proposal(given.logs, table, model)
+    proposal = _proposal(given.logs, table, model, chosen)
     if table is None:
         proposal = _in_si(proposal.by_gains())
     if held:
@@ -105,11 +116,14 @@ def init_command(given: Namespace) -> None:
     for path, text in texts.items():
         write_whole(path, text)
     then = _then(given, proposal, table is not None, preset) if not unsure else ""
+    refusal = _refusal(given, proposal, preset if table is not None else None) if then else ""
     others = counted(len(given.logs) - 1, "other log")
     more = f"\nand the same for {others}" if len(given.logs) > 1 else ""
-    page = proposal_text(proposal) + (f"\n\nNext: {then}{more}" if then else "")
+    following = f"import refuses the log: {refusal}" if refusal else f"Next: {then}{more}"
+    page = proposal_text(proposal) + (f"\n\n{following}" if then else "")
     written = [str(path) for path in texts]
-    hand_over(page, json_text(as_json(proposal, written, then)), given.json)
+    content = as_json(proposal, written, "" if refusal else then) | {"refusal": refusal}
+    hand_over(page, json_text(content), given.json)
     print_written(*texts)
     if unsure:
         print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
@@ -121,35 +135,61 @@ def _in_si(proposal: Proposal) -> Proposal:
     return replace(proposal, guesses=tuple(guesses))
 
 
+def _refusal(given: Namespace, proposal: Proposal, preset: Path | None) -> str:
+    """Why import refuses a log as it is proposed; "" where it takes all of them."""
+    if preset is None and kind_of(given.logs[0]) == "exidyn":
+        return AS_TABLE.format(log=given.logs[0]) if _effort_option(proposal, "exidyn") else ""
+    model = read_model(given.output)
+    options = {"preset": str(preset)} if preset else _effort_option(proposal, kind_of(given.logs[0]))
+    for log in given.logs:
+        try:
+            import_source(log, model, **options)
+        except ExidynError as error:
+            return str(error)
+    return ""
+
+
+def _effort_option(proposal: Proposal, kind: str) -> dict[str, str]:
+    """The option by which import reads the effort of a log without a preset."""
+    return {"effort": "current"} if "current" in proposal.columns and kind in EITHER else {}
+
+
 def _damaged(proposal: Proposal, table: Table) -> list[str]:
     """Columns with text in them that would be read, and what import makes of that, a sentence each."""
     signals = {name: signal for signal, names in proposal.columns.items() for name in names}
+    refuses = "refuses that: correct the cell, or empty it if nothing was measured"
     return [
-        f"{place}: import {'refuses that' if signals[name] in ('time', *NEEDED) else 'leaves the column out'}"
+        f"{place}: import {refuses if signals[name] in ('time', *NEEDED) else 'leaves the column out'}"
         for name, place in table.text.items()
         if name in signals
     ]
 
 
-def _table(logs: Sequence[Path], rate: float | None) -> Table | None:
+def _table(logs: Sequence[Path], rate: float | None, chosen: Mapping[str, Names]) -> Table | None:
     """The longest tables of logs of columns, which have to be named, as one; None for other logs."""
     other = [log for log in logs if not IMPORTERS[kind_of(log)].table]
     if other:
-        if rate is not None:
-            raise RecordingError(f"{other[0]} has its own time; --rate is for tables without time")
+        if rate is not None or chosen:
+            option = "--columns is for tables" if chosen else "--rate is for tables without time"
+            raise RecordingError(f"{other[0]} has its own columns and its own time; {option}")
         if len(other) < len(logs):
             raise RecordingError(f"{other[0]} is no table as the other logs are; give logs of one kind")
         return None
-    tables = [_longest(log, rate) for log in logs]
+    tables = [_longest(log, rate, chosen) for log in logs]
     _require_same(logs, [table.names for table in tables])
-    values = one_after_another(tables[0].names, [table.values for table in tables])
+    clock = str(chosen.get("time", ""))
+    called = [CLOCK if name == clock else name for name in tables[0].names]
+    values = (
+        one_after_another(called, [table.values for table in tables]) if len(tables) > 1 else tables[0].values
+    )
     return tables[0]._replace(values=values)
 
 
-def _longest(log: Path, rate: float | None) -> Table:
+def _longest(log: Path, rate: float | None, chosen: Mapping[str, Names]) -> Table:
     table = max(read_tables(log), key=lambda table: len(table.values))
     if rate is None:
         return table
+    require_no_time(log, str(chosen.get("time") or own_time(table)))
     clock = np.arange(len(table.values)) / rate
     return table._replace(names=[CLOCK, *table.names], values=np.column_stack([clock, table.values]))
 
@@ -178,9 +218,12 @@ def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
     return read_model(urdf, moving if held else None), held
 
 
-def _proposal(logs: Sequence[Path], table: Table | None, model: Model) -> Proposal:
+def _proposal(
+    logs: Sequence[Path], table: Table | None, model: Model, chosen: Mapping[str, Names]
+) -> Proposal:
     if table is not None:
-        return propose(table.names, table.values, model, table.joints)
+        log = log_columns(Columns(logs[0], table, model.robot), chosen)
+        return log.restored(propose(log.names, log.values, model, table.joints))
     every = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
     _require_same(logs, [names for names, _ in every])
     names = every[0][0]
@@ -222,9 +265,12 @@ def _require_free(texts: dict[Path, str], given: Namespace) -> None:
 
 def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
     """The command line that imports the log as proposed."""
-    words = ["exidyn", "import", str(given.logs[0]), "--robot", str(given.output)]
+    # A recording needs no import: it is used with the new robot.
+    verb = "identify" if not table and kind_of(given.logs[0]) == "exidyn" else "import"
+    words = ["exidyn", verb, str(given.logs[0]), "--robot", str(given.output)]
     if table and given.preset:
         words += ["--preset", str(preset)]
-    if kind_of(given.logs[0]) in EITHER and "current" in proposal.columns:
-        words += ["--effort", "current"]
+    if not table:
+        effort = _effort_option(proposal, kind_of(given.logs[0]))
+        words += [word for name, value in effort.items() for word in (f"--{name}", value)]
     return shlex.join(words)

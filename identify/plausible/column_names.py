@@ -4,26 +4,20 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ..recordings.importers.tables.signal_words import WORDS
+from ..recordings.importers.tables.signal_words import COMMANDED, OTHERS, WORDS
+from ..recordings.importers.tables.stated_units import stated_unit
 from ..recordings.recording import EFFORT
+from ..recordings.units import SPELLINGS
 
-COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
-OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
-"""Words of quantities that are computed, or not a joint's."""
 MEASURED = frozenset("actual ist measured present".split())
 """Words for what was measured, where there is more of a quantity."""
-STAMPS = frozenset("t time timestamp timestamps zeit stamp clock sec secs seconds".split())
+STAMPS = frozenset("t time timestamp timestamps zeit zeitstempel temps stamp clock sec secs seconds".split())
 UNITS: dict[str, frozenset[str]] = {
-    "deg": frozenset("deg degree degrees grad °".split()),
-    "rad": frozenset(("rad",)),
-    "mm": frozenset(("mm",)),
-    "rpm": frozenset(("rpm",)),
-    "s": frozenset("s sec secs seconds".split()),
-    "ms": frozenset("ms msec millis milliseconds".split()),
-    "us": frozenset("us usec micros microseconds µs".split()),
-    "ns": frozenset("ns nsec nanos nanoseconds nanosec".split()),
+    unit: frozenset((unit, *SPELLINGS.get(unit, "").split()))
+    for unit in ("deg", "rad", "mm", "rpm", "s", "ms", "us", "ns")
 }
+"""Units that a proposal weighs -> words for them."""
 
 
 class Family(NamedTuple):
@@ -53,7 +47,9 @@ def words_of(name: str) -> list[str]:
 
 def unit_of(name: str) -> str:
     """Unit that a name states; "" for none."""
-    words = words_of(name)[1:]  # the first is the quantity: `s` alone is no second
+    words = (
+        words_of(stated_unit(name)[1]) or words_of(name)[1:]
+    )  # the first is the quantity: `s` is no second
     return next((unit for unit, known in UNITS.items() if known.intersection(words)), "")
 
 

@@ -19,13 +19,17 @@ from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
 from .changes import with_gravity
-from .gains import GAIN_OF, gain_guesses
+from .gains import GAIN_OF, Gain, gain_guesses
 from .guess import DECIDED, Guess
 from .proposal import Proposal
 from .units import affine, at_rest, units_of
 
 STILL = 1e-3
 """Range of a position below which a joint does not move [rad, m]: a loaded gear bends by as much."""
+
+
+UNDECIDED = 1.0
+"""Relative standard deviation of a gain that is not decided: twice as much, or none, is one of it away."""
 
 
 class Still(NamedTuple):
@@ -82,14 +86,21 @@ def robot_toml(
         joints: Those of that file that move, where others are held at zero.
         held: Joints of that file that are held elsewhere, and where [rad, m].
     """
-    gains = "".join(f", {digits(gain.value) if gain.known else '?'}" for gain in proposal.gains)[2:]
-    tolerance = max((gain.relative for gain in proposal.gains), default=0.0)
     head = [hash_comment(f"Proposed by exidyn init from {log}; what it did not decide is said in comments.")]
     head += [hash_comment(_open_words(guess)) for guess in proposal.open]
-    known = bool(gains) and "?" not in gains and np.all(model.robot.drive_gain == 1.0)
-    if gains and not known:
+    known = any(gain.known for gain in proposal.gains) and bool(np.all(model.robot.drive_gain == 1.0))
+    values, tolerance = _stated_gains(proposal.gains) if known else ([], [])
+    if proposal.gains and not known:
+        gains = ", ".join(digits(gain.value) if gain.known else "?" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
-    drive = f"[drive]\ngain = [{gains}]\ngain_tolerance = {tolerance:.2f}\n" if known else ""
+    drive = block("[drive]", {"gain": values, "gain_tolerance": tolerance}) + "\n" if known else ""
+    undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.known]
+    if known and undecided:
+        head.append(
+            hash_comment(
+                f"[drive] gain of {', '.join(undecided)} is a guess: gain_tolerance is {UNDECIDED:g}"
+            )
+        )
     n = model.robot.dof
     servo = None
     if proposal.servo and model.robot.servo is None:
@@ -111,12 +122,22 @@ def robot_toml(
     if proposal.gravity:
         model = with_gravity(model, np.array(proposal.gravity))
     if known:
-        values = np.array([gain.value for gain in proposal.gains])
-        robot = replace(model.robot, drive_gain=values, drive_gain_tolerance=np.full(len(values), tolerance))
-        model = replace(model, robot=robot)
+        gain, spread = np.array(values), np.array(tolerance)
+        model = replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=spread))
     if servo is not None:
         model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
+
+
+def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
+    """Gains and their relative standard deviations, of which `UNDECIDED` stands for gains that are not known.
+
+    A gain of which the log tells nothing is as large as those that are known.
+    """
+    usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.known])))
+    values = [gain.value if np.isfinite(gain.value) else usual for gain in gains]
+    spread = [max(gain.relative, 0.01) if gain.known else UNDECIDED for gain in gains]
+    return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
 
 
 def preset_toml(

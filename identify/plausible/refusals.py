@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arm.robot import Robot
-from ..errors import BadTime, NotFinite, NotRecorded, RecordingError, listed
+from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
+from ..recordings.importers.tables.name_index import column_words
 from ..recordings.recording_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import DIGITS, advice, steps_back
@@ -33,7 +34,7 @@ def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingE
         return BadTime(f"column {names[called[0]]} does not increase at all; name that of time, {RATE}")
     return RecordingError(
         f"no column of time: {rising} columns increase, none of which is called time. "
-        f"Name it: exidyn import --columns time=NAME; {RATE}"
+        f"Name it: exidyn init --columns time=NAME; {RATE}"
     )
 
 
@@ -92,7 +93,7 @@ def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Ro
     """The error of a log without columns for each joint of some signals, called `what`."""
     text = (
         f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
-        f"{listed(names, what)}. "
+        f"{column_words(names, what)}. "
     )
     fewer = _fewer(signals, names, robot)
     if fewer:
@@ -100,9 +101,7 @@ def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Ro
             f"{text}They are those of {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
             "[...]), and give that as --urdf"
         )
-    return RecordingError(
-        f"{text}Name them: exidyn import --columns SIGNAL=NAME,...; or add those of another file"
-    )
+    return RecordingError(f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file")
 
 
 def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:

@@ -1,40 +1,68 @@
 """Recordings in the unit or on the side of the gear that a controller reports, turned into the joint's SI."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ..arm.robot import Limits
 from ..errors import BadUnit, RecordingError, UnknownKey, WrongShape
 from .recording import Recording, Signal
 
 UNITS: dict[str, tuple[str, float, float]] = {
     "rad": ("rad", 1.0, 0.0),
+    "mrad": ("rad", 1e-3, 0.0),
     "deg": ("rad", np.pi / 180, 0.0),
-    "grad": ("rad", np.pi / 180, 0.0),
-    "grd": ("rad", np.pi / 180, 0.0),
-    "°": ("rad", np.pi / 180, 0.0),
+    "turn": ("rad", 2 * np.pi, 0.0),
     "rad/s": ("rad/s", 1.0, 0.0),
     "deg/s": ("rad/s", np.pi / 180, 0.0),
     "rpm": ("rad/s", np.pi / 30, 0.0),
+    "turn/s": ("rad/s", 2 * np.pi, 0.0),
     "m": ("m", 1.0, 0.0),
+    "cm": ("m", 1e-2, 0.0),
     "mm": ("m", 1e-3, 0.0),
     "m/s": ("m/s", 1.0, 0.0),
     "mm/s": ("m/s", 1e-3, 0.0),
     "A": ("A", 1.0, 0.0),
     "mA": ("A", 1e-3, 0.0),
     "N m": ("N m", 1.0, 0.0),
+    "mN m": ("N m", 1e-3, 0.0),
+    "N mm": ("N m", 1e-3, 0.0),
     "N": ("N", 1.0, 0.0),
     "degC": ("degC", 1.0, 0.0),
-    "°C": ("degC", 1.0, 0.0),
-    "C": ("degC", 1.0, 0.0),
     "K": ("degC", 1.0, -273.15),
     "s": ("s", 1.0, 0.0),
     "ms": ("s", 1e-3, 0.0),
     "us": ("s", 1e-6, 0.0),
     "ns": ("s", 1e-9, 0.0),
 }
-"""Unit, as people and controllers write it -> that of `SIGNALS`, factor and offset to it."""
+"""Unit -> that of `SIGNALS`, factor and offset to it."""
+
+SPELLINGS: dict[str, str] = {
+    "rad": "radian radians",
+    "deg": "degree degrees grad grd °",
+    "turn": "turns rev revolution revolutions",
+    "rad/s": "rad/sec rads radians/s rad_s",
+    "deg/s": "deg/sec degs degrees/s grad/s °/s deg_s",
+    "rpm": "1/min min-1 u/min rev/min",
+    "turn/s": "turns/s rev/s rps",
+    "A": "amp amps ampere amperes",
+    "mA": "milliamp milliamps",
+    "N m": "newtonmeter newtonmeters",
+    "degC": "°c c celsius",
+    "K": "kelvin",
+    "s": "sec secs second seconds sek",
+    "ms": "msec millis millisecond milliseconds",
+    "us": "µs μs usec micros microsecond microseconds",
+    "ns": "nsec nanos nanosec nanosecond nanoseconds",
+}
+"""Unit -> how else people and controllers write it."""
+
+TRAVEL = {"%": -100.0, "0-100%": 0.0}
+"""Units of shares of a joint's travel -> their value at its lower limit; at the upper limit they are 100."""
+PER_SECOND = "%/s"
+"""Unit of the velocity that belongs to a position in "%"."""
 
 ANGLES = ("rad", "rad/s")
 """Units of what may be given in degrees."""
@@ -51,33 +79,80 @@ def unit_named(text: str) -> tuple[str, float, float] | None:
     return _BY_NAME.get(_bare(text))
 
 
+def is_travel(unit: str) -> bool:
+    """Whether a unit is a share of a joint's travel."""
+    return _bare(unit) in TRAVEL
+
+
 def _bare(text: str) -> str:
-    return text.lower().strip(" []").replace(" ", "")
+    return re.sub(r"[\s.·⋅*]", "", text.lower().strip(" []()"))
 
 
 _BY_NAME = {_bare(name): entry for name, entry in UNITS.items()}
+_BY_NAME |= {_bare(name): UNITS[unit] for unit, names in SPELLINGS.items() for name in names.split()}
 
 
-def factors(si: Sequence[str], units: str | Sequence[str], where: str) -> tuple[np.ndarray, np.ndarray]:
+def percent_of_travel(limits: Limits, lowest: float = -100.0) -> tuple[np.ndarray, np.ndarray]:
+    """Scale and zero of positions in per cent of each joint's travel: position = (value - zero) * scale.
+
+    Args:
+        limits: The joints' limits; a joint without limits has no travel.
+        lowest: Value at the lower limit; the value at the upper limit is 100.
+
+    Returns:
+        Scale [rad or m per per cent] and zero, the value where the position is 0, shape (n,) each; NaN for
+        joints without travel.
+    """
+    lower, upper = limits.position_lower, limits.position_upper
+    travel = np.where(np.isfinite(upper) & np.isfinite(lower) & (upper > lower), upper - lower, np.nan)
+    scale = travel / (100.0 - lowest)
+    return scale, lowest - lower / scale
+
+
+def factors(
+    si: Sequence[str], units: str | Sequence[str], where: str, limits: Limits | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Factor and offset, shape (n,) each, from given units to those of `si`, n of them.
 
-    Units are one for all or one each; an empty one is that of `si`.
+    Units are one for all or one each; an empty one is that of `si`. Shares of travel need the limits.
 
     Raises:
         WrongShape: Not one unit each.
-        BadUnit: One that is not known, or is of another quantity.
+        BadUnit: One that is not known, or is of another quantity; a share of travel that is not limited.
     """
-    given = [units] * len(si) if isinstance(units, str) else units
-    if len(given) != len(si):
-        raise WrongShape(f"{where}: {len(given)} units, but there are {len(si)} joints")
-    found = []
-    for wanted, unit in zip(si, given, strict=True):
+    each = [units] * len(si) if isinstance(units, str) else units
+    if len(each) != len(si):
+        raise WrongShape(f"{where}: {len(each)} units, but there are {len(si)} joints")
+    pairs = []
+    for joint, (wanted, unit) in enumerate(zip(si, each, strict=True)):
         entry = unit_named(unit or wanted)
-        if entry is None or entry[0] != wanted:
-            valid = ", ".join(name for name, (kind, *_) in UNITS.items() if kind == wanted)
-            raise BadUnit(f"{where}: unit '{unit}'; valid: {valid}")
-        found.append(entry[1:])
-    return tuple(np.array(found).T)
+        if limits is not None and _bare(unit) in (*TRAVEL, PER_SECOND):
+            pairs.append(_travel_factor(wanted, _bare(unit), limits, joint, where))
+        elif entry is None or entry[0] != wanted:
+            raise BadUnit(f"{where}: unit '{unit}'; valid: {', '.join(units_of(wanted))}")
+        else:
+            pairs.append(entry[1:])
+    return tuple(np.array(pairs).T)
+
+
+def units_of(si: str) -> list[str]:
+    """Names of the units in which a quantity may be stated, `si` among them."""
+    travel = {"rad": list(TRAVEL), "m": list(TRAVEL), "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
+    return [name for name, (kind, *_) in UNITS.items() if kind == si] + travel.get(si, [])
+
+
+def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: str) -> tuple[float, float]:
+    """Factor and offset of a share of travel of one joint, or of its rate."""
+    if unit not in units_of(wanted):
+        raise BadUnit(f"{where}: unit '{unit}'; valid: {', '.join(units_of(wanted))}")
+    scale, zero = (values[joint] for values in percent_of_travel(limits, TRAVEL.get(unit, -100.0)))
+    if not np.isfinite(scale):
+        raise BadUnit(
+            f"{where}: unit '{unit}' of joint {joint + 1} is a share of its travel, and the robot's "
+            "description states no lower and upper limit; give [limits] position_lower and position_upper "
+            "in robot.toml"
+        )
+    return float(scale), 0.0 if unit == PER_SECOND else float(-zero * scale)
 
 
 def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Recording:

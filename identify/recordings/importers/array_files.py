@@ -12,7 +12,8 @@ import numpy as np
 from ...errors import NotAFile
 from ...notebook import optional
 from ..decompression_limits import PIECE, largest_size, require_size, require_zip, too_large
-from .tables.table import Table, refused_as, table_of
+from .tables.arrays import table_of
+from .tables.table import Table, refused_as
 
 HDF5 = b"\x89HDF"
 """How an HDF5 file begins, or one of MATLAB behind its own 512 bytes."""

@@ -42,13 +42,19 @@ def test_what_init_writes_imports_the_log_in_si(files, capsys):
     assert run.signals["position"].time[-1] == pytest.approx(LOG.time[-1])
 
 
-def test_gains_that_are_not_all_told_are_a_comment(files):
-    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
-    text = (files / "robot.toml").read_text()
-    assert "# Gains of the log [N m per unit]: [" in text
-    assert "?" in text
-    assert "\n[drive]" not in text
-    assert np.all(read_model(files / "robot.toml").robot.drive_gain == 1.0)
+def test_gains_that_are_decided_are_stated_beside_others(files):
+    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    gains = json.loads((files / "found.json").read_text())["gains"]
+    known = np.array([gain["known"] for gain in gains])
+    assert known.any()
+    assert not known.all()
+    robot = read_model(files / "robot.toml").robot
+    stated = [gain["value"] for gain in gains if gain["known"]]
+    np.testing.assert_allclose(robot.drive_gain[known], stated, rtol=1e-3)
+    assert np.all(robot.drive_gain_tolerance[known] < 0.4)
+    assert np.all(robot.drive_gain_tolerance[~known] == 1.0)
+    joint = robot.joints[int(np.argmin(known))]
+    assert re.search(rf"^# \[drive\] gain of {joint}.* is a guess", (files / "robot.toml").read_text(), re.M)
 
 
 def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys):
@@ -63,7 +69,7 @@ def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys
     gains = [float(value) for value in re.findall(r"^gain of \S+ +(\S+) N m ±", said, re.MULTILINE)]
     assert len(gains) >= 2
     assert np.all(np.abs(np.log(np.array(gains) / stiffness)) < 0.7)
-    assert "\n[drive]\nservo_gain = [1.0, " in (files / "robot.toml").read_text()
+    assert "\nservo_gain = [1.0, " in (files / "robot.toml").read_text()
     assert main(["import", "servos.csv", "--robot", "robot.toml"]) == 0
     run = read_recording(files / "servos.mcap")
     np.testing.assert_allclose(run.signals["current"].values, command - LOG.position, atol=1e-6)
@@ -100,7 +106,9 @@ def test_a_recording_needs_no_preset_and_efforts_in_amperes_an_option(files):
     write_recording(run, files / "run.mcap")
     assert main(["init", "run.mcap", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
     assert not (files / "preset.toml").exists()
-    assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
+    found = json.loads((files / "found.json").read_text())
+    assert found["then"] == ""
+    assert "exidyn export run.mcap --to csv" in found["refusal"]
 
 
 def test_torques_that_count_against_the_joints_are_imported_with_the_other_sign(files):
@@ -119,7 +127,7 @@ def test_of_a_recording_such_torques_have_a_gain_of_minus_one(files):
     run = Recording("run", LOG.model, {name: Signal(LOG.time, one) for name, one in signals.items()})
     write_recording(run, files / "run.mcap")
     assert main(["init", "run.mcap", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
-    assert json.loads((files / "found.json").read_text())["then"].endswith("--effort current")
+    assert "exidyn export run.mcap --to csv" in json.loads((files / "found.json").read_text())["refusal"]
     assert np.all(read_model(files / "robot.toml").robot.drive_gain == -1.0)
 
 

@@ -100,9 +100,13 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
         (
             "t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n",
             NotFinite,
-            "run.csv line 4: run: position of axis1 is not finite in 1 of 2 samples",
+            "run.csv: position: no number for axis1 in 1 of 2 rows, and 1 with all joints",
         ),
-        ("t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n", NotFinite, "run.csv line 3: no time stamp"),
+        (
+            "t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n",
+            NotFinite,
+            "run.csv line 3: no time stamp in column t, as in 1 of 2 rows",
+        ),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is no number"),
         ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),
@@ -111,7 +115,7 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
         (
             "t,q1,q2,q3,i1,i2,i3\n0,0,0,0,0,0,0\n",
             WrongShape,
-            "column q3, but small has 2 joints: axis1, axis2",
+            r"q has 3 columns for 2 joints \(axis1, axis2\): which\? .* position=q1..2, or position=q2..3",
         ),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n0.002,90,0,1,1\n", BadUnit, "looks like degrees"),
     ],

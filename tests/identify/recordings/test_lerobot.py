@@ -85,7 +85,7 @@ def test_joints_that_are_not_there_are_listed(tmp_path):
     run = import_source(folder, model(), joints=["elbow", "waist"])[0]
     assert np.array_equal(run.signals["position"].values, motion(3)[:, 1::-1].astype("f4"))
     unnamed = write_data_set(tmp_path / "unnamed", None, joints=3)
-    with pytest.raises(WrongShape, match="column observation.state3, but small has 2 joints"):
+    with pytest.raises(WrongShape, match="observation.state has 3 columns for 2 joints"):
         import_source(unnamed, model())
 
 

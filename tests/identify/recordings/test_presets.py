@@ -1,6 +1,7 @@
 """Presets: columns, units and signs of a kind of log, shipped ones and those beside a log."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from exidyn.identify.errors import BadUnit, RecordingError, RobotError, WrongShape
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.importers.tables.preset import preset_names, read_preset
+from exidyn.identify.recordings.units import percent_of_travel
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 
@@ -58,9 +60,9 @@ def test_a_log_of_libfranka(tmp_path):
 
 def test_a_log_of_other_joints_is_refused(tmp_path):
     path = write_rtde(tmp_path / "log.csv", 6, actual_q=motion(6), actual_current=noise(6))
-    with pytest.raises(WrongShape, match=r"column actual_q_5, but small has 2 joints: axis1, axis2"):
+    with pytest.raises(WrongShape, match=r"actual_q has 6 columns for 2 joints \(axis1, axis2\): which"):
         import_source(path, model())
-    with pytest.raises(WrongShape, match=r"no column actual_q_6 for position\. Columns: .*actual_q_5"):
+    with pytest.raises(WrongShape, match=r"no column actual_q_6 for position\. Columns: .*actual_q_0 to 5"):
         import_source(path, model(7))
 
 
@@ -144,6 +146,70 @@ def test_a_log_without_time_has_a_rate(tmp_path):
     np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-9)
 
 
+def test_a_rate_may_be_stated_with_the_import(tmp_path):
+    np.savez(tmp_path / "run.npz", q=motion(), tau=noise())
+    [found] = import_source(tmp_path / "run.npz", model(), rate=250)
+    np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-9)
+    np.savez(tmp_path / "timed.npz", time=TIME, q=motion(), tau=noise())
+    with pytest.raises(RecordingError, match="has its own time, column time; --rate"):
+        import_source(tmp_path / "timed.npz", model(), rate=250)
+    with pytest.raises(RecordingError, match="has its own time, column q1; --rate"):
+        import_source(tmp_path / "run.npz", model(), rate=250, columns={"time": "q1"})
+
+
+def test_a_preset_has_scale_zero_and_unit_of_each_joint(tmp_path):
+    counts = np.column_stack([motion()[:, 0] * 4096 / (2 * np.pi) + 2048, np.degrees(motion()[:, 1]) * -2.0])
+    path = table(
+        tmp_path / "log.csv", "t,q1,q2,tau1,tau2,q_ref1,q_ref2", counts, noise(), counts + [1.0, 2.0]
+    )
+    (tmp_path / "preset.toml").write_text(
+        '[position]\ncolumn = "q"\nunit = ["turn", "deg"]\nzero = [2048, 0]\nscale = [2.44140625e-4, 0.5]\n'
+        "sign = [1, -1]\n"
+    )
+    [found] = import_source(path, model())
+    expected = motion()
+    np.testing.assert_allclose(found.signals["position"].values, expected, atol=1e-9)
+    apart = found.signals["command"].values - expected  # commands have the units of positions
+    np.testing.assert_allclose(
+        apart, np.tile([2 * np.pi / 4096, -np.radians(1.0)], (len(TIME), 1)), atol=1e-9
+    )
+
+
+def limited(lower, upper):
+    """The small arm with limits of its two joints."""
+    arm = model()
+    limits = replace(arm.robot.limits, position_lower=np.array(lower), position_upper=np.array(upper))
+    return replace(arm, robot=replace(arm.robot, limits=limits))
+
+
+@pytest.mark.parametrize("stated", ["option", "preset"])
+def test_positions_in_per_cent_of_travel(tmp_path, stated):
+    arm = limited([-2.0, 0.5], [3.0, 1.5])
+    position = np.column_stack([0.5 + 0.5 * motion()[:, 0], 1.0 + 0.1 * motion()[:, 1]])
+    share = np.column_stack([(position[:, 0] - 0.5) / 2.5, position[:, 1] - 0.5]) * 100.0
+    path = table(tmp_path / "log.csv", "t,q1,q2,tau1,tau2,q_ref1,q_ref2", share, noise(), share)
+    options = {"units": {"position": ["%", "0-100%"]}}
+    if stated == "preset":
+        (tmp_path / "preset.toml").write_text('[position]\ncolumn = "q"\nunit = ["%", "0-100 %"]\n')
+        options = {}
+    [found] = import_source(path, arm, **options)
+    np.testing.assert_allclose(found.signals["position"].values, position, atol=1e-9)
+    np.testing.assert_allclose(found.signals["command"].values, position, atol=1e-9)
+    endless = limited([-2.0, -np.inf], [3.0, np.inf])
+    with pytest.raises(
+        BadUnit, match="of joint 2 is a share of its travel, and the robot's description states"
+    ):
+        import_source(path, endless, **options)
+
+
+def test_scale_and_zero_of_travel():
+    limits = limited([-2.0, 0.5], [3.0, 1.5]).robot.limits
+    for lowest in (-100.0, 0.0):
+        scale, zero = percent_of_travel(limits, lowest)
+        np.testing.assert_allclose((lowest - zero) * scale, limits.position_lower)
+        np.testing.assert_allclose((100.0 - zero) * scale, limits.position_upper)
+
+
 @pytest.mark.parametrize(
     ("changed", "error", "message"),
     [
@@ -157,12 +223,12 @@ def test_a_log_without_time_has_a_rate(tmp_path):
             RobotError,
             r"\[temperature\]: unknown key 'units'. Valid keys: col",
         ),
-        (('"°"', '"turns"'), BadUnit, "position: unit 'turns'; valid: rad, deg"),
-        (('"°"', '["°", "mm"]'), BadUnit, "position: unit 'mm'; valid: rad, deg"),
+        (('"°"', '"inch"'), BadUnit, "position: unit 'inch'; valid: rad, mrad, deg, turn, %, 0-100%"),
+        (('"°"', '["°", "mm"]'), BadUnit, "position: unit 'mm'; valid: rad, mrad, deg"),
         (('"°"', '["°"]'), WrongShape, "position: 1 units, but there are 2 joints"),
         (('"ms"', '"min"'), BadUnit, "time: unit 'min'; valid: s, ms, us, ns"),
         (("[1, -1]", "[1, 2]"), RobotError, r"\[position\] sign: expected 1 or -1, or .*; found \[1.0, 2"),
-        (("[1, -1]", "[1, -1, 1]"), WrongShape, "position: 3 signs, but small has 2 joints"),
+        (("[1, -1]", "[1, -1, 1]"), WrongShape, "position: 3 values of sign for 2 joints"),
         (
             ("T{number}", "Temp{number}"),
             WrongShape,
@@ -192,7 +258,8 @@ def test_the_preset_of_the_page_can_be_pasted(tmp_path):
     text = PAGE.read_text(encoding="utf-8").partition("## Presets")[2].split("```toml\n")[1].split("```")[0]
     (tmp_path / "preset.toml").write_text(text, encoding="utf-8")
     header = "Zeit,A1_ist,A2_ist,I1,I2"
-    path = table(tmp_path / "run.csv", header, np.degrees(motion()), 1e3 * noise(), time=1e3 * TIME)
+    numbers = np.degrees(motion()) / [1.0, 0.5] + [0.0, 12.5]
+    path = table(tmp_path / "run.csv", header, numbers, 1e3 * noise(), time=1e3 * TIME)
     [found] = import_source(path, model())
     np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
     np.testing.assert_allclose(found.signals["current"].values, noise(), atol=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.columns import TABLES, columns_of, left_out
+from exidyn.identify.recordings.importers.tables.written import TABLES, columns_of, left_out
 from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.runs.full_run import recording as full_run

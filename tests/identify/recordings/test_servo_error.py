@@ -10,7 +10,7 @@ from exidyn.identify.arm.robot import PositionServo
 from exidyn.identify.errors import RecordingError, RobotError, WrongShape
 from exidyn.identify.fit.identification import identify
 from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.columns import columns_of
+from exidyn.identify.recordings.importers.tables.written import columns_of
 from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.recordings.servo_error import delayed_command, servo_words, with_servo_error

@@ -1,20 +1,17 @@
-"""Which columns of a table are which signal: by usual names, by a preset, or as named on the command line.
+"""Which columns of a table are which signal: by usual names, by a preset, or as named on the command line."""
 
-A recording is also written as one table, with the names by which `exidyn import` reads it again.
-"""
-
-import io
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ....arm.robot import Robot
 from ....errors import RecordingError, WrongShape, listed
-from ....notebook import optional
 from ...optional_signals import NEEDED
-from ...recording import SIGNALS, Recording
-from ...servo_error import LAW
+from ...recording import SIGNALS
+from .array_blocks import array_name, which_columns
+from .name_index import NameIndex, column_words, columns_of_array
 from .signal_words import UNITS_ONLY, WORDS
 from .table import Table
 
@@ -25,12 +22,17 @@ PREFIXES: dict[str, tuple[str, ...]] = {
     "torque": ("tau",),
     "temperature": ("temp",),
     "link_position": ("ql",),
-    "command": ("q_ref", "q_cmd"),
+    "command": ("q_ref", "q_cmd", "action"),
     "command_velocity": ("dq_ref", "dq_cmd"),
 }
 """What stands before the number of the joint in a column's name; the signal's own name always may."""
 
-TIMES = ("t", "time", "timestamp")
+TIMES = (
+    "t", "time", "timestamp", "timestamps", "time_stamp", "stamp", "zeit", "zeitstempel", "temps", "seconds",
+    "secs", "sec", "clock",
+)  # fmt: skip
+AXES = ("j", "joint", "axis", "a", "achse", "motor")
+"""Words before the number of a joint, as in `J1 Position`."""
 
 Names = str | Sequence[str]
 """Columns of a signal: one a joint, a pattern for `_filled`, or what stands before the joints' numbers."""
@@ -42,12 +44,13 @@ class Columns:
     `joints` are what the robot's are called in the table, as `_names_in_log` takes it.
 
     Attributes:
-        left_out: Optional columns that were not read since text is in them, a sentence each.
+        left_out: Optional columns that were not read since text is in them, and other facts, a sentence each.
     """
 
     def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
         self.source, self.table, self.robot = source, table, robot
         self.left_out: list[str] = []
+        self._index = NameIndex(table.names)
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
         there = table.joints
         if there and (joints or len(there) != robot.dof or set(self._joints) <= set(there)):
@@ -57,7 +60,7 @@ class Columns:
     def has(self, signal: str, names: Names, joints: int | None = None) -> bool:
         """Whether columns called so are there, of "time" or of a signal's first joints; of all by default."""
         choices = [[str(names)]] if signal == "time" else self._choices(signal, {signal: names})[:joints]
-        return all(any(name in self.table.names for name in each) for each in choices)
+        return all(any(map(self._index.exact, each)) for each in choices)
 
     def time(self, given: Mapping[str, Names], where: str) -> int:
         """Number of the column of time.
@@ -66,11 +69,13 @@ class Columns:
             WrongShape: There is none, or text is in it.
         """
         times = [str(given["time"])] if "time" in given else list(TIMES)
-        place = self._place(times)
+        place = self._place(times, ("s",))
         if place < 0:
+            usual = ", ".join(times[:3])
             raise WrongShape(
-                f"{where}: no column of time ({', '.join(times)}) among {listed(self.table.names, 't')}; "
-                'name it by --columns time=NAME (columns={"time": NAME})'
+                f"{where}: no column of time ({usual}) among {column_words(self.table.names, 't')}; "
+                'name it by --columns time=NAME (columns={"time": NAME}), or state the samples a second: '
+                "--rate HZ (rate=HZ)"
             )
         return place
 
@@ -88,33 +93,55 @@ class Columns:
         Raises:
             WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
         """
+        given = {signal: expanded(names) for signal, names in given.items()}
+        block = self._block(given.get("position", ()))
         known = {signal: self._choices(signal, given) for signal in SIGNALS if usual or signal in given}
         # A column that was named for one signal is no other one, whatever its name is taken for by default.
-        taken = {name for signal in given if signal in known for names in known[signal] for name in names}
+        # Nor is one of the same array, which may be another arm's.
+        named = {self._index.place(names) for signal in given for names in known.get(signal, ())} - {-1}
+        arrays = {
+            name for place in named for name in columns_of_array(self.table.names, self.table.names[place])
+        }
+        taken = {place for place, name in enumerate(self.table.names) if name in arrays}
         found = {}
         for signal, choices in known.items():
-            if signal not in given:
-                choices = [[name for name in names if name not in taken] for names in choices]
             if signal not in NEEDED:
                 choices = [
                     self._readable(signal, *each) for each in zip(self.robot.joints, choices, strict=True)
                 ]
-            places = [self._place(names) for names in choices]
+            if signal in given:
+                places = [self._place(names) for names in choices]
+            else:
+                quantities = set(self.robot.units(SIGNALS[signal]))
+                places = [self._place(names, quantities, taken) for names in choices]
             if signal in given or signal == "position":
-                missing = [
-                    names[0] for names, place in zip(choices, places, strict=True) if names and place < 0
-                ]
-                if missing:
-                    raise WrongShape(
-                        f"{where}: no column {listed(missing)} for {signal}. Columns: "
-                        f"{listed(self.table.names, missing[0])}; "
-                        f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
-                    )
+                self._require_all(signal, choices, places, where)
+            if (
+                max(places) >= 0
+                and self._follows(given.get(signal, ""), signal in chosen, block)
+                and not self.table.joints
+            ):
+                places = self._of_arm(signal, places, block)
             if max(places) >= 0:
-                if signal not in chosen and not self.table.joints:
-                    self._refuse_more(signal, given)
+                self._note_doubles(signal, places)
                 found[signal] = places
         return found
+
+    def _require_all(
+        self, signal: str, choices: Sequence[Sequence[str]], places: Sequence[int], where: str
+    ) -> None:
+        """Refuse a signal that lacks the column of a joint.
+
+        Raises:
+            WrongShape: The message names the columns that are missing, and those that are there.
+        """
+        missing = [names[0] for names, place in zip(choices, places, strict=True) if names and place < 0]
+        if missing:
+            raise WrongShape(
+                f"{where}: no column {listed(missing)} for {signal}. Columns: "
+                f"{column_words(self.table.names, missing[0])}; "
+                f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
+            )
 
     def _readable(self, signal: str, joint: str, names: Sequence[str]) -> list[str]:
         """Those names of an optional column that is no text; of others it is noted that they are left out."""
@@ -122,14 +149,14 @@ class Columns:
         self.left_out += [f"{signal} of {joint} is left out: {where}" for where in text]
         return [name for name in names if name not in self.table.text]
 
-    def _place(self, names: Sequence[str]) -> int:
+    def _place(
+        self, names: Sequence[str], quantities: Collection[str] = (), taken: Collection[int] = ()
+    ) -> int:
         """Number of the first of some columns that is there; -1 if none is."""
-        for name in names:
-            if name in self.table.text:
-                raise WrongShape(self.table.text[name])
-            if name in self.table.names:
-                return self.table.names.index(name)
-        return -1
+        place = self._index.place(names, quantities, taken)
+        if place >= 0 and (name := self.table.names[place]) in self.table.text:
+            raise WrongShape(self.table.text[name])
+        return place
 
     def _choices(self, signal: str, given: Mapping[str, Names]) -> list[list[str]]:
         """Names that the column of each joint may have."""
@@ -144,20 +171,81 @@ class Columns:
         patterns = _patterns(signal, given)
         if self.robot.dof == 1:  # an array of one joint has no number
             patterns += [one.removesuffix("{number}") for one in patterns]
-        filled = [_filled(self._joints, one, self._numbers) for one in patterns]
+        numbers = [self._numbers] * len(patterns)
+        if signal not in given and not self.table.joints:
+            numbers = [self._numbers_of(one) for one in patterns]
+        filled = [_filled(self._joints, *each) for each in zip(patterns, numbers, strict=True)]
         return [list(choices) for choices in zip(*filled, strict=True)]
 
-    def _refuse_more(self, signal: str, given: Mapping[str, Names]) -> None:
-        """Refuse a table with more joints than the robot: it is of another one."""
-        beyond = range(self.robot.dof + 1, len(self.table.names) + 1)
-        for pattern in _patterns(signal, given)[: len(PREFIXES[signal])]:
-            numbered = _filled([""] * len(beyond), pattern, beyond) if "{" in pattern else []
-            more = [column for column in numbered if column in self.table.names]
-            if more:
-                raise WrongShape(
-                    f"{self.source}: column {more[-1]}, but {self.robot.name} has {self.robot.dof} joints: "
-                    f"{', '.join(self.robot.joints)}"
+    def _numbers_of(self, pattern: str) -> list[int]:
+        """Numbers of the joints in names of a pattern, which may count from 0."""
+        if "{number}" not in pattern:
+            return self._numbers
+        first, last = (pattern.replace("{number}", str(number)) for number in (0, self.robot.dof))
+        from_zero = self._index.place([first]) >= 0 > self._index.place([last])
+        return [number - from_zero for number in self._numbers]
+
+    @staticmethod
+    def _follows(names: Names, chosen: bool, block: tuple[int, int] | None) -> bool:
+        """Whether the columns of a signal are those of its array that belong to the positions."""
+        return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
+
+    def _block(self, names: Names) -> tuple[int, int] | None:
+        """First place and size of a larger array, of which positions are consecutive columns; else None."""
+        if isinstance(names, str) or len(names) != self.robot.dof:
+            return None
+        array = columns_of_array(self.table.names, names[0])
+        begin = array.index(names[0]) if names[0] in array else 0
+        same = array[begin : begin + len(names)] == list(names)
+        return (begin, len(array)) if same and len(array) > len(names) else None
+
+    def _of_arm(self, signal: str, places: list[int], block: tuple[int, int] | None) -> list[int]:
+        """Columns of this arm in an array that may have more than it has joints.
+
+        Raises:
+            WrongShape: The array has more columns, and the positions do not say which are this arm's.
+        """
+        names = [self.table.names[place] for place in places if place >= 0]
+        array = columns_of_array(self.table.names, names[0])
+        if len(array) <= self.robot.dof or not set(names) <= set(array):
+            return places
+        if block is not None and block[1] == len(array):
+            return [self.table.names.index(name) for name in array[block[0] : block[0] + self.robot.dof]]
+        if signal in NEEDED:
+            raise WrongShape(f"{self.source}: {which_columns(signal, array, self.robot)}")
+        self.left_out.append(
+            f"{signal} is left out: {array_name(array)} has {len(array)} columns for {self.robot.dof} joints"
+        )
+        return [-1] * self.robot.dof
+
+    def _note_doubles(self, signal: str, places: Sequence[int]) -> None:
+        """Note columns that are read and whose name another column with other numbers has."""
+        names = self.table.names
+        for name, place in ((names[place], place) for place in places if place >= 0):
+            other = f"{name}.1"
+            if other not in names:
+                continue
+            first, second = self.table.values[:, place], self.table.values[:, names.index(other)]
+            if not np.array_equal(first, second, equal_nan=True):
+                self.left_out.append(
+                    f"{signal}: two columns are called {name}; the first is read, {other} is not"
                 )
+
+
+def own_time(table: Table) -> str:
+    """Name of a usual column of time that goes on; "" for none."""
+    place = NameIndex(table.names).place(TIMES, ("s",))
+    if place < 0 or not np.any(np.diff(table.values[:, place]) > 0):
+        return ""
+    return table.names[place]
+
+
+def expanded(names: Names) -> Names:
+    """Names of columns, of which `q1..6` stands for `q1` to `q6`."""
+    if not isinstance(names, str) or (match := re.fullmatch(r"(.*?)(\d+)\.\.(\d+)(\D*)", names)) is None:
+        return names
+    numbers = range(int(match[2]), int(match[3]) + 1)
+    return [f"{match[1]}{number}{match[4]}" for number in numbers]
 
 
 def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
@@ -171,7 +259,13 @@ def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
     by_joint += [
         f"{{joint}}{between}{one}" for one in (signal, *words, *PREFIXES[signal]) for between in "_./"
     ]
-    return [f"{one}{{number}}" for one in usual] + by_joint
+    by_axis = [
+        form
+        for axis in AXES
+        for one in usual
+        for form in (f"{axis}{{number}}_{one}", f"{one}_{axis}{{number}}")
+    ]
+    return [f"{one}{{number}}" for one in usual] + by_joint + by_axis
 
 
 def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[str]:
@@ -219,60 +313,3 @@ def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where:
         f"{where} has no joint '{missing[0]}'. Valid joints: {listed(there, missing[0])}; name the robot's "
         "joints there by --joints NAME,NAME,... or a pattern with {joint}"
     )
-
-
-def columns_of(recording: Recording) -> dict[str, np.ndarray]:
-    """Time `t` [s] and each signal of each joint, `q1`, `q2`, …, in the units of `SIGNALS`, shape (t,) each.
-
-    A row for every time at which anything was measured; NaN for what was not measured then. Joints on which
-    a signal was never measured have no column, and nor has an effort that was made of commands.
-    """
-    made = ("current",) if LAW in recording.settings else ()
-    signals = {name: signal for name, signal in recording.signals.items() if name not in made}
-    time = np.unique(np.concatenate([signal.time for signal in signals.values()]))
-    found = {"t": time}
-    for name, signal in signals.items():
-        rows = np.searchsorted(time, signal.time)
-        for joint, values in enumerate(signal.values.T):
-            if not np.isnan(values).all():
-                column = found[f"{PREFIXES[name][0]}{joint + 1}"] = np.full(len(time), np.nan)
-                column[rows] = values
-    return found
-
-
-def _csv_bytes(recording: Recording) -> bytes:
-    """Text with commas, a line of names, and every digit; empty where nothing was measured."""
-    table = columns_of(recording)
-    cells = np.column_stack([*table.values()]).tolist()
-    rows = [",".join("" if np.isnan(cell) else repr(cell) for cell in row) for row in cells]
-    return "\n".join([",".join(table), *rows, ""]).encode()
-
-
-def _parquet_bytes(recording: Recording) -> bytes:
-    """Columns of double precision; null where nothing was measured.
-
-    Raises:
-        MissingPackage: pyarrow is not installed.
-    """
-    arrow = optional("pyarrow", "a Parquet file", "parquet")
-    parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
-    file = io.BytesIO()
-    table = {name: arrow.array(values, from_pandas=True) for name, values in columns_of(recording).items()}
-    parquet.write_table(arrow.table(table), file)
-    return file.getvalue()
-
-
-TABLES: dict[str, Callable[[Recording], bytes]] = {"csv": _csv_bytes, "parquet": _parquet_bytes}
-"""Format, and ending of such files -> how a recording is written."""
-
-
-def left_out(recording: Recording) -> list[str]:
-    """What a recording has and a table has not, a sentence each."""
-    held = {
-        "the robot and its nominal values: import needs --robot": True,
-        f"the payload {recording.payload and recording.payload.name}": recording.payload,
-        "the trajectory": recording.trajectory,
-        "events, timing and outcome of the run": recording.events or recording.timing or recording.outcome,
-        "the host's clock": recording.host_time is not None,
-    }
-    return [sentence for sentence, there in held.items() if there]

@@ -8,8 +8,8 @@ import numpy as np
 from ....errors import NotAFile, NotFinite, RecordingError, WrongShape
 from ....model import Model
 from ....text_table import digits
-from ...optional_signals import without_damaged
-from ...recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
+from ...optional_signals import NEEDED, without_damaged
+from ...recording import EFFORT, SIGNALS, KnownPayload, Recording
 from ...recording_checks import check
 from ...separate_runs import separate_runs
 from ...servo_error import (
@@ -21,10 +21,12 @@ from ...servo_error import (
     servo_words,
     with_servo_error,
 )
-from ...units import ANGLES, factors, joint_side, to_axes_of_robot
+from ...units import joint_side, to_axes_of_robot
 from ...wrong_unit import percent_questions
 from .columns import Columns, Names
-from .preset import Preset, Reading, preset_for, read_preset
+from .preset import Preset, preset_for, read_preset
+from .signal_units import SignalUnits
+from .stamps import stamped, with_rate
 from .table import Table
 
 
@@ -39,6 +41,8 @@ def import_table(
     servo_gain: float | None = None,
     servo_limit: float | None = None,
     degrees: bool = False,
+    units: Mapping[str, str | Sequence[str]] | None = None,
+    rate: float | None = None,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
@@ -66,11 +70,15 @@ def import_table(
             the robot's.
         servo_limit: At which the servo gives all it can, `servo_gain` included; by default the robot's.
         degrees: Positions and velocities are in degrees and degrees a second.
+        units: Signal -> unit of its columns, one for all joints or one each, over those that the preset or
+            the file states; "%" and "0-100%" are shares of a joint's travel between its limits. Commands have
+            the unit of what they command, unless theirs is stated.
+        rate: Samples a second of a file without time [Hz].
         motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
         sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
         zero: Position in the robot's description where the controller shows zero [rad], one a joint.
         time_scale: Seconds per unit of the time column.
-        skip_rows: Rows to leave out at the beginning, where a recorder had not yet settled.
+        skip_rows: Rows to leave out below the names, where a recorder had not yet settled.
         name: Name of the run; that of the file by default.
         payload: What hung on the flange.
         settings: Whatever else explains the run.
@@ -85,7 +93,8 @@ def import_table(
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
     given = read_preset(preset) if preset else None
-    chosen = _chosen(columns or {}, effort)
+    chosen = _by_signal(columns or {}, effort, "columns (--columns)", ("time",))
+    stated = _by_signal(units or {}, effort, "units (--units)")
     stem = _stem(source)
     recordings = []
     for table in read(source):
@@ -95,7 +104,15 @@ def import_table(
         found = Columns(source, table, model.robot, joints)
         used = (given or preset_for(source, found)).of_log(found, chosen, effort)
         _check_still(table, used, source)
-        signals, stamps = _signals(found, used, chosen, time_scale, degrees)
+        used = with_rate(used, found, chosen, rate) if rate else used
+        where = f"{source} (preset {Path(used.name).name})" if used.name else str(source)
+        names = {**{signal: one.column for signal, one in used.signals.items()}, **chosen}
+        clock = None if used.rate and "time" not in chosen else found.time(names, where)
+        # Numbers count joints that the robot does not have where some are still.
+        places = found.signals(names, chosen, not used.still, where)
+        table, stamps, facts = stamped(found, used, clock, time_scale)
+        in_si = SignalUnits(found, used, places, stated, degrees)
+        signals = in_si.signals(stamps - stamps[0], table.values)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}
         if by_servo or lacks_effort(signals, model.robot):
@@ -110,10 +127,9 @@ def import_table(
             payload=payload,
             settings={**known, **(settings or {})},
         )
-        recording = without_damaged(recording.with_warnings(*found.left_out))
-        if degrees or used.in_degrees:
-            position = recording.signals["position"].values
-            recording = recording.with_warnings(*percent_questions(model.robot, position))
+        recording = without_damaged(recording.with_warnings(*found.left_out, *facts, *in_si.facts))
+        recording = recording.with_warnings(*_percent_questions(in_si, recording))
+        recording = _whole_samples(recording, source)
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         for run, first in separate_runs(recording, table.place, table.headings()):
             recordings.append(_checked(run, source, table.without(first), stamps[first:]))
@@ -133,21 +149,40 @@ def _stem(source: Path) -> str:
     return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
 
 
-def _signals(
-    found: Columns, used: Preset, chosen: Mapping[str, Names], time_scale: float | None, degrees: bool
-) -> tuple[dict[str, Signal], np.ndarray]:
-    """Signals of a table, their time from the first stamp on, and all stamps (t,) [s]."""
-    names = {**{signal: one.column for signal, one in used.signals.items()}, **chosen}
-    where = f"{found.source} (preset {Path(used.name).name})" if used.name else str(found.source)
-    time = None if used.rate and "time" not in chosen else found.time(names, where)
-    # Numbers count joints that the robot does not have where some are still.
-    places = found.signals(names, chosen, not used.still, where)
-    stamps = _stamps(found, time, used, time_scale)
-    signals = {
-        signal: Signal(stamps - stamps[0], _values(found, where, signal, used, degrees))
-        for signal, where in places.items()
-    }
-    return signals, stamps
+def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
+    """What is asked about grippers whose positions were read in degrees."""
+    position = np.where(in_si.in_degrees(), recording.signals["position"].values, np.nan)
+    return percent_questions(recording.robot, position)
+
+
+def _whole_samples(recording: Recording, source: Path) -> Recording:
+    """The recording without samples of positions and efforts that lack a joint; a warning counts them.
+
+    Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint that
+    has no number at all is left for the checks to judge.
+
+    Raises:
+        NotFinite: Fewer than two samples have all joints.
+    """
+    whole, warnings = {}, []
+    for name in (name for name in NEEDED if name in recording.signals):
+        values = recording.signals[name].values
+        lost = np.isnan(values)
+        lost &= ~lost.all(axis=0) & ~lost.all(axis=1)[:, None]
+        whole[name] = ~lost.any(axis=1)
+        if whole[name].all():
+            continue
+        count = int(np.sum(whole[name] & ~np.isnan(values).all(axis=1)))
+        joints = [
+            f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
+        ]
+        facts = f"{name}: no number for {', '.join(joints)} of {len(values)} rows"
+        if count < 2:
+            raise NotFinite(
+                f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row"
+            )
+        warnings.append(f"{facts}; these {np.sum(~whole[name])} rows are left out")
+    return recording.keeping(whole).with_warnings(*warnings)
 
 
 def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:
@@ -161,14 +196,18 @@ def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarra
         raise NotFinite(f"{source} {row}: {error}", error.time) from error
 
 
-def _chosen(columns: Mapping[str, Names], effort: str) -> dict[str, Names]:
-    """Columns as they were named, by signal."""
-    unknown = [key for key in columns if key not in ("time", "effort", *SIGNALS)]
-    if unknown:
-        raise WrongShape(
-            f"columns (--columns): unknown {', '.join(unknown)}. Valid: time, {', '.join(SIGNALS)}, effort"
-        )
-    return {effort if key == "effort" else key: names for key, names in columns.items()}
+def _by_signal(
+    stated: Mapping[str, Names], effort: str, option: str, more: Sequence[str] = ()
+) -> dict[str, Names]:
+    """What an option states, by signal; "effort" is that signal.
+
+    Raises:
+        WrongShape: A name that is no signal.
+    """
+    valid = (*more, *SIGNALS, "effort")
+    if unknown := [key for key in stated if key not in valid]:
+        raise WrongShape(f"{option}: unknown {', '.join(unknown)}. Valid: {', '.join(valid)}")
+    return {effort if key == "effort" else key: value for key, value in stated.items()}
 
 
 def _check_still(table: Table, used: Preset, source: Path) -> None:
@@ -188,36 +227,3 @@ def _check_still(table: Table, used: Preset, source: Path) -> None:
                 f"is held between {digits(low)} and {digits(high)} by preset {used.name} and the robot's "
                 "description. Make both anew from all logs: exidyn init LOG LOG ..., with --force"
             )
-
-
-def _stamps(found: Columns, column: int | None, used: Preset, scale: float | None) -> np.ndarray:
-    """The time stamps, shape (t,) [s], if they can be those of a run."""
-    source, table = found.source, found.table
-    if len(table.values) < 2:
-        raise NotAFile(f"{source} has one sample, in {table.place(0)}; a run has many")
-    if column is None:
-        return np.arange(len(table.values)) / used.rate
-    stamps = table.values[:, column]
-    if scale is None:
-        reading = used.signals.get("time", Reading(""))
-        scale = factors(["s"], reading.unit, f"{used.name}: time")[0][0]
-    bad = np.flatnonzero(~np.isfinite(stamps))
-    if len(bad):
-        raise NotFinite(
-            f"{source} {table.place(bad[0])}: no time stamp; leave such rows out ({len(bad)} in all)"
-        )
-    return stamps * scale
-
-
-def _values(found: Columns, places: list[int], signal: str, used: Preset, degrees: bool) -> np.ndarray:
-    """A signal in the unit of `SIGNALS`, shape (t, n); NaN for a joint without a column."""
-    robot, reading = found.robot, used.signals.get(signal, Reading(""))
-    si, where = robot.units(SIGNALS[signal]), f"{used.name}: {signal}"
-    factor, offset = factors(si, reading.unit, where)
-    if degrees:
-        factor = np.where(np.isin(si, ANGLES), np.pi / 180, factor)
-    if len(reading.signs) not in (1, robot.dof):
-        raise WrongShape(f"{where}: {len(reading.signs)} signs, but {robot.name} has {robot.dof} joints")
-    picked = found.table.values[:, [max(place, 0) for place in places]]
-    picked[:, [place < 0 for place in places]] = np.nan
-    return reading.signs * (picked * factor + offset)

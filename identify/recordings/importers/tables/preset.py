@@ -7,35 +7,62 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from msgspec import Meta, Struct, defstruct
 
-from ....errors import RobotError
+from ....errors import RobotError, WrongShape
 from ....robot_files.toml_fields import parse_toml, read_text
 from ....schema import Name, Number, Size, checked
 from ....schema import check as check_field
 from ...recording import SIGNALS
-from ...units import unit_named
 from .columns import Columns, Names
 
 BESIDE = "preset.toml"
 """Name under which a log's own preset is found beside it."""
 
 
+Numbers = Number | Annotated[list[Number], Meta(min_length=1)]
+"""One number for all joints, or one for each."""
+
+
 class Reading(Struct, frozen=True, forbid_unknown_fields=True):
-    """How one signal is read: what its columns are called, their unit and their sign, one of each a joint."""
+    """How one signal is read: what its columns are called, and what their numbers mean.
+
+    A number is sign * (number - zero) * scale, in the unit. Everything is one for all joints, or one each.
+    """
 
     column: Name | Annotated[list[Name], Meta(min_length=1)]
     unit: str | Annotated[list[str], Meta(min_length=1)] = ""
-    sign: Number | Annotated[list[Number], Meta(min_length=1)] = 1.0
+    sign: Numbers = 1.0
+    scale: Numbers = 1.0
+    zero: Numbers = 0.0
 
     def __post_init__(self) -> None:
         expected = "1 or -1, or one of them for each joint"
-        check_field(set(self.signs) <= {1.0, -1.0}, "sign", self.sign, expected)
+        check_field(set(_each(self.sign)) <= {1.0, -1.0}, "sign", self.sign, expected)
+        check_field(0.0 not in _each(self.scale), "scale", self.scale, "numbers other than 0")
 
     @property
-    def signs(self) -> list[float]:
-        """One for all joints, or one each."""
-        return self.sign if isinstance(self.sign, list) else [self.sign]
+    def plain(self) -> bool:
+        """Whether it states columns only."""
+        return self == Reading(self.column)
+
+    def numbers(self, values: np.ndarray, where: str) -> np.ndarray:
+        """The numbers of a log, shape (t, n), in the unit.
+
+        Raises:
+            WrongShape: Not one sign, scale or zero for each joint.
+        """
+        n = values.shape[1]
+        for key in ("sign", "scale", "zero"):
+            if len(stated := _each(getattr(self, key))) not in (1, n):
+                raise WrongShape(f"{where}: {len(stated)} values of {key} for {n} joints")
+        sign, scale, zero = (np.array(_each(value)) for value in (self.sign, self.scale, self.zero))
+        return np.asarray(sign * scale * (values - zero))
+
+
+def _each(value: float | list[float]) -> list[float]:
+    return value if isinstance(value, list) else [value]
 
 
 _FILE: Any = defstruct(
@@ -78,13 +105,6 @@ class Preset:
                 if name in ("time", "position") or columns.has(name, chosen.get(name, one.column))
             }
         return replace(self, signals=signals)
-
-    @property
-    def in_degrees(self) -> bool:
-        """Whether it reads positions, of a joint at least, in degrees."""
-        unit = self.signals.get("position", Reading("")).unit
-        units = [unit] if isinstance(unit, str) else unit
-        return any(unit_named(one or "rad") == unit_named("deg") for one in units)
 
 
 @cache

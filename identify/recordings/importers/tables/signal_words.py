@@ -5,12 +5,17 @@ WORDS: dict[str, frozenset[str]] = {
     "torque": frozenset("tau taus torque torques trq effort efforts moment moments drehmoment nm".split()),
     "link_position": frozenset("ql secondary".split()),
     "velocity": frozenset(
-        "dq qd vel velocity velocities speed speeds qdot omega geschwindigkeit drehzahl rpm".split()
+        "dq qd qvel vel velocity velocities speed speeds qdot omega geschwindigkeit drehzahl rpm".split()
     ),
-    "position": frozenset("q pos position positions angle angles winkel theta lage".split()),
+    "position": frozenset("q qpos pos position positions angle angles winkel theta lage".split()),
     "current": frozenset("i cur curr current currents strom amps iq".split()),
 }
 """Signal -> words for it; the first signal with a word counts: `current position` is a position."""
 
 UNITS_ONLY = frozenset(("nm", "rpm"))
 """Words that are units: they say nothing without another word."""
+
+COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
+"""Words of what was asked for, not measured."""
+OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
+"""Words of quantities that are computed, or not a joint's."""

@@ -1,0 +1,123 @@
+"""How a file of text is laid out: what separates columns, and which lines are names, units and samples."""
+
+import csv
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .cells import is_missing, is_number, seconds_of
+from .stated_units import is_unit_row
+
+PREAMBLE = 200
+"""Lines in which the first sample is looked for."""
+SEPARATORS = (";", "\t", ",", "|", None)
+"""What may stand between columns; None is any number of spaces."""
+COMMENT = "#"
+MARKS = "#% "
+"""What stands before a line of names that is a comment for the program that wrote it."""
+
+
+class Layout(NamedTuple):
+    """How a file of text is laid out.
+
+    Attributes:
+        separator: Between columns; None for spaces.
+        names: Names of the columns, "" for a column without one; their numbers where the file has no names.
+        units: Units below the names, one a column; empty where the file has no such line.
+        header: Line of the names, from 1; 0 where the file has none.
+        begin: Line of the first sample, from 1.
+        above: Lines between the names and the first sample that are not comments.
+    """
+
+    separator: str | None
+    names: list[str]
+    units: list[str]
+    header: int
+    begin: int
+    above: int
+
+
+def cells_of(line: str, separator: str | None) -> list[str]:
+    """The cells of a line, without quotes and spaces around them."""
+    if separator and '"' in line:
+        cells = next(csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True), [])
+    else:
+        cells = line.strip("\r\n").split(separator)
+    return [cell.strip().strip('"').strip("'").strip() for cell in cells]
+
+
+def layout_of(lines: Sequence[str]) -> Layout:
+    """The layout of a file by its first lines."""
+    separator, begin = _first_sample(lines)
+    if begin is None:
+        header = next((k for k, line in enumerate(lines) if line.strip()), 0)
+        commonest = max(SEPARATORS[:3], key=lambda mark: lines[header].count(mark or " "))
+        separator = commonest if commonest in lines[header] else None
+        return Layout(separator, _names(lines[header], separator), [], header + 1, header + 2, 0)
+    width = _width(lines[begin], separator)
+    heads = {k: _names(lines[k], separator) for k in range(begin) if lines[k].strip()}
+    if not heads:
+        return Layout(separator, [str(k + 1) for k in range(width)], [], 0, begin + 1, 0)
+    header = _header(heads, lines, width)
+    below = [k for k in heads if k > header]
+    units = next(
+        (heads[k] for k in below if is_unit_row(heads[k]) and len(heads[k]) <= len(heads[header])), []
+    )
+    names = heads[header]
+    while len(names) > width and not names[-1]:
+        names = names[:-1]
+    units = (units + [""] * len(names))[: len(names)] if units else []
+    above = sum(not lines[k].lstrip().startswith(COMMENT) for k in below)
+    return Layout(separator, names, units, header + 1, begin + 1, above)
+
+
+def _names(line: str, separator: str | None) -> list[str]:
+    return cells_of(line.strip("\r\n").lstrip(MARKS), separator)
+
+
+def _first_sample(lines: Sequence[str]) -> tuple[str | None, int | None]:
+    """Separator, and place of the first line of samples; None where there is none."""
+    places = {}
+    for separator in SEPARATORS:
+        place = next((k for k in range(len(lines)) if _is_sample(lines[k], separator, k == 0)), None)
+        if place is not None:
+            places[separator] = place
+    if not places:
+        return None, None
+    first = min(places.values())
+    return next((mark, place) for mark, place in places.items() if place == first)
+
+
+def _is_sample(line: str, separator: str | None, first: bool) -> bool:
+    """Whether a line has at least two cells, most of which are numbers; of the first line all have to be."""
+    if line.lstrip().startswith(COMMENT):
+        return False
+    cells = [cell for cell in cells_of(line, separator) if cell]
+    if separator is None:
+        cells = [cell for cell in cells if cell not in ",;|"]
+    numbers = sum(is_number(cell) or seconds_of(cell) is not None for cell in cells)
+    missing = sum(is_missing(cell) for cell in cells)
+    if len(cells) < 2 or not numbers:
+        return False
+    return numbers + missing == len(cells) if first else 2 * (numbers + missing) >= len(cells)
+
+
+def _width(line: str, separator: str | None) -> int:
+    """Number of cells of a sample, without empty ones at the end."""
+    cells = cells_of(line, separator)
+    while len(cells) > 1 and not cells[-1]:
+        cells = cells[:-1]
+    return len(cells)
+
+
+def _header(heads: dict[int, list[str]], lines: Sequence[str], width: int) -> int:
+    """Which of the lines above the samples has the names: as many as a sample has cells, all different."""
+
+    def rank(place: int) -> tuple[bool, ...]:
+        names = heads[place]
+        while names and not names[-1]:
+            names = names[:-1]
+        distinct = len(set(names)) == len(names)
+        comment = lines[place].lstrip().startswith(COMMENT)
+        return (len(names) == width, not is_unit_row(names), distinct, len(names) > width // 2, not comment)
+
+    return max(heads, key=lambda place: (*rank(place), -place))
