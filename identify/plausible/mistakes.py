@@ -344,7 +344,8 @@ def _no_gravity(asked: Asked) -> Iterator[Case]:
 def _upside_down(asked: Asked) -> Iterator[Case]:
     size = float(np.linalg.norm(asked.robot.gravity))
     if size > 0 and len(asked.moving) > 1:
-        words = f"gravity points along {direction_words(-asked.robot.gravity / size)} of the base, opposite to the description"
+        direction = direction_words(-asked.robot.gravity / size)
+        words = f"gravity points along {direction} of the base, opposite to the description"
         yield words, Change(gravity=-asked.robot.gravity), tuple(asked.moving)
 
 

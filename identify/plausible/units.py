@@ -23,7 +23,7 @@ TRAVEL = "%"
 NORMALIZED = np.log(0.1)
 """Log of the probability that a log without a stated unit has shares of travel, as some recorders write."""
 PERCENT, LEAST_PERCENT = 100.5, 30.0
-"""Largest number of a share of travel, exceeded by little; and the one that tells such numbers from radians."""
+"""Largest number of a share of travel, exceeded by little; and what tells such numbers from radians."""
 RATE = (250.0, 6.0)
 """Samples a second of logs [Hz], middle and factor: two thirds lie in 40 Hz to 1.5 kHz."""
 SPEED = (0.3, 4.0)

@@ -16,8 +16,8 @@ Key = TypeVar("Key", bound=Hashable)
 MOST = 200
 """Maximum number of samples that are weighed: a hundred hypotheses are fitted to them."""
 ROOM = 1.0
-"""Log-likelihood that bodies of any mass must leave to gain, for another reading of the positions to be worth a
-look: right logs of simulated arms leave hundredths."""
+"""Log-likelihood that bodies of any mass must leave to gain, for another reading of the positions to be worth
+a look: right logs of simulated arms leave hundredths."""
 WRONG_MASSES = -1.0
 """Log-likelihood of a joint by the described masses over any masses, from which on something contradicts
 them."""
@@ -32,8 +32,8 @@ DISAGREES = -1.0
 SURE = 0.95
 """Largest probability of a mistake that some part of the data, or bodies of any mass, do not support."""
 SUPPORTS = 3.0
-"""Log-likelihood by which bodies of any mass must support a mistake: twenty to one. The described masses alone
-may be numbers that nobody measured."""
+"""Log-likelihood by which bodies of any mass must support a mistake: twenty to one. The described masses
+alone may be numbers that nobody measured."""
 
 
 def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
@@ -97,7 +97,7 @@ class Weighed:
     def unexplained(self) -> float:
         """Share of the joints that nothing listed explains."""
         best = self.cases[0].trust if self.cases and self.cases[0].odds > self.odds else 0.0
-        return float(min(np.mean(1.0 - self.plain.trust), 1.0 - best))
+        return min(float(np.mean(1.0 - self.plain.trust)), 1.0 - best)
 
     @property
     def _all(self) -> float:

@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from exidyn.identify.input_check.gate import require_plausible, suspect
 from exidyn.identify.model import Model
+from exidyn.identify.plausible.gate import doubts, suspect
 from exidyn.identify.recordings.recording import Recording
 
 
@@ -44,9 +44,11 @@ def claims_in(text: str) -> list[Claim]:
 def claims_about(runs: Sequence[Recording], model: Model) -> list[Claim]:
     """All statements of the check about recordings of one arm."""
     suspicion = suspect(runs, model)
-    return [] if suspicion is None else [Claim(str(suspicion), suspicion.probability, suspicion.certain)]
+    if suspicion is None or suspicion.probability is None:
+        return []
+    return [Claim(str(suspicion), suspicion.probability, False)]
 
 
 def check_before_fit(runs: Sequence[Recording], model: Model) -> None:
     """The whole check that identify makes before it fits."""
-    require_plausible(runs, model)
+    doubts(runs, model)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.proposal.column_names import signal_of
+from exidyn.identify.plausible.column_names import signal_of
 from exidyn.identify.recordings.importers import import_source
 from exidyn.identify.recordings.importers.tables.signal_words import UNITS_ONLY, WORDS
 
