@@ -7,6 +7,8 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+
 from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.questions.shape import Shaped
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
@@ -160,12 +162,15 @@ def carrying(recording: Recording, run: PayloadRun) -> Recording:
     if known:
         name = recording.payload.name if recording.payload else "L"
         return replace(recording, payload=KnownPayload(name, known))
-    if recording.payload is None or not recording.payload.known:
+    if recording.payload is not None and recording.payload.known:
+        return recording
+    if "torque" not in recording.signals and np.all(recording.robot.drive_gain == 1.0):
         raise NeedsPayload(
-            f"--payload {run.path}: neither the file nor the command line gives the mass of the payload. Add "
-            "--mass KG behind it; if it is not known, give the file as a further RUN without --payload"
+            f"--payload {run.path}: neither the file nor the command line gives the mass of the payload, and "
+            "from currents of unknown drive gains no mass can be told. Add --mass KG behind it, or state the "
+            "drives: [drive] gain in robot.toml"
         )
-    return recording
+    return replace(recording, payload=KnownPayload("L", ()))
 
 
 def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:

@@ -56,6 +56,7 @@ class Fit(InNotebook):
         agreement: With each run used.
         validation: With runs held out.
         warnings: Sentences about recordings and fit that the user should read.
+        suspicions: Mistakes in the recordings that are likely, in sentences.
         structure: Base parameters before any was dropped; None if none was.
         measures: "current" or "torque": what was recorded in the runs used.
         scores: Residuals by run, of a fit that was read from its file and has no samples.
@@ -82,6 +83,7 @@ class Fit(InNotebook):
     agreement: tuple[Agreement, ...] = ()
     validation: tuple[Agreement, ...] = ()
     warnings: tuple[str, ...] = ()
+    suspicions: tuple[str, ...] = ()
     structure: BaseParameters | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()

@@ -106,6 +106,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
         "unclear": [asdict(u) for u in fit.unclear],
         "warnings": list(fit.warnings),
+        "suspicions": list(fit.suspicions),
         "agreement": [_scores(a) for a in fit.agreement],
         "validation": [_scores(a) for a in fit.validation],
         "model": model_text(fit.model).split("\n"),
@@ -182,6 +183,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         dropped={name: values[name] for name in file.dropped},
         unclear=file.unclear,
         warnings=file.doubts or () if file.warnings is None else file.warnings,
+        suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept) < len(rows) else None,
         # Files of before the key: of torque all gains are 1, and of currents hardly ever.
         measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),

@@ -96,6 +96,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     agreement: tuple[ScoresRow, ...] = ()
     validation: tuple[ScoresRow, ...] = ()
     model: tuple[str, ...]
+    suspicions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check(self.warnings is not None or self.doubts is not None, "warnings", None, "a list of sentences")

@@ -125,7 +125,6 @@ def _identify(
     fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
     progress("compare with the runs")
     warnings = (
-        *suspected,
         *fit_warnings(fit),
         *(f"{run.name}: {warning}" for run in every for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
@@ -136,6 +135,7 @@ def _identify(
     fit = replace(
         fit,
         warnings=warnings,
+        suspicions=tuple(suspected),
         simulations=tuple(run.name for run in runs if run.simulated),
         carried={run.name: run.payload.name for run in runs if run.payload},
         validation=tuple(fit.agree(run) for run in held_out),

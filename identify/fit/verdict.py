@@ -7,6 +7,7 @@ import numpy as np
 
 from ..effects import Effect
 from ..notebook import counted as counted
+from ..plausible.suspicion import CHECK_FIRST, UNLESS
 from ..preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
 from ..text_table import NORMAL_95, digits
 from .agreement import Agreement, Scores
@@ -83,10 +84,18 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
 
 
 def verdict(fit: Fit) -> list[str]:
-    """Sentences, the most important first: the joints, the gains, the parameters, the warnings."""
+    """Sentences, the most important first: doubts about the input, joints, gains, parameters, warnings."""
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
-    sentences = (*open_gain_sentences(fit), *first, *_noise(fit), *_parameters(fit), *fit.warnings)
+    suspicions = [f"{CHECK_FIRST}: {suspicion}. {UNLESS}" for suspicion in fit.suspicions]
+    sentences = (
+        *suspicions,
+        *open_gain_sentences(fit),
+        *first,
+        *_noise(fit),
+        *_parameters(fit),
+        *fit.warnings,
+    )
     return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
 
 

@@ -9,12 +9,13 @@ Two predictions of each block from the others: `coupled`, one :math:`\beta` for 
 they are stated, and `single`, a :math:`\beta` for each joint, which leaves its gain open.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from ..arm.motion import Motion
 from .samples import Sampled
@@ -24,6 +25,8 @@ FOLDS = 5
 RIDGES = (1e-2, 1e-4, 1e-7)
 """Variance of the noise over that of a body's column, as it may be; the one that predicts best is taken, of
 each hypothesis: right bodies, held back too much, explain less than wrong ones."""
+OWN_RIDGES = (1.0, 1e-1, 1e-2)
+"""The same of one joint alone, which tells less of its bodies; each joint has its best one."""
 FREE, HELD_BACK = 1e-4, 0.3
 """The same of rotor, friction and offset, which may be of any size, and of the discrepancy: noise of a
 twentieth of the effort over terms of a tenth of it."""
@@ -70,6 +73,50 @@ class Block(NamedTuple):
     across: np.ndarray
     own: np.ndarray
     size: np.ndarray
+
+
+@dataclass(frozen=True)
+class ArmPrediction:
+    """Predictions of each tree of bodies that the base carries: the joints of a leg say nothing of another.
+
+    Attributes:
+        trees: Joints of each tree, and their columns.
+    """
+
+    trees: tuple[tuple[np.ndarray, "BlockPrediction"], ...]
+
+    @classmethod
+    def of(cls, columns: np.ndarray, log: Sampled) -> "ArmPrediction":
+        """By columns (t, n, p) of bodies and stated effects, at the samples of a log."""
+        whole = BlockPrediction.of(columns, log)
+        used = np.asarray(whole.bodies.any(axis=1))
+        number, labels = connected_components(used.astype(int) @ used.T.astype(int), directed=False)
+        trees = []
+        for tree in range(number):
+            joints = np.flatnonzero(labels == tree)
+            bodies = np.ascontiguousarray(whole.bodies[joints][:, :, used[joints].any(axis=0)])
+            trees.append((joints, BlockPrediction(bodies, whole.terms[joints], whole.sliding[:, joints])))
+        return cls(tuple(trees))
+
+    def coupled(self, effort: np.ndarray) -> np.ndarray:
+        """Shares of efforts (t, n) that one set of bodies for all joints does not predict, shape (n,)."""
+        return self._each(effort, BlockPrediction.coupled)
+
+    def single(self, effort: np.ndarray) -> np.ndarray:
+        """Shares of efforts (t, n) that bodies of its own for each joint do not predict, shape (n,)."""
+        return self._each(effort, BlockPrediction.single)
+
+    def fitted(self, effort: np.ndarray) -> np.ndarray:
+        """Shares of efforts (t, n) that a fit of each joint to all samples leaves, shape (n,)."""
+        return self._each(effort, BlockPrediction.fitted)
+
+    def _each(
+        self, effort: np.ndarray, shares: Callable[["BlockPrediction", np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        every = np.zeros(effort.shape[1])
+        for joints, prediction in self.trees:
+            every[joints] = shares(prediction, effort[:, joints])
+        return every
 
 
 @dataclass(frozen=True)
@@ -129,12 +176,12 @@ class BlockPrediction:
     def single(self, effort: np.ndarray) -> np.ndarray:
         """Shares of efforts (t, n) that bodies of its own for each joint do not predict, shape (n,)."""
         values, scale = self._normal(effort)
-        missed = np.zeros((1, len(scale)))
+        missed = np.zeros((len(OWN_RIDGES), len(scale)))
         squares = scale[:, None] ** 2
         for block, (reduced, known) in zip(self.blocks, self._right(values, scale), strict=True):
-            beta = _solved(squares[:, :, None] * block.schur, reduced, squares * block.size, RIDGES[:1])
+            beta = _solved(squares[:, :, None] * block.schur, reduced, squares * block.size, OWN_RIDGES)
             missed += self._missed(block, values, scale, known, beta)
-        return self._shares(missed, values)[0]
+        return np.asarray(self._shares(missed, values).min(axis=0))
 
     def fitted(self, effort: np.ndarray) -> np.ndarray:
         """Shares of efforts (t, n) that a fit of each joint to all samples leaves, shape (n,)."""

@@ -23,7 +23,7 @@ from .samples import Sampled, independent
 
 DRAWN = 0.3
 """Relative error of the torque that a description's masses give: a tool, cables, a drawing."""
-TOOL_MASS, TOOL_LEVER = 0.05, 0.1
+TOOL_MASS, TOOL_LEVER = 0.01, 0.1
 """What an arm carries unsaid, over its own mass; and how far out, over its own length."""
 HEAVY, BALANCED = 300.0, 1.0
 """Mass of an arm [kg] from which on a spring or gas cylinder may hold it against gravity, which no URDF has;

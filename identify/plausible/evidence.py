@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..model import Model
-from .block_prediction import BlockPrediction
+from .block_prediction import ArmPrediction
 from .described_bodies import (
     ANY,
     KINDS,
@@ -127,9 +127,9 @@ class Reading:
         return Stated.of(self.model, self.log.motion)
 
     @cached_property
-    def prediction(self) -> BlockPrediction:
+    def prediction(self) -> ArmPrediction:
         """Columns of this motion."""
-        return BlockPrediction.of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
+        return ArmPrediction.of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
 
     @cached_property
     def single(self) -> np.ndarray:
@@ -152,6 +152,10 @@ class Reading:
         for name in ("_rigid", "_others", "prediction"):  # cached: they are of the motion alone
             other.__dict__[name] = getattr(self, name)
         return other
+
+    def halves(self) -> list["Reading"]:
+        """The first half of the log and the second."""
+        return [replace(self, log=half) for half in self.log.halves()]
 
     @cached_property
     def pieces(self) -> np.ndarray:

@@ -22,6 +22,14 @@ UNITS = np.linspace(-3.0, 3.0, 61)
 """Units that an effort may have, as powers of ten of N m."""
 
 
+TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
+"""What efforts may be."""
+NAMED = 0.99
+"""Probability that efforts which are called torques or currents are that."""
+BACKWARD = 0.02
+"""Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
+
+
 class Gain(NamedTuple):
     """What a log tells of one drive.
 
@@ -72,6 +80,17 @@ def gain_of(likely: Likelihood) -> Gain:
     if int(np.argmax(better)) in (0, len(better) - 1):  # the best lies beyond: what is weighed is no answer
         return Gain(positive=positive, torque=torque, against=against)
     return Gain(float(np.sign(odds) * np.exp(middle)), relative, positive, torque, against)
+
+
+def effort_odds(every: Sequence[Gain], called: str) -> dict[str, float]:
+    """Log odds of what efforts are that are called "torque", "current" or nothing that says it."""
+    sign = {"torque": 1.0, "current": -1.0}.get(called, 0.0)
+    prior = sign * float(np.log(NAMED / (1 - NAMED)))
+    return {
+        TORQUE: prior + float(np.log1p(-BACKWARD)) + sum(gain.torque for gain in every),
+        AGAINST: prior + float(np.log(BACKWARD)) + sum(gain.against for gain in every),
+        NOT_TORQUE: 0.0,
+    }
 
 
 def gain_guesses(joints: Sequence[str], every: Sequence[Gain]) -> list[Guess]:

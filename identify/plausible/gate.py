@@ -4,18 +4,21 @@ It warns and never refuses: a log that is right looks wrong where an effect is l
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..model import Model
-from ..recordings.recording import EFFORT, Recording
+from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
 from .evidence import Reading
+from .flange import body_suspicions
 from .gains import TELLS, gains
 from .mistakes import Asked
-from .samples import Sampled, joined, sampled
+from .sampled_runs import sampled_torques
+from .samples import joined
 from .suspicion import NONE_OF_THESE, Suspicion
 from .weigh import MOST, SURE, Weighed, supported, weigh
 
@@ -25,23 +28,31 @@ ALONE = 0.9
 """The same of a mistake that only one of several runs shows: a recorder seldom changes between runs."""
 UNEXPLAINED = 0.5
 """Share of an effort's variance, from which on bodies of any mass and friction explain nothing of it."""
-FEWEST = 100
-"""Samples of a recording that can be weighed."""
 
 
 def doubts(runs: Sequence[Recording], model: Model) -> list[str]:
     """What seems to be wrong with recordings, in sentences: of all together, else of single ones."""
-    together = suspect(runs, model)
+    with threadpool_limits(limits=1):  # hundreds of small systems: threads would wait for one another
+        bodies = [f"{run.name}: {suspicion}" for run, suspicion in body_suspicions(runs, model)]
+        return bodies + _mistakes([run for run in runs if run.payload is None] or list(runs), model)
+
+
+def _mistakes(runs: Sequence[Recording], model: Model) -> list[str]:
+    checked = _checked(runs, model)
+    if checked is None:
+        return []
+    together = checked.suspicion
     if len(runs) == 1:
         return [] if together is None else [f"{runs[0].name}: {together}"]
+    # A run that differs from the others spoils what all have in common.
+    if together is None and checked.explained:
+        return []
     each = {run.name: suspect([run], model) for run in runs}
-    if together is not None and all(
-        of_run is None or of_run.name == together.name for of_run in each.values()
-    ):
+    others = {of_run.name for of_run in each.values() if of_run is not None}
+    if together is not None and others <= {together.name}:
         return [f"all runs: {together}"]
-    return [
-        f"{name}: {of_run}" for name, of_run in each.items() if of_run is not None and _stands_alone(of_run)
-    ]
+    alone = {name: of_run for name, of_run in each.items() if of_run is not None and _stands_alone(of_run)}
+    return [f"{name}: {of_run}" for name, of_run in alone.items()]
 
 
 def _stands_alone(suspicion: Suspicion) -> bool:
@@ -51,25 +62,31 @@ def _stands_alone(suspicion: Suspicion) -> bool:
 
 def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
     """The likeliest mistake that all of these recordings have, if one is likelier than none."""
-    with threadpool_limits(limits=1):  # hundreds of small systems: threads would wait for one another
-        return _suspect(runs, model)
+    with threadpool_limits(limits=1):
+        checked = _checked(runs, model)
+    return None if checked is None else checked.suspicion
 
 
-def _suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
-    kept = [(run, log) for run, log in ((run, _sampled(run)) for run in runs) if log is not None]
+class Checked(NamedTuple):
+    """What is suspected of recordings, and whether they are explained as they are, joint by joint."""
+
+    suspicion: Suspicion | None
+    explained: bool
+
+
+def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
+    """Recordings taken together; None where they are too short."""
+    kept, logs, stated = sampled_torques(runs, model.robot)
     if not kept:
         return None
-    torques = {"torque" in run.signals for run, _ in kept}
-    constants = model.robot.drive_gain
-    stated = len(torques) == 1 and (torques == {True} or not np.all(constants == 1.0))
-    factor = constants if stated and torques == {False} else np.ones(model.robot.dof)
-    logs = [log._replace(effort=log.effort * factor) for _, log in kept]
     reading = Reading(model, joined(logs).thinned(MOST), stated)
-    servo = all(is_servo_error(run.settings) for run, _ in kept)
-    asked = Asked(model.robot, reading.log, _ratio(reading), constants, torques == {True}, servo)
+    torques = all("torque" in run.signals for run in kept)
+    servo = all(is_servo_error(run.settings) for run in kept)
+    asked = Asked(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo)
     weighed = weigh(reading, asked)
     parts = logs if len(logs) > 1 else logs[0].halves()
-    return _told(weighed, asked, [Reading(model, part.thinned(MOST), stated) for part in parts])
+    suspicion = _told(weighed, asked, [Reading(model, part.thinned(MOST), stated) for part in parts])
+    return Checked(suspicion, bool(weighed.plain.trust[asked.moving].min(initial=1.0) > LIKELY))
 
 
 def _told(weighed: Weighed, asked: Asked, parts: Sequence[Reading]) -> Suspicion | None:
@@ -102,17 +119,3 @@ def _ratio(reading: Reading) -> np.ndarray:
     if not reading.stated:
         return np.full(reading.model.robot.dof, np.nan)
     return np.array([abs(g.value) if g.relative <= TELLS else np.nan for g in gains(reading)])
-
-
-def _sampled(run: Recording) -> Sampled | None:
-    """Positions and efforts at the same samples; None where there are too few."""
-    name = next((name for name in EFFORT if name in run.signals), "")
-    if not name or min(len(run.signals["position"]), len(run.signals[name])) < FEWEST:
-        return None
-    position, effort = run.signals["position"], run.signals[name]
-    known = np.isfinite(position.values).all(axis=1)
-    time = position.time[known]
-    efforts = np.column_stack([np.interp(time, effort.time, values) for values in effort.values.T])
-    if not np.isfinite(efforts).all() or np.any(np.diff(time) <= 0.0):
-        return None
-    return sampled(time, position.values[known], efforts)

@@ -127,13 +127,22 @@ class Mistake:
 
 def _exchanges(position: bool, effort: bool, words: str) -> Callable[[Asked], Iterator[Case]]:
     def cases(asked: Asked) -> Iterator[Case]:
-        for a, b in combinations(asked.moving, 2):
+        for a, b in _likely_pairs(asked):
             order = np.arange(asked.robot.dof)
             order[[a, b]] = b, a
             change = Change(position=order if position else None, effort=order if effort else None)
             yield f"{words} of {asked.joints[a]} and {asked.joints[b]} are exchanged", change, (a, b)
 
     return cases
+
+
+def _likely_pairs(asked: Asked) -> Iterator[tuple[int, int]]:
+    """Joints that may be taken for each other: of one chain, or at the same place of equal chains."""
+    chains = equal_chains(asked.robot)
+    place = {joint: (chain, k) for chain, joints in enumerate(chains) for k, joint in enumerate(joints)}
+    for a, b in combinations(asked.moving, 2):
+        if not chains or place[a][0] == place[b][0] or place[a][1] == place[b][1]:
+            yield a, b
 
 
 def _orders(asked: Asked) -> Iterator[Case]:

@@ -17,7 +17,7 @@ from ..text_table import digits
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
 from .evidence import Reading
-from .gains import Gain, gain_guesses, gains
+from .gains import AGAINST, NOT_TORQUE, Gain, effort_odds, gain_guesses, gains
 from .guess import Guess
 from .proposed_units import Log, joint_odds, propose_units
 from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
@@ -32,9 +32,6 @@ FOLLOWS = 2.0
 """Factor by which a command moves farther, or less far, than a joint that follows it, at most."""
 FEWEST = 100
 """Samples of a run, at least."""
-TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
-BACKWARD = 0.02
-"""Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
 
 
 @dataclass(frozen=True)
@@ -287,12 +284,7 @@ def _efforts(
     """
     family, robot = chosen[effort], reading.model.robot
     found = [Gain() if mute else gain for gain, mute in zip(gains(reading), silent, strict=True)]
-    prior = np.log(STATED / (1 - STATED)) * (1 if effort == "torque" else -1)
-    if family.signal == "":
-        prior = 0.0
-    with_joints = prior + np.log1p(-BACKWARD) + sum(gain.torque for gain in found)
-    against = prior + np.log(BACKWARD) + sum(gain.against for gain in found)
-    likely = posterior({TORQUE: with_joints, AGAINST: against, NOT_TORQUE: 0.0})
+    likely = posterior(effort_odds(found, family.signal))
     value, probability = next(iter(likely.items()))
     why = "described bodies" if described(robot) else "its name; no real masses"
     guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]

@@ -13,11 +13,12 @@ from ..text_table import digits
 from .changes import Change, with_gravity
 from .column_names import Family
 from .evidence import Reading
-from .guess import Guess
+from .gains import TORQUE, effort_odds, gains
+from .guess import DECIDED, Guess
 from .mistakes import Asked, direction_words
 from .samples import Sampled, sampled
 from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
-from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, weigh
+from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
 
 AS_NUMBERED = 0.99
 """Probability that columns with numbers are in the robot's order."""
@@ -103,7 +104,9 @@ def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: s
     likely = posterior(joint_odds(log, model, stated))
     best = next(iter(likely))
     reading = log.reading(model, best)
-    weighed = _weighed(reading, model, family.by_name)
+    effort = next(signal for signal in EFFORT if signal in chosen)
+    sure = posterior(effort_odds(gains(reading), chosen[effort].signal))[TORQUE] > DECIDED
+    weighed = _weighed(replace(reading, stated=sure), model, family.by_name)
     why = _reasons(log, model.robot, best)
     guesses = [_unit_guess(model.robot, part, best, why[part], likely) for part in why]
     place = list(why).index("position")
@@ -113,7 +116,7 @@ def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: s
         guess, order = _order(weighed, len(order))
         guesses.append(guess)
     gravity: tuple[float, ...] = ()
-    if (mounted := _mounting(weighed)) is not None:
+    if (mounted := _mounting(weighed, reading)) is not None:
         guess, direction = mounted
         guesses.append(guess)
         if guess.decided:
@@ -152,7 +155,7 @@ def _order(weighed: Weighed, n: int) -> tuple[Guess, tuple[int, ...]]:
     return Guess("order of joints", value, weighed.share(case) * case.trust, why, option), order
 
 
-def _mounting(weighed: Weighed) -> tuple[Guess, np.ndarray] | None:
+def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | None:
     """A guess of gravity, if it is likelier otherwise than as described."""
     case, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
     if case is None or case.change.gravity is None or share < 0.5:
@@ -160,7 +163,9 @@ def _mounting(weighed: Weighed) -> tuple[Guess, np.ndarray] | None:
     gravity = case.change.gravity
     size = float(np.linalg.norm(gravity))
     value = f"{direction_words(gravity / size)} of the base" if size else "none: the efforts lack the weight"
-    probability = min(weighed.sure(case, weighed.share(case)), 1.0)
+    probability = weighed.sure(case, weighed.share(case))
+    if not supported(reading.halves(), case.change):
+        probability = min(probability, DECIDED)
     return Guess(GRAVITY, value, probability, "bodies, friction", "gravity in robot.toml"), gravity
 
 

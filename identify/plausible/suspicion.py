@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 from ..text_table import percent
 
+CHECK_FIRST = "Check the input first"
+UNLESS = "What follows holds only if the input is right."
+"""Before and behind a suspicion in a verdict."""
 NONE_OF_THESE = "none_of_these"
 """Name of the hypothesis that something is wrong which no row of the table lists."""
 

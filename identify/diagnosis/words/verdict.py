@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...fit.verdict import TO_NOISE
+from ...plausible.suspicion import CHECK_FIRST, UNLESS
 from ...text_table import digits, percent
 from ..candidates import kind_of, kinds
 from ..findings.finding import Alternative, Diagnosis, Finding, Remainder
@@ -15,9 +16,6 @@ from .measures import by_kind, noise_measured, slides, torque_units
 from .naming import capital, effect_words, joined, joint_words, lower, named
 from .sentences import dependence, moment_sentence, sentence, undecided_sentence
 from .size_words import left_out_words, size_words
-
-CHECK_FIRST = "Check the input first"
-UNLESS = "What follows holds only if the input is right."
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:

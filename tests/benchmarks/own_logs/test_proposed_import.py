@@ -5,14 +5,15 @@ import shlex
 
 import pytest
 from parts.own_logs.foreign import foreign
-from parts.own_logs.logs import FOLDER, public
+from parts.own_logs.logs import public
+from parts.own_logs.sets import FOLDER
 
 from exidyn.acquire.command_line import main
 
 pytestmark = pytest.mark.slow
 
 FOREIGN = {log.name: log for log in foreign()}
-PUBLIC = {log.name: log for log in public(every=False)}
+PUBLIC = {log.name: log for log in public()}
 NEEDS = {"pandas": "pandas", "h5py": "h5py", "rosbags": "rosbags", "pyarrow": "pyarrow", "LeRobot": "pyarrow"}
 
 

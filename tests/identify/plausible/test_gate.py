@@ -9,9 +9,11 @@ from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.spring_balancer import SpringBalancer
 from exidyn.identify.fit.identification import identify
+from exidyn.identify.fit.verdict import verdict
 from exidyn.identify.plausible.block_prediction import BlockPrediction
 from exidyn.identify.plausible.changes import with_gravity
-from exidyn.identify.plausible.gate import _sampled, doubts, suspect
+from exidyn.identify.plausible.gate import doubts, suspect
+from exidyn.identify.plausible.sampled_runs import sampled_run
 from exidyn.identify.plausible.suspicion import NONE_OF_THESE
 from exidyn.identify.recordings.recording import Recording, Signal
 from exidyn.identify.robot_files.robot_file import read_model
@@ -143,8 +145,9 @@ def test_a_mistake_is_a_warning_first_and_last():
     told: list[str] = []
     fit = identify([wrong], progress=told.append)
     assert any("joint1 and joint2 are exchanged" in line for line in told[:3])
-    assert "joint1 and joint2 are exchanged" in fit.warnings[0]
-    assert not any("exchanged" in line for line in identify([wrong], as_recorded=True).warnings)
+    assert "joint1 and joint2 are exchanged" in fit.suspicions[0]
+    assert "joint1 and joint2 are exchanged" in verdict(fit)[0]
+    assert identify([wrong], as_recorded=True).suspicions == ()
 
 
 def test_what_single_runs_say_is_not_said_of_all(monkeypatch):
@@ -168,7 +171,7 @@ def test_noise_alone_is_explained_by_no_mistake():
 
 def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
     """By a ridge that is too large they are held back, and less is explained than by wrong ones."""
-    log = _sampled(recording())
+    log = sampled_run(recording())
     assert log is not None
     prediction = BlockPrediction.of(rigid_regressor(ARM.kinematics, log.motion), log)
     left = prediction.coupled(log.effort * ARM.drive_gain)
@@ -176,7 +179,7 @@ def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():
 
 
 def test_columns_that_nothing_tells_apart_change_nothing():
-    log = _sampled(recording())
+    log = sampled_run(recording())
     assert log is not None
     rigid = rigid_regressor(ARM.kinematics, log.motion)
     once, twice = (

@@ -1,0 +1,84 @@
+"""Whether a run carries a body on the flange that nobody stated, or another one than stated."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ..model import Model
+from ..recordings.recording import Recording
+from ..text_table import NORMAL_95, digits
+from .flange_body import FlangeBody, flange_body
+from .sampled_runs import sampled_torques
+from .samples import Sampled
+from .suspicion import Suspicion
+
+MOST = 400
+"""Maximum number of samples of a run."""
+PRIOR = 0.01
+"""Probability that a run carries a body that nobody stated."""
+SURE = 5.0
+"""Mass over its standard deviation, at least: friction that changes between runs looks like a small body."""
+FEW = 6
+"""Number of runs up to which each is asked: the diagnosis compares more."""
+SCALE, RULER = 0.02, 0.005
+"""Error of a mass that was weighed, as a share, and of a center that was measured [m]."""
+DIFFERS = 3.0
+"""Standard deviations from which on a stated number is contradicted: three in a thousand by chance."""
+
+
+def body_suspicions(runs: Sequence[Recording], model: Model) -> Iterator[tuple[Recording, Suspicion]]:
+    """Runs with a body that is not stated or contradicts what is stated, where torques are known."""
+    kept, logs, stated = sampled_torques(runs, model.robot)
+    if not stated or len(kept) < 2:
+        return
+    logs = [log.thinned(MOST) for log in logs]
+    bare = [place for place, run in enumerate(kept) if run.payload is None]
+    for place, run in enumerate(kept):
+        if run.payload is not None and bare:
+            body = flange_body(model, [*(logs[k] for k in bare), logs[place]], len(bare))
+            known = dict(run.payload.known)
+            if words := _contradicted(body, known):
+                yield run, Suspicion("payload", (), words, "correct --mass or --com", None)
+    if len(bare) > 1 and len(bare) <= FEW:
+        yield from _unstated([kept[k] for k in bare], [logs[k] for k in bare], model)
+
+
+def _unstated(
+    runs: Sequence[Recording], logs: Sequence[Sampled], model: Model
+) -> Iterator[tuple[Recording, Suspicion]]:
+    bodies = [flange_body(model, logs, place) for place in range(len(runs))]
+    real = [k for k, body in enumerate(bodies) if body.mass > SURE * body.mass_std]
+    if not real:
+        return
+    best = max(real, key=lambda k: bodies[k].gain)
+    odds = bodies[best].gain + np.log(PRIOR)
+    if odds > 0:
+        others = "the other runs do" if len(runs) > 2 else f"{runs[1 - best].name} does"
+        words = f"it carries a body on the flange that {others} not: {body_words(bodies[best])}"
+        probability = float(1.0 / (1.0 + np.exp(-min(odds, 99.0))))
+        cure = f"give it as --payload {runs[best].name}.mcap, and --mass KG if the body was weighed"
+        yield runs[best], Suspicion("payload", (), words, cure, min(probability, 0.95))
+
+
+def body_words(body: FlangeBody) -> str:
+    """Mass and center of a body."""
+    center = ", ".join(f"{1e3 * value:.0f}" for value in body.center + 0.0)
+    spread = 1e3 * NORMAL_95 * float(body.center_std.max())
+    mass = f"{digits(body.mass, 3)} ± {digits(NORMAL_95 * body.mass_std, 1)} kg"
+    return f"{mass}, its center of mass at ({center}) ± {digits(spread, 1)} mm"
+
+
+def _contradicted(body: FlangeBody, known: Mapping[str, float]) -> str:
+    """What of a stated body the runs contradict; empty if nothing."""
+    mass = known.get("M")
+    if mass is None:
+        return ""
+    heavier = abs(body.mass - mass) > DIFFERS * np.hypot(body.mass_std, SCALE * mass)
+    center = np.array([known.get(name, np.nan) for name in ("MX", "MY", "MZ")]) / mass
+    away = np.abs(body.center - center) > DIFFERS * np.hypot(body.center_std, RULER)
+    if not heavier and not away.any():
+        return ""
+    stated = f"{digits(mass, 3)} kg"
+    if np.isfinite(center).all():
+        stated += f" at ({', '.join(f'{1e3 * value + 0.0:.0f}' for value in center)}) mm"
+    return f"the runs say that it carries {body_words(body)}; stated is {stated}"
