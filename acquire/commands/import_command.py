@@ -9,6 +9,7 @@ from typing import Any
 from exidyn.identify.errors import RecordingError, listed
 from exidyn.identify.file_names import distinct_stems
 from exidyn.identify.plausible.gate import suspect
+from exidyn.identify.plausible.servo_gains import servo_gain_doubts
 from exidyn.identify.recordings.align import aligned
 from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identify.recordings.importers.tables.preset import preset_names
@@ -17,6 +18,9 @@ from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
 from exidyn.identify.recordings.separate_runs import PART
 from exidyn.identify.recordings.servo_error import COMMAND
 from exidyn.identify.recordings.units import BEFORE_GEAR
+from exidyn.identify.robot_files.description import XML
+from exidyn.identify.robot_files.mjcf import compile_mjcf
+from exidyn.identify.robot_files.mjcf_drives import servo_stiffness
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.text_table import digits
 
@@ -159,11 +163,25 @@ def import_command(given: Namespace) -> None:
     for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
+        for doubt in _servo_doubts(given, recording):
+            print(f"warning: {recording.name}: {doubt}", file=sys.stderr)
         if model is not None and (suspicion := suspect([recording], recording.model)) is not None:
             print(f"warning: {recording.name}: {suspicion}", file=sys.stderr)
     tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
     page = "\n".join(_line(recording, path) for path, recording in written.items())
     hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
+
+
+def _servo_doubts(given: Namespace, recording: Recording) -> list[str]:
+    """Whether the servos of an MJCF that is given as the robot are not those of a log of commands alone."""
+    if (
+        given.robot is None
+        or Path(given.robot).suffix.lower() not in XML
+        or recording.robot.servo is not None
+    ):
+        return []
+    stiffness = servo_stiffness(compile_mjcf(Path(given.robot)), recording.robot.joints)
+    return [] if stiffness is None else servo_gain_doubts([recording], recording.model, stiffness)
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:

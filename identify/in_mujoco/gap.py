@@ -19,10 +19,12 @@ from ..diagnosis.words.sentences import sentence
 from ..errors import RecordingError
 from ..model import Model
 from ..plausible.gate import doubts
+from ..plausible.servo_gains import servo_gain_doubts
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_drives import servo_stiffness
 from .distances import Distances, horizons_of
 from .ladder import Ladder, Source, Stage, Step, simulated
 from .replay import Run, what_is_commanded
@@ -117,7 +119,11 @@ def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, 
     if not any(is_servo_error(one.settings) for _, one in recordings):
         return []
     joints = model.robot.joints
-    return doubts([with_servo_torque(compiled, one, joints, 0.0) for _, one in recordings], model)
+    runs = [run for _, run in recordings]
+    stiffness = None if model.robot.servo is not None else servo_stiffness(compiled, joints)
+    if stiffness is not None and (wrong := servo_gain_doubts(runs, model, stiffness)):
+        return wrong
+    return doubts([with_servo_torque(compiled, run, joints, 0.0) for run in runs], model)
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

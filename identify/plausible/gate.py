@@ -20,6 +20,7 @@ from .mistakes import Asked
 from .sampled_runs import sampled_torques
 from .samples import joined
 from .suspicion import NONE_OF_THESE, Suspicion
+from .units import encoder_steps
 from .weigh import MOST, SURE, Weighed, supported, weigh
 
 LIKELY = 0.5
@@ -82,7 +83,8 @@ def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
     reading = Reading(model, joined(logs).thinned(MOST), stated)
     torques = all("torque" in run.signals for run in kept)
     servo = all(is_servo_error(run.settings) for run in kept)
-    asked = Asked(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo)
+    steps = encoder_steps(np.concatenate([run.signals["position"].values for run in kept]))
+    asked = Asked(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo, steps)
     weighed = weigh(reading, asked)
     parts = logs if len(logs) > 1 else logs[0].halves()
     suspicion = _told(weighed, asked, [Reading(model, part.thinned(MOST), stated) for part in parts])

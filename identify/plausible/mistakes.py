@@ -16,7 +16,7 @@ from ..text_table import digits
 from .changes import Change
 from .described_bodies import KINDS
 from .samples import Sampled
-from .units import motion_odds
+from .units import encoder_odds, motion_odds
 
 UNITS = MappingProxyType(
     {
@@ -41,6 +41,8 @@ ANGLES = MappingProxyType(
 POSITION_SCALES = (1 / 10, 1 / 4, 1 / 3, 1 / 2, 2.0, 3.0, 4.0, 10.0)
 ONE_SCALE = (1 / 4, 1 / 2, 2.0, 4.0)
 """True angle over that of the log, of gears and encoders that were assumed wrongly: of all joints, of one."""
+GEARS = (30.0, 50.0, 80.0, 120.0, 160.0, 250.0)
+"""Ratios of gears that arms have."""
 FAR = 2.0 * KINDS[0].spread
 """Logarithm of a gain over the one stated from which on masses do not explain it: two standard deviations."""
 PERCENT = 100.5
@@ -63,6 +65,7 @@ class Asked:
         constants: Drive gains of the description [N m per unit], shape (n,).
         torques: Whether the log has torques rather than currents.
         servo: Whether the efforts are errors of position servos.
+        steps: Step of each joint's encoder, as the log states positions; NaN where none is seen, shape (n,).
     """
 
     robot: Robot
@@ -71,6 +74,7 @@ class Asked:
     constants: np.ndarray
     torques: bool
     servo: bool = False
+    steps: np.ndarray | None = None
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -90,14 +94,18 @@ class Asked:
         return values
 
     def usual(self, change: Change) -> float:
-        """Log odds of speeds and ranges without a mistake, over those that were logged."""
+        """Log odds of speeds, ranges and encoders without a mistake, over those that were logged."""
         if change.scale is None:
             return 0.0
         speed = np.percentile(np.abs(self.log.motion.velocity), 99.5, axis=0)
         reach = np.ptp(self.log.motion.position, axis=0)
         scales = np.abs(change.scale)
-        with_limits = motion_odds(speed * scales, reach * scales, self.robot)
-        return with_limits - motion_odds(speed, reach, self.robot)
+        odds = motion_odds(speed * scales, reach * scales, self.robot) - motion_odds(speed, reach, self.robot)
+        if self.steps is not None:
+            turning = self.robot.revolute
+            plain = encoder_odds(self.steps[turning], np.ones(int(turning.sum())))
+            odds += encoder_odds(self.steps[turning], scales[turning]) - plain
+        return odds
 
 
 Case = tuple[str, Change, tuple[int, ...]]
@@ -115,6 +123,7 @@ class Mistake:
         cases: Its cases in a log.
         physical: Whether the diagnosis finds it as a physical effect as well.
         of_sign: Whether signs show it: sizes rest on the described masses, which nobody may have measured.
+        always: Whether it is asked even where bodies explain the log: bodies of any mass may hide it.
     """
 
     name: str
@@ -123,6 +132,7 @@ class Mistake:
     cases: Callable[[Asked], Iterator[Case]]
     physical: bool = False
     of_sign: bool = False
+    always: bool = False
 
 
 def _exchanges(position: bool, effort: bool, words: str) -> Callable[[Asked], Iterator[Case]]:
@@ -325,6 +335,15 @@ def _constants(asked: Asked) -> Iterator[Case]:
     yield twice, Change(factor=1.0 / size), tuple(asked.moving)
 
 
+def _motor_side(asked: Asked) -> Iterator[Case]:
+    if not asked.torques or asked.servo:
+        return
+    stated = np.abs(asked.robot.gear_ratio)
+    for ratio in [stated] if np.any(stated != 1.0) else [np.full(asked.robot.dof, ratio) for ratio in GEARS]:
+        words = f"the torques are the motors', before gears of about {digits(float(np.median(ratio)), 2)}"
+        yield words, Change(factor=ratio), tuple(asked.moving)
+
+
 def _servo_gains(asked: Asked) -> Iterator[Case]:
     known = np.isfinite(asked.ratio)
     if asked.servo and known.any() and abs(np.median(np.log(asked.ratio[known]))) > FAR:
@@ -388,6 +407,7 @@ SCALE = "state it: [position] scale in a preset"
 STATE = "state it: [current] or [torque] unit in a preset, or [drive] gain"
 GRAVITY = "state it: gravity in robot.toml"
 NO_GRAVITY = "state it: gravity = [0, 0, 0] in robot.toml"
+MOTOR_SIDE = "state [drive] gear_ratio in robot.toml, and import with --motor-side torque"
 SERVO = "state it: [drive] gain in robot.toml"
 
 TABLE = (
@@ -398,7 +418,7 @@ TABLE = (
     Mistake("exchanged_chains", 0.003, ORDER, _chains),
     Mistake("position_sign", 0.004, TURN_POSITION, _turned_positions, of_sign=True),
     Mistake("position_unit", 0.005, UNIT, _angles),
-    Mistake("percent_of_travel", 0.004, TRAVEL, _travel),
+    Mistake("percent_of_travel", 0.004, TRAVEL, _travel, always=True),
     Mistake("position_scale", 0.002, SCALE, _scales),
     Mistake("effort_sign", 0.005, TURN, _turned_efforts(1), of_sign=True),
     Mistake("two_effort_signs", 0.001, TURN, _turned_efforts(2), of_sign=True),
@@ -409,6 +429,7 @@ TABLE = (
     Mistake("effort_group", 0.001, STATE, _groups),
     Mistake("gear_ratio", 0.002, STATE, _gears),
     Mistake("torque_constants", 0.004, STATE, _constants),
+    Mistake("motor_side", 0.008, MOTOR_SIDE, _motor_side),
     Mistake("servo_gain", 0.02, SERVO, _servo_gains),
     Mistake("another_arm", 0.005, "give the description of the arm that was recorded", _another_arm),
     Mistake("no_gravity", 0.004, NO_GRAVITY, _no_gravity),

@@ -88,6 +88,7 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     robot, clock = model.robot, _time(names, values)
     values, clock_notes = _continuing(names, values, clock)
     found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
+    found = [f for f in found if f.signal not in EFFORT or not _are_flags(values[:, f.places])]
     chosen, guesses, left = _signals(found)
     read = [f for f in found if f.signal != "other"]
     if servo := only_commanded(chosen):
@@ -110,7 +111,7 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
         clock_notes.append(f"{regular.what}: import replaces them by a regular clock" * regular.certain)
         log = replace(log, time=regular.time) if regular.certain else log
     require_measured(log.values[effort], chosen[effort].pattern)
-    units, order, reading, gravity, more, doubt = propose_units(log, model, chosen, clock_unit)
+    units, order, reading, gravity, more, doubt, doubted = propose_units(log, model, chosen, clock_unit)
     guesses += more
     scale, offset = affine(robot, units.position, log.values["position"])
     position = log.values["position"][:, order] * scale + offset
@@ -119,7 +120,9 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     if servo:
         every, drives, more = servo_gains(chosen, reading, scale)
     else:
-        every, drives, more = _efforts(chosen, reading, effort, silent > 0.0)
+        every, drives, more = _efforts(
+            chosen, reading, effort, (silent > 0.0) | np.isin(np.arange(robot.dof), doubted)
+        )
     if not units.velocity:
         every.pop("velocity", None)
     astray = _astray(every, values[kept])
@@ -225,6 +228,12 @@ def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarra
     return np.concatenate(long)
 
 
+def _are_flags(values: np.ndarray) -> bool:
+    """Whether columns (t, n) are 0 or 1 and both, as of a motor that is on or off: no effort is."""
+    known = values[np.isfinite(values)]
+    return set(np.unique(known).tolist()) == {0.0, 1.0}
+
+
 def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
     """Families by signal as their names say, and those whose names say nothing."""
     chosen, guesses = {}, []
@@ -280,7 +289,7 @@ def _efforts(
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
     """Signals with efforts as what they are; gains, where they are no torques of the joints.
 
-    `silent` (n,) marks joints whose effort is not measured.
+    `silent` (n,) marks joints whose effort is not measured, or may be that of another joint.
     """
     family, robot = chosen[effort], reading.model.robot
     found = [Gain() if mute else gain for gain, mute in zip(gains(reading), silent, strict=True)]

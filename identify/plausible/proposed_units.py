@@ -9,7 +9,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import EFFORT
-from ..text_table import digits
+from ..text_table import digits, percent
 from .changes import Change, with_gravity
 from .column_names import Family
 from .evidence import Reading
@@ -68,6 +68,7 @@ class Proposed(NamedTuple):
         gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
         guesses: What was guessed, and how sure that is.
         doubt: What else seems to be wrong, in a sentence; empty if nothing does.
+        doubted: Joints that this concerns.
     """
 
     units: Units
@@ -76,6 +77,7 @@ class Proposed(NamedTuple):
     gravity: tuple[float, ...]
     guesses: list[Guess]
     doubt: str
+    doubted: tuple[int, ...]
 
 
 def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:
@@ -126,7 +128,7 @@ def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: s
         columns = np.array(order)
         reading = Change(columns, columns).read(reading)
     units = best if "velocity" in why else best._replace(velocity="")
-    return Proposed(units, order, reading, gravity, guesses, _doubt(weighed))
+    return Proposed(units, order, reading, gravity, guesses, *_doubt(weighed))
 
 
 def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
@@ -169,12 +171,12 @@ def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | 
     return Guess(GRAVITY, value, probability, "bodies, friction", "gravity in robot.toml"), gravity
 
 
-def _doubt(weighed: Weighed) -> str:
-    """What seems to be wrong that is neither a unit, an order nor a mounting."""
+def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
+    """What seems to be wrong that is neither a unit, an order nor a mounting, and the joints concerned."""
     case, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
     if case is None or weighed.cases[0] is not case or weighed.probability < 0.5:
-        return ""
-    return f"{case.what}: {case.mistake.cure}"
+        return "", ()
+    return f"{case.what} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:

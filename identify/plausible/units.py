@@ -103,8 +103,13 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
         if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
             ratio = along / across
     fast = np.percentile(np.abs(speeds), 99.5, axis=0)
-    period, step = float(np.median(np.diff(time))), np.array([_step(column) for column in position.T])
+    period, step = float(np.median(np.diff(time))), encoder_steps(position)
     return Moves(period, fast, np.ptp(position, axis=0), ratio, step)
+
+
+def encoder_steps(position: np.ndarray) -> np.ndarray:
+    """Step of each encoder in positions (t, n); NaN where none is seen, shape (n,)."""
+    return np.array([_step(column) for column in position.T])
 
 
 def _step(position: np.ndarray) -> float:

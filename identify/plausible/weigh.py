@@ -126,10 +126,15 @@ def weigh(reading: Reading, asked: Asked, kinds: Collection[str] | None = None) 
     odds = float(np.log1p(-sum(mistake.prior for mistake in table))) + plain.log_likelihood
     every = [case for mistake in table for case in _cases(mistake, asked)]
     cases = _of_efforts(reading, plain, odds, [case for case in every if case.change.of_efforts])
-    weight = [case for case in every if case.change.gravity is not None]
-    cases += _of_positions(reading, plain, odds, weight)
+    asked_always = [case for case in every if case.change.gravity is not None or case.mistake.always]
+    cases += _of_positions(reading, plain, odds, asked_always)
     if suspicious(plain):
-        cases += _of_positions(reading, plain, odds, [case for case in every if case.change.of_motion])
+        cases += _of_positions(
+            reading,
+            plain,
+            odds,
+            [case for case in every if case.change.of_motion and not case.mistake.always],
+        )
         # Another direction takes a search: only where much is unexplained, or the masses are contradicted.
         contradicted = plain.drawn and plain.kind > 0
         if contradicted or plain.trust[asked.moving].min(initial=1.0) < 0.5:

@@ -104,6 +104,14 @@ def servos(model: Any, joints: Sequence[str]) -> list[int]:
     return found if len(found) == len(joints) else []
 
 
+def servo_stiffness(model: Any, joints: Sequence[str]) -> np.ndarray | None:
+    """Torque per error of each joint's position servo, shape (n,) [N m/rad]; None where a joint has none."""
+    actuators = servos(model, joints)
+    if not actuators:
+        return None
+    return np.asarray(model.actuator_gainprm[actuators, 0] * model.actuator_gear[actuators, 0] ** 2)
+
+
 def _is_servo(model: Any, actuator: int, joint: int) -> bool:
     gain, bias = model.actuator_gainprm[actuator][0], model.actuator_biasprm[actuator][1]
     of_joint = model.actuator_trntype[actuator] == enum_of("mjtTrn", "mjTRN_JOINT")
