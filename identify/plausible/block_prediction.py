@@ -243,7 +243,7 @@ def _products(bodies: np.ndarray, terms: np.ndarray) -> list[np.ndarray]:
 
 def _solved(matrix: np.ndarray, right: np.ndarray, size: np.ndarray, ridges: Sequence[float]) -> np.ndarray:
     """Solutions (ridges, ..., p, 1) of normal equations, whose columns have squares `size`."""
-    root = np.sqrt(np.maximum(size, NOTHING * size.max() + 1e-300))[..., None]
+    root = np.sqrt(np.maximum(size, NOTHING * size.max(initial=0.0) + 1e-300))[..., None]
     scaled = matrix / (root * np.swapaxes(root, -1, -2))
     identity = np.eye(scaled.shape[-1])
     return np.array([np.linalg.solve(scaled + ridge * identity, right / root) / root for ridge in ridges])

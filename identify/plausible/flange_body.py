@@ -54,6 +54,8 @@ def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBod
     gain = float(0.5 * log.pieces @ (left[0] - left[1]))
     values, covariance = _fitted(every, beside, log)
     mass, moments = values[MASS], values[MOMENTS]
+    if mass == 0.0:  # no motion shows one
+        return FlangeBody(gain, 0.0, np.inf, np.zeros(3), np.full(3, np.inf))
     slope = np.zeros((3, len(values)))
     slope[range(3), MOMENTS], slope[:, MASS] = 1.0 / mass, -moments / mass**2
     center_std = np.sqrt(np.einsum("ap,pq,aq->a", slope, covariance, slope))

@@ -76,11 +76,13 @@ class Checked(NamedTuple):
 
 
 def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
-    """Recordings taken together; None where they are too short."""
+    """Recordings taken together; None where they are too short, or nothing moves."""
     kept, logs, stated = sampled_torques(runs, model.robot)
     if not kept:
         return None
     reading = Reading(model, joined(logs).thinned(MOST), stated)
+    if not reading.log.moving.any():
+        return None
     torques = all("torque" in run.signals for run in kept)
     servo = all(is_servo_error(run.settings) for run in kept)
     steps = encoder_steps(np.concatenate([run.signals["position"].values for run in kept]))

@@ -16,7 +16,7 @@ from ..text_table import digits
 from .changes import Change
 from .described_bodies import KINDS
 from .samples import Sampled
-from .units import encoder_odds, motion_odds
+from .units import LEAST_PERCENT, PERCENT, encoder_odds, motion_odds
 
 UNITS = MappingProxyType(
     {
@@ -45,10 +45,6 @@ GEARS = (30.0, 50.0, 80.0, 120.0, 160.0, 250.0)
 """Ratios of gears that arms have."""
 FAR = 2.0 * KINDS[0].spread
 """Logarithm of a gain over the one stated from which on masses do not explain it: two standard deviations."""
-PERCENT = 100.5
-"""Largest number of a position in per cent of its travel: the calibrated range is exceeded by little."""
-FEWEST_PERCENT = 30.0
-"""Range of such positions that tells them from radians."""
 CHAINS = 24
 """Maximum number of orders of equal chains that are weighed: those of four legs."""
 
@@ -222,16 +218,13 @@ def _angles(asked: Asked) -> Iterator[Case]:
 
 def _travel(asked: Asked) -> Iterator[Case]:
     limits, position = asked.robot.limits, asked.log.motion.position
-    span, middle = (
-        limits.position_upper - limits.position_lower,
-        (limits.position_upper + limits.position_lower) / 2,
-    )
-    if not np.isfinite(span).all():
+    if not np.isfinite([limits.position_lower, limits.position_upper]).all():
         return
+    span, middle = (sign(limits.position_upper, limits.position_lower) for sign in (np.subtract, np.add))
     for unit, words in ((1.0, ""), (180 / np.pi, ", and taken for degrees")):
         numbers = np.abs(position * unit)
-        if FEWEST_PERCENT < numbers.max() < PERCENT:
-            change = Change(scale=unit * span / 200.0, zero=middle)
+        if LEAST_PERCENT < numbers.max() < PERCENT:
+            change = Change(scale=unit * span / 200.0, zero=middle / 2)
             yield f"the positions are per cent of each joint's travel{words}", change, tuple(asked.moving)
 
 

@@ -107,7 +107,8 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
         raise not_found("current or torque", EFFORT, names, robot)
     log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
-    if regular := regular_clock(time, log.values["position"]):
+    # Between runs that are put one after the other there is no clock.
+    if len(runs_of(time)) == 1 and (regular := regular_clock(time, log.values["position"])):
         clock_notes.append(f"{regular.what}: import replaces them by a regular clock" * regular.certain)
         log = replace(log, time=regular.time) if regular.certain else log
     require_measured(log.values[effort], chosen[effort].pattern)
