@@ -122,10 +122,6 @@ class BadUnit(RecordingError):
     """Values that no joint or motor can have, such as a joint at 90 rad."""
 
 
-class WrongInput(RecordingError):
-    """A recording in another unit, order or sign than is stated, or of another robot; says which."""
-
-
 class NotAFile(RecordingError):
     """A file that is missing, empty, or does not hold what its name states."""
 

@@ -13,10 +13,10 @@ from ..model import Model
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
+from .asked import Asked
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
-from .mistakes import Asked
 from .sampled_runs import sampled_torques
 from .samples import joined
 from .suspicion import NONE_OF_THESE, Suspicion

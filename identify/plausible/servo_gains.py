@@ -9,9 +9,9 @@ from ..model import Model
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
+from .effort_mistakes import FAR
 from .evidence import Reading
 from .gains import gains
-from .mistakes import FAR
 from .sampled_runs import sampled_run
 from .samples import joined
 from .weigh import MOST

@@ -6,9 +6,11 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from .asked import Asked, Mistake
 from .changes import Change
+from .effort_mistakes import of_gravity
 from .evidence import Evidence, Reading
-from .mistakes import MOUNTING, TABLE, Asked, Mistake, of_gravity
+from .mistakes import MOUNTING, TABLE
 from .mounting import found_gravity
 
 Key = TypeVar("Key", bound=Hashable)

@@ -1,0 +1,144 @@
+"""Mistakes of columns and positions: another order, unit, sign or scale."""
+
+from collections.abc import Callable, Iterator
+from itertools import combinations, permutations
+from types import MappingProxyType
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..text_table import digits
+from .asked import Asked, Case
+from .changes import Change
+from .units import LEAST_PERCENT, PERCENT
+
+ANGLES = MappingProxyType(
+    {
+        "in degrees": np.pi / 180,
+        "in radians, and taken for degrees": 180 / np.pi,
+        "in counts of 12 bits a turn": 2 * np.pi / 2**12,
+    }
+)
+"""Units of positions that are taken for others, and radians a unit of what is stated."""
+POSITION_SCALES = (1 / 10, 1 / 4, 1 / 3, 1 / 2, 2.0, 3.0, 4.0, 10.0)
+ONE_SCALE = (1 / 4, 1 / 2, 2.0, 4.0)
+"""True angle over that of the log, of gears and encoders that were assumed wrongly: of all joints, of one."""
+CHAINS = 24
+"""Maximum number of orders of equal chains that are weighed: those of four legs."""
+
+
+def exchanges(position: bool, effort: bool, words: str) -> Callable[[Asked], Iterator[Case]]:
+    """Columns of two joints, exchanged."""
+
+    def cases(asked: Asked) -> Iterator[Case]:
+        for a, b in _likely_pairs(asked):
+            order = np.arange(asked.robot.dof)
+            order[[a, b]] = b, a
+            change = Change(position=order if position else None, effort=order if effort else None)
+            yield f"{words} of {asked.joints[a]} and {asked.joints[b]} are exchanged", change, (a, b)
+
+    return cases
+
+
+def _likely_pairs(asked: Asked) -> Iterator[tuple[int, int]]:
+    """Joints that may be taken for each other: of one chain, or at the same place of equal chains."""
+    chains = equal_chains(asked.robot)
+    place = {joint: (chain, k) for chain, joints in enumerate(chains) for k, joint in enumerate(joints)}
+    for a, b in combinations(asked.moving, 2):
+        if not chains or place[a][0] == place[b][0] or place[a][1] == place[b][1]:
+            yield a, b
+
+
+def orders(asked: Asked) -> Iterator[Case]:
+    """Columns of all joints in another order."""
+    n = asked.robot.dof
+    plain = np.arange(n)
+    ranks = np.array([sorted(asked.joints).index(joint) for joint in asked.joints])
+    orders = {
+        "are in reverse order": plain[::-1],
+        "begin one late": np.roll(plain, 1),
+        "begin one early": np.roll(plain, -1),
+        "are sorted by name": ranks,
+    }
+    for words, order in orders.items():
+        if n > 2 and not np.array_equal(order, plain):
+            yield f"the columns {words}", Change(order, order), tuple(asked.moving)
+
+
+def exchanged_chains(asked: Asked) -> Iterator[Case]:
+    """Columns of whole chains, such as legs, exchanged."""
+    chains = equal_chains(asked.robot)
+    usual = tuple(range(len(chains)))
+    for place, order in enumerate(permutations(usual)):
+        if order == usual or place >= CHAINS:
+            continue
+        columns = np.arange(asked.robot.dof)
+        for chain, other in zip(chains, order, strict=True):
+            columns[list(chain)] = chains[other]
+        names = " and ".join(_first_joint(asked, chains[k]) for k in usual if order[k] != k)
+        moved = tuple(j for k in usual if order[k] != k for j in chains[k])
+        read = ", ".join(_first_joint(asked, chains[order.index(k)]) for k in usual)
+        yield (
+            f"whole chains are exchanged: those of {names}; the log has {read}",
+            Change(columns, columns),
+            moved,
+        )
+
+
+def equal_chains(robot: Robot) -> list[list[int]]:
+    """Joints of each chain that starts at the base, where there are several of the same length; else none."""
+    parents = [int(parent) - 1 for parent in list(robot.kinematics.parents)[1:]]
+    root = list(range(len(parents)))
+    for joint, parent in enumerate(parents):
+        root[joint] = joint if parent < 0 else root[parent]
+    chains = [[j for j, base in enumerate(root) if base == start] for start in sorted(set(root))]
+    return chains if len(chains) > 1 and len({len(chain) for chain in chains}) == 1 else []
+
+
+def _first_joint(asked: Asked, chain: list[int]) -> str:
+    return asked.joints[chain[0]]
+
+
+def turned_positions(asked: Asked) -> Iterator[Case]:
+    """A position that counts the other way."""
+    for j in asked.moving:
+        words = f"the position of {asked.joints[j]} counts the other way"
+        yield words, Change(scale=asked.where(j)), (j,)
+
+
+def other_angles(asked: Asked) -> Iterator[Case]:
+    """Positions in another unit of angle."""
+    turning = [j for j in asked.moving if asked.robot.revolute[j]]
+    for words, factor in ANGLES.items():
+        if turning:
+            change = Change(scale=asked.where(dict.fromkeys(turning, factor)))
+            yield f"the positions are {words}", change, tuple(turning)
+    for j in turning if len(turning) > 1 else ():
+        change = Change(scale=asked.where({j: ANGLES["in degrees"]}))
+        yield f"the position of {asked.joints[j]} is in degrees", change, (j,)
+
+
+def shares_of_travel(asked: Asked) -> Iterator[Case]:
+    """Positions in per cent of each joint's travel."""
+    limits, position = asked.robot.limits, asked.log.motion.position
+    if not np.isfinite([limits.position_lower, limits.position_upper]).all():
+        return
+    span, middle = (sign(limits.position_upper, limits.position_lower) for sign in (np.subtract, np.add))
+    for unit, words in ((1.0, ""), (180 / np.pi, ", and taken for degrees")):
+        numbers = np.abs(position * unit)
+        if LEAST_PERCENT < numbers.max() < PERCENT:
+            change = Change(scale=unit * span / 200.0, zero=middle / 2)
+            yield f"the positions are per cent of each joint's travel{words}", change, tuple(asked.moving)
+
+
+def position_scales(asked: Asked) -> Iterator[Case]:
+    """Positions that are a fraction or a multiple of the angle."""
+    turning = [j for j in asked.moving if asked.robot.revolute[j]]
+    for scale in POSITION_SCALES:
+        share = f"{digits(1 / scale, 2)} of the angle"
+        if len(turning) > 1:
+            change = Change(scale=asked.where(dict.fromkeys(turning, scale)))
+            yield f"the positions look as if they were about {share} on all joints", change, tuple(turning)
+        for j in turning if scale in ONE_SCALE else ():
+            words = f"the positions of {asked.joints[j]} look as if they were about {share}"
+            yield words, Change(scale=asked.where({j: scale})), (j,)
