@@ -32,14 +32,14 @@ from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
 
 STAGES = {
-    "read": 0.2,
-    "compare units": 0.1,
-    "filter": 0.15,
+    "read": 0.1,
+    "compare units": 0.5,
+    "filter": 0.08,
     "fit the": 0.0,
-    "find": 0.03,
-    "form": 0.22,
-    "estimate": 0.3,
-    "compare": 0.1,
+    "find": 0.02,
+    "form": 0.1,
+    "estimate": 0.15,
+    "compare": 0.05,
 }
 """How their sentences begin, and their shares of the time."""
 

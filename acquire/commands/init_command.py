@@ -42,6 +42,7 @@ from exidyn.identify.robot_files.robot_file import read_model
 from ..arguments.command import Command, Option, positive
 from ..arguments.options import JSON, output_option, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
 
 CLOCK = "time [s]"
@@ -86,12 +87,19 @@ settles it.""",
 )
 def init_command(given: Namespace) -> None:
     """Read, propose, write, print."""
+    with Stopwatch() as progress:
+        _init(given, progress)
+
+
+def _init(given: Namespace, progress: Progress) -> None:
     require_json(given.json)
+    progress("read the log")
     log = given.logs[0]
     preset = given.preset or (log if log.is_dir() else log.parent) / BESIDE
     chosen = dict(given.columns or ())
     table = _table(given.logs, given.rate, chosen)
     model, held = _arm(given.urdf, log, table)
+    progress("weigh units, order of joints, mounting and gains")
     proposal = _proposal(given.logs, table, model, chosen)
     if table is None:
         proposal = _in_si(proposal.by_gains())
@@ -116,6 +124,8 @@ def init_command(given: Namespace) -> None:
     for path, text in texts.items():
         write_whole(path, text)
     then = _then(given, proposal, table is not None, preset) if not unsure else ""
+    if then:
+        progress("import the log as proposed")
     refusal = _refusal(given, proposal, preset if table is not None else None) if then else ""
     others = counted(len(given.logs) - 1, "other log")
     more = f"\nand the same for {others}" if len(given.logs) > 1 else ""

@@ -43,6 +43,7 @@ STATE = "state it: [current] or [torque] unit in a preset, or [drive] gain"
 GRAVITY = "state it: gravity in robot.toml"
 NO_GRAVITY = "state it: gravity = [0, 0, 0] in robot.toml"
 MOTOR_SIDE = "state [drive] gear_ratio in robot.toml, and import with --motor-side torque"
+DESCRIBE = "give the description of the arm that was recorded, and its gains"
 SERVO = "state it: [drive] gain in robot.toml"
 
 TABLE = (
@@ -72,6 +73,6 @@ TABLE = (
     Mistake("no_gravity", 0.004, NO_GRAVITY, no_gravity),
     Mistake("upside_down", 0.003, GRAVITY, upside_down, physical=True, of_sign=True),
 )
-"""All kinds. Each prior is a judgment of how many logs in a thousand have it; together a tenth of all logs."""
+"""All kinds. Each prior is a judgment of how many logs in a thousand have it; together a tenth."""
 MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda asked: iter(()), physical=True)
 """An arm that stands otherwise: its direction takes a search, made where much is not explained."""
