@@ -64,14 +64,14 @@ class Block(NamedTuple):
         rows: Samples of the block.
         schur: Products of the bodies' columns where the joint's own terms are fitted too, shape (n, p, p).
         across: The joint's own terms that go with a unit of each column, shape (n, q, p).
-        own: Inverse products of the joint's own terms, held back, shape (n, q, q).
+        inverse: Inverse products of the joint's own terms, held back, shape (n, q, q).
         size: Squares of each column, shape (n, p).
     """
 
     rows: np.ndarray
     schur: np.ndarray
     across: np.ndarray
-    own: np.ndarray
+    inverse: np.ndarray
     size: np.ndarray
 
 
@@ -87,15 +87,17 @@ class ArmPrediction:
 
     @classmethod
     def of(cls, columns: np.ndarray, log: Sampled) -> "ArmPrediction":
-        """By columns (t, n, p) of bodies and stated effects, at the samples of a log."""
-        whole = BlockPrediction.of(columns, log)
-        used = np.asarray(whole.bodies.any(axis=1))
+        """The prediction by columns (t, n, p) of bodies and stated effects, at the samples of a log."""
+        prediction = BlockPrediction.of(columns, log)
+        used = np.asarray(prediction.bodies.any(axis=1))
         number, labels = connected_components(used.astype(int) @ used.T.astype(int), directed=False)
         trees = []
         for tree in range(number):
             joints = np.flatnonzero(labels == tree)
-            bodies = np.ascontiguousarray(whole.bodies[joints][:, :, used[joints].any(axis=0)])
-            trees.append((joints, BlockPrediction(bodies, whole.terms[joints], whole.sliding[:, joints])))
+            bodies = np.ascontiguousarray(prediction.bodies[joints][:, :, used[joints].any(axis=0)])
+            trees.append(
+                (joints, BlockPrediction(bodies, prediction.terms[joints], prediction.sliding[:, joints]))
+            )
         return cls(tuple(trees))
 
     def coupled(self, effort: np.ndarray) -> np.ndarray:
@@ -111,12 +113,12 @@ class ArmPrediction:
         return self._each(effort, BlockPrediction.fitted)
 
     def _each(
-        self, effort: np.ndarray, shares: Callable[["BlockPrediction", np.ndarray], np.ndarray]
+        self, effort: np.ndarray, method: Callable[["BlockPrediction", np.ndarray], np.ndarray]
     ) -> np.ndarray:
-        every = np.zeros(effort.shape[1])
+        shares = np.zeros(effort.shape[1])
         for joints, prediction in self.trees:
-            every[joints] = shares(prediction, effort[:, joints])
-        return every
+            shares[joints] = method(prediction, effort[:, joints])
+        return shares
 
 
 @dataclass(frozen=True)
@@ -135,16 +137,16 @@ class BlockPrediction:
 
     @classmethod
     def of(cls, columns: np.ndarray, log: Sampled) -> "BlockPrediction":
-        """By columns (t, n, p) of bodies and stated effects, at the samples of a log."""
+        """The prediction by columns (t, n, p) of bodies and stated effects, at the samples of a log."""
         n, sliding = columns.shape[1], log.sliding.astype(float)
-        terms = [_terms(log.motion, j) * sliding[:, j : j + 1] for j in range(n)]
-        width = max(part.shape[1] for part in terms)
-        every = np.stack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in terms])
-        size = np.sqrt((every**2).mean(axis=1, keepdims=True))
-        every = np.divide(every, size, out=np.zeros_like(every), where=size > NOTHING)
+        parts = [_terms(log.motion, j) * sliding[:, j : j + 1] for j in range(n)]
+        width = max(part.shape[1] for part in parts)
+        terms = np.stack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in parts])
+        size = np.sqrt((terms**2).mean(axis=1, keepdims=True))
+        terms = np.divide(terms, size, out=np.zeros_like(terms), where=size > NOTHING)
         moved = columns.any(axis=(0, 1))  # links that no joint moves or weighs have no column
         bodies = (columns[:, :, moved] * sliding[:, :, None]).transpose(1, 0, 2)
-        return cls(np.ascontiguousarray(bodies), every, sliding)
+        return cls(np.ascontiguousarray(bodies), terms, sliding)
 
     @cached_property
     def blocks(self) -> list[Block]:
@@ -155,12 +157,14 @@ class BlockPrediction:
         weight = np.concatenate([np.full(4, FREE), np.full(self.terms.shape[2] - 4, HELD_BACK)])
         blocks = []
         for rows, part in zip(folds, parts, strict=True):
-            products, cross, squares = (every - of_block for every, of_block in zip(total, part, strict=True))
+            products, cross, squares = (
+                all_blocks - block for all_blocks, block in zip(total, part, strict=True)
+            )
             held_back = (self.bodies.shape[1] - len(rows)) * np.diag(weight)
-            own = np.linalg.inv(squares + held_back)
-            across = own @ cross.transpose(0, 2, 1)
+            inverse = np.linalg.inv(squares + held_back)
+            across = inverse @ cross.transpose(0, 2, 1)
             size = np.einsum("jpp->jp", products)
-            blocks.append(Block(rows, products - cross @ across, across, own, size))
+            blocks.append(Block(rows, products - cross @ across, across, inverse, size))
         return blocks
 
     def coupled(self, effort: np.ndarray) -> np.ndarray:
@@ -202,7 +206,7 @@ class BlockPrediction:
         return (values * scale).T[:, :, None], scale
 
     def _right(self, values: np.ndarray, scale: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """For each block the right-hand sides (n, p, 1) of the others, and their own terms (n, q, 1)."""
+        """Yields, for each block, right-hand sides (n, p, 1) of the others and their own terms (n, q, 1)."""
         parts = [
             (
                 self.bodies[:, block.rows].transpose(0, 2, 1) @ values[:, block.rows],
@@ -212,9 +216,9 @@ class BlockPrediction:
         ]
         products, along = (np.sum([part[k] for part in parts], axis=0) for k in (0, 1))
         for block, (of_bodies, of_terms) in zip(self.blocks, parts, strict=True):
-            rest = along - of_terms
-            reduced = (products - of_bodies) - block.across.transpose(0, 2, 1) @ rest
-            yield scale[:, None, None] * reduced, block.own @ rest
+            others = along - of_terms
+            reduced = (products - of_bodies) - block.across.transpose(0, 2, 1) @ others
+            yield scale[:, None, None] * reduced, block.inverse @ others
 
     def _missed(
         self, block: Block, values: np.ndarray, scale: np.ndarray, known: np.ndarray, beta: np.ndarray
@@ -222,8 +226,10 @@ class BlockPrediction:
         """Squares of a block's efforts that bodies and own terms do not predict, shape (ridges, n)."""
         bodies = scale[:, None, None] * np.moveaxis(beta[..., 0], 0, -1)
         alpha = known - block.across @ bodies
-        rest = values[:, block.rows] - self.bodies[:, block.rows] @ bodies - self.terms[:, block.rows] @ alpha
-        return np.asarray((rest**2).sum(axis=1).T)
+        residual = (
+            values[:, block.rows] - self.bodies[:, block.rows] @ bodies - self.terms[:, block.rows] @ alpha
+        )
+        return np.asarray((residual**2).sum(axis=1).T)
 
     def _shares(self, missed: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Shares (ridges, n) of the squares of efforts."""
@@ -231,8 +237,8 @@ class BlockPrediction:
 
 
 def _terms(motion: Motion, joint: int) -> np.ndarray:
-    own = friction_columns(motion, joint)
-    return np.hstack([own, np.ones((len(own), 1)), discrepancy_columns(motion, joint)])
+    friction = friction_columns(motion, joint)
+    return np.hstack([friction, np.ones((len(friction), 1)), discrepancy_columns(motion, joint)])
 
 
 def _products(bodies: np.ndarray, terms: np.ndarray) -> list[np.ndarray]:

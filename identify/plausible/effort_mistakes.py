@@ -7,9 +7,9 @@ from types import MappingProxyType
 import numpy as np
 
 from ..text_table import digits
-from .asked import Asked, Case
 from .changes import Change
 from .described_bodies import KINDS
+from .log_facts import Case, LogFacts
 
 UNITS = MappingProxyType(
     {
@@ -29,121 +29,121 @@ FAR = 2.0 * KINDS[0].spread
 """Logarithm of a gain over the one stated from which on masses do not explain it: two standard deviations."""
 
 
-def turned_efforts(count: int) -> Callable[[Asked], Iterator[Case]]:
+def turned_efforts(count: int) -> Callable[[LogFacts], Iterator[Case]]:
     """Efforts of one or two joints that count the other way."""
 
-    def cases(asked: Asked) -> Iterator[Case]:
-        for which in combinations(asked.moving, count) if count < len(asked.moving) else ():
-            names = " and ".join(asked.joints[j] for j in which)
+    def cases(facts: LogFacts) -> Iterator[Case]:
+        for which in combinations(facts.moving, count) if count < len(facts.moving) else ():
+            names = " and ".join(facts.joints[j] for j in which)
             words = (
                 "the effort of {} counts against its motion"
                 if count == 1
                 else "the efforts of {} count against their motion"
             )
-            yield words.format(names), Change(factor=asked.where(dict.fromkeys(which, -1.0))), which
+            yield words.format(names), Change(factor=facts.where(dict.fromkeys(which, -1.0))), which
 
     return cases
 
 
-def all_turned(asked: Asked) -> Iterator[Case]:
+def all_turned(facts: LogFacts) -> Iterator[Case]:
     """Efforts that all count the other way."""
     yield (
         "all efforts count against their motion",
-        Change(factor=-np.ones(asked.robot.dof)),
-        tuple(asked.moving),
+        Change(factor=-np.ones(facts.robot.dof)),
+        tuple(facts.moving),
     )
 
 
-def effort_units(asked: Asked) -> Iterator[Case]:
+def effort_units(facts: LogFacts) -> Iterator[Case]:
     """Efforts of all joints in another unit."""
     for factor, unit in UNITS.items():
-        change = Change(factor=np.full(asked.robot.dof, factor))
-        yield f"the efforts are in {unit}{_off(asked)}", change, tuple(asked.moving)
+        change = Change(factor=np.full(facts.robot.dof, factor))
+        yield f"the efforts are in {unit}{_off(facts)}", change, tuple(facts.moving)
 
 
-def one_effort_unit(asked: Asked) -> Iterator[Case]:
+def one_effort_unit(facts: LogFacts) -> Iterator[Case]:
     """The effort of one joint in another unit."""
-    for j in asked.moving if len(asked.moving) > 1 else ():
+    for j in facts.moving if len(facts.moving) > 1 else ():
         for factor, unit in UNITS.items():
-            words = f"the effort of {asked.joints[j]} is in {unit}{_off(asked, (j,))}"
-            yield words, Change(factor=asked.where({j: factor})), (j,)
+            words = f"the effort of {facts.joints[j]} is in {unit}{_off(facts, (j,))}"
+            yield words, Change(factor=facts.where({j: factor})), (j,)
 
 
-def unknown_unit(asked: Asked) -> Iterator[Case]:
+def unknown_unit(facts: LogFacts) -> Iterator[Case]:
     """Efforts of all joints in a unit that is not listed."""
-    known = asked.ratio[np.isfinite(asked.ratio)]
+    known = facts.ratio[np.isfinite(facts.ratio)]
     common = float(np.median(known)) if len(known) > 1 else 1.0
     listed = np.log([1.0, *UNITS])
     if np.abs(np.log(common) - listed).min() > KINDS[0].spread and abs(np.log(common)) > FAR:
         words = (
-            f"the efforts are in a unit that is not stated, all off by about {digits(common, 2)}{_off(asked)}"
+            f"the efforts are in a unit that is not stated, all off by about {digits(common, 2)}{_off(facts)}"
         )
-        yield words, Change(factor=np.full(asked.robot.dof, common)), tuple(asked.moving)
+        yield words, Change(factor=np.full(facts.robot.dof, common)), tuple(facts.moving)
 
 
-def effort_groups(asked: Asked) -> Iterator[Case]:
+def effort_groups(facts: LogFacts) -> Iterator[Case]:
     """Efforts of the first or the last joints that are off alike."""
-    n, known = asked.robot.dof, np.isfinite(asked.ratio)
+    n, known = facts.robot.dof, np.isfinite(facts.ratio)
     for k in range(2, n - 1):
         for group, others in ((range(k), range(k, n)), (range(k, n), range(k))):
             if not known[list(others)].any():  # all that is known is off alike: that is the unit of all
                 continue
             yield from _off_alike(
-                asked, tuple(group), "the efforts of {} are off by a common factor of about {}"
+                facts, tuple(group), "the efforts of {} are off by a common factor of about {}"
             )
 
 
-def wrong_gears(asked: Asked) -> Iterator[Case]:
+def wrong_gears(facts: LogFacts) -> Iterator[Case]:
     """The effort of one joint that is off by any factor."""
-    for j in asked.moving:
+    for j in facts.moving:
         words = "the effort of {} is off by a factor of about {}: its gear ratio or torque constant is wrong"
-        yield from _off_alike(asked, (j,), words)
+        yield from _off_alike(facts, (j,), words)
 
 
-def _off_alike(asked: Asked, group: tuple[int, ...], words: str) -> Iterator[Case]:
-    logs = np.log(asked.ratio[list(group)])
+def _off_alike(facts: LogFacts, group: tuple[int, ...], words: str) -> Iterator[Case]:
+    logs = np.log(facts.ratio[list(group)])
     logs = logs[np.isfinite(logs)]
     if len(logs) >= min(2, len(group)) and abs(np.median(logs)) > FAR:
         factor = float(np.exp(np.median(logs)))
-        names = asked.joints[group[0]] + (f" to {asked.joints[group[-1]]}" if len(group) > 1 else "")
-        change = Change(factor=asked.where(dict.fromkeys(group, factor)))
+        names = facts.joints[group[0]] + (f" to {facts.joints[group[-1]]}" if len(group) > 1 else "")
+        change = Change(factor=facts.where(dict.fromkeys(group, factor)))
         yield words.format(names, digits(factor, 2)), change, group
 
 
-def torque_constants(asked: Asked) -> Iterator[Case]:
+def torque_constants(facts: LogFacts) -> Iterator[Case]:
     """Torque constants that were not applied, or twice."""
-    if np.all(asked.constants == 1.0):
+    if np.all(facts.constants == 1.0):
         return
-    size = np.abs(asked.constants)
-    if asked.torques:
+    size = np.abs(facts.constants)
+    if facts.torques:
         yield (
             "the torques are currents: no torque constant was applied",
             Change(factor=size),
-            tuple(asked.moving),
+            tuple(facts.moving),
         )
-    words = "the currents are torques already" if not asked.torques else "the torques were multiplied"
+    words = "the currents are torques already" if not facts.torques else "the torques were multiplied"
     twice = f"{words}: the torque constant was applied twice"
-    yield twice, Change(factor=1.0 / size), tuple(asked.moving)
+    yield twice, Change(factor=1.0 / size), tuple(facts.moving)
 
 
-def motor_side(asked: Asked) -> Iterator[Case]:
+def motor_side(facts: LogFacts) -> Iterator[Case]:
     """Torques of the motors, before the gears."""
-    if not asked.torques or asked.servo:
+    if not facts.torques or facts.servo:
         return
-    stated = np.abs(asked.robot.gear_ratio)
-    for ratio in [stated] if np.any(stated != 1.0) else [np.full(asked.robot.dof, ratio) for ratio in GEARS]:
+    stated = np.abs(facts.robot.gear_ratio)
+    for ratio in [stated] if np.any(stated != 1.0) else [np.full(facts.robot.dof, ratio) for ratio in GEARS]:
         words = f"the torques are the motors', before gears of about {digits(float(np.median(ratio)), 2)}"
-        yield words, Change(factor=ratio), tuple(asked.moving)
+        yield words, Change(factor=ratio), tuple(facts.moving)
 
 
-def servo_gains(asked: Asked) -> Iterator[Case]:
+def servo_gains(facts: LogFacts) -> Iterator[Case]:
     """Gains of position servos that are not those of the log."""
-    known = np.isfinite(asked.ratio)
-    if asked.servo and known.any() and abs(np.median(np.log(asked.ratio[known]))) > FAR:
-        gains = asked.constants * asked.ratio
-        said = ", ".join(f"{digits(gains[j], 3)} ({asked.joints[j]})" for j in np.flatnonzero(known))
-        stated = digits(float(np.median(asked.constants)), 4)
-        factor = np.where(known, asked.ratio, np.median(asked.ratio[known]))
+    known = np.isfinite(facts.ratio)
+    if facts.servo and known.any() and abs(np.median(np.log(facts.ratio[known]))) > FAR:
+        gains = facts.constants * facts.ratio
+        said = ", ".join(f"{digits(gains[j], 3)} ({facts.joints[j]})" for j in np.flatnonzero(known))
+        stated = digits(float(np.median(facts.constants)), 4)
+        factor = np.where(known, facts.ratio, np.median(facts.ratio[known]))
         yield (
             f"the servo gain stated is {stated} N m/rad, the bodies say {said}",
             Change(factor=factor),
@@ -151,34 +151,34 @@ def servo_gains(asked: Asked) -> Iterator[Case]:
         )
 
 
-def another_arm(asked: Asked) -> Iterator[Case]:
+def another_arm(facts: LogFacts) -> Iterator[Case]:
     """Another arm, or other drives: any gains and any masses."""
-    change = Change(factor=np.full(asked.robot.dof, np.nan))
-    words = f"another arm than {asked.robot.name} was recorded, or one with other drives"
-    yield words, change, tuple(asked.moving)
+    change = Change(factor=np.full(facts.robot.dof, np.nan))
+    words = f"another arm than {facts.robot.name} was recorded, or one with other drives"
+    yield words, change, tuple(facts.moving)
 
 
-def no_gravity(asked: Asked) -> Iterator[Case]:
+def no_gravity(facts: LogFacts) -> Iterator[Case]:
     """Efforts without the weight of the arm."""
-    if np.any(asked.robot.gravity):
+    if np.any(facts.robot.gravity):
         words = "the efforts lack the weight of the arm: gravity is compensated"
-        yield words, Change(gravity=np.zeros(3)), tuple(asked.moving)
+        yield words, Change(gravity=np.zeros(3)), tuple(facts.moving)
 
 
-def upside_down(asked: Asked) -> Iterator[Case]:
+def upside_down(facts: LogFacts) -> Iterator[Case]:
     """An arm that hangs and is described standing, or the reverse."""
-    size = float(np.linalg.norm(asked.robot.gravity))
-    if size > 0 and len(asked.moving) > 1:
-        direction = direction_words(-asked.robot.gravity / size)
+    size = float(np.linalg.norm(facts.robot.gravity))
+    if size > 0 and len(facts.moving) > 1:
+        direction = direction_words(-facts.robot.gravity / size)
         words = f"gravity points along {direction} of the base, opposite to the description"
-        yield words, Change(gravity=-asked.robot.gravity), tuple(asked.moving)
+        yield words, Change(gravity=-facts.robot.gravity), tuple(facts.moving)
 
 
-def of_gravity(asked: Asked, gravity: np.ndarray) -> Iterator[Case]:
+def of_gravity(facts: LogFacts, gravity: np.ndarray) -> Iterator[Case]:
     """An arm that stands otherwise than its description has it."""
     direction = gravity / np.linalg.norm(gravity)
     words = f"gravity points along {direction_words(direction)} of the base"
-    yield words, Change(gravity=gravity), tuple(asked.moving)
+    yield words, Change(gravity=gravity), tuple(facts.moving)
 
 
 def direction_words(direction: np.ndarray) -> str:
@@ -186,7 +186,7 @@ def direction_words(direction: np.ndarray) -> str:
     return ", ".join(f"{part + 0.0:.2f}" for part in np.round(direction, 2))
 
 
-def _off(asked: Asked, joints: tuple[int, ...] = ()) -> str:
-    ratio = asked.ratio[list(joints)] if joints else asked.ratio
+def _off(facts: LogFacts, joints: tuple[int, ...] = ()) -> str:
+    ratio = facts.ratio[list(joints)] if joints else facts.ratio
     known = ", ".join(digits(value, 2) for value in ratio[np.isfinite(ratio)])
     return f" (by masses and friction {known} times the torque stated)" if known else ""

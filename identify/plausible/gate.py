@@ -13,10 +13,10 @@ from ..model import Model
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
-from .asked import Asked
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
+from .log_facts import LogFacts
 from .sampled_runs import sampled_torques
 from .samples import joined
 from .suspicion import NONE_OF_THESE, Suspicion
@@ -86,15 +86,15 @@ def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
     torques = all("torque" in run.signals for run in kept)
     servo = all(is_servo_error(run.settings) for run in kept)
     steps = encoder_steps(np.concatenate([run.signals["position"].values for run in kept]))
-    asked = Asked(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo, steps)
-    weighed = weigh(reading, asked)
+    facts = LogFacts(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo, steps)
+    weighed = weigh(reading, facts)
     parts = logs if len(logs) > 1 else logs[0].halves()
-    suspicion = _told(weighed, asked, [Reading(model, part.thinned(MOST), stated) for part in parts])
-    return Checked(suspicion, bool(weighed.plain.trust[asked.moving].min(initial=1.0) > LIKELY))
+    suspicion = _told(weighed, facts, [Reading(model, part.thinned(MOST), stated) for part in parts])
+    return Checked(suspicion, bool(weighed.plain.trust[facts.moving].min(initial=1.0) > LIKELY))
 
 
-def _told(weighed: Weighed, asked: Asked, parts: Sequence[Reading]) -> Suspicion | None:
-    probability, joints = weighed.probability, asked.joints
+def _told(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> Suspicion | None:
+    probability, joints = weighed.probability, facts.joints
     if probability > LIKELY:
         best = weighed.cases[0]
         if probability > SURE and not supported(parts, best.change):
@@ -102,16 +102,16 @@ def _told(weighed: Weighed, asked: Asked, parts: Sequence[Reading]) -> Suspicion
         names = tuple(joints[j] for j in best.joints)
         mistake = best.mistake
         return Suspicion(mistake.name, names, best.what, mistake.cure, probability, mistake.physical)
-    return _none_of_these(parts, asked)
+    return _none_of_these(parts, facts)
 
 
-def _none_of_these(parts: Sequence[Reading], asked: Asked) -> Suspicion | None:
+def _none_of_these(parts: Sequence[Reading], facts: LogFacts) -> Suspicion | None:
     """That most joints are not explained at all, and no mistake of the table changes that."""
     left = np.mean([part.prediction.fitted(part.log.effort) for part in parts], axis=0)
-    lost = [j for j in asked.moving if left[j] > UNEXPLAINED]
-    if len(lost) < 2 or 2 * len(lost) <= len(asked.moving):
+    lost = [j for j in facts.moving if left[j] > UNEXPLAINED]
+    if len(lost) < 2 or 2 * len(lost) <= len(facts.moving):
         return None
-    names = tuple(asked.joints[j] for j in lost)
+    names = tuple(facts.joints[j] for j in lost)
     shares = ", ".join(f"{name} {digits(100 * left[j], 2)} %" for name, j in zip(names, lost, strict=True))
     what = f"bodies of any mass and friction leave most of the efforts unexplained ({shares})"
     cure = "another arm was recorded, or the log has a mistake that is not listed; look at columns and units"

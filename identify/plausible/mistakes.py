@@ -4,7 +4,6 @@ A row is a kind of mistake. Its cases share the row's probability; each case is 
 wrong, the change that makes the log right, and the joints concerned. Another hypothesis costs one row.
 """
 
-from .asked import Mistake
 from .effort_mistakes import (
     all_turned,
     another_arm,
@@ -20,6 +19,7 @@ from .effort_mistakes import (
     upside_down,
     wrong_gears,
 )
+from .log_facts import Mistake
 from .position_mistakes import (
     exchanged_chains,
     exchanges,
@@ -74,5 +74,5 @@ TABLE = (
     Mistake("upside_down", 0.003, GRAVITY, upside_down, physical=True, of_sign=True),
 )
 """All kinds. Each prior is a judgment of how many logs in a thousand have it; together a tenth."""
-MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda asked: iter(()), physical=True)
+MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda facts: iter(()), physical=True)
 """An arm that stands otherwise: its direction takes a search, made where much is not explained."""

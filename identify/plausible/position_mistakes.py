@@ -8,8 +8,8 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..text_table import digits
-from .asked import Asked, Case
 from .changes import Change
+from .log_facts import Case, LogFacts
 from .units import LEAST_PERCENT, PERCENT
 
 ANGLES = MappingProxyType(
@@ -27,33 +27,33 @@ CHAINS = 24
 """Maximum number of orders of equal chains that are weighed: those of four legs."""
 
 
-def exchanges(position: bool, effort: bool, words: str) -> Callable[[Asked], Iterator[Case]]:
+def exchanges(position: bool, effort: bool, words: str) -> Callable[[LogFacts], Iterator[Case]]:
     """Columns of two joints, exchanged."""
 
-    def cases(asked: Asked) -> Iterator[Case]:
-        for a, b in _likely_pairs(asked):
-            order = np.arange(asked.robot.dof)
+    def cases(facts: LogFacts) -> Iterator[Case]:
+        for a, b in _likely_pairs(facts):
+            order = np.arange(facts.robot.dof)
             order[[a, b]] = b, a
             change = Change(position=order if position else None, effort=order if effort else None)
-            yield f"{words} of {asked.joints[a]} and {asked.joints[b]} are exchanged", change, (a, b)
+            yield f"{words} of {facts.joints[a]} and {facts.joints[b]} are exchanged", change, (a, b)
 
     return cases
 
 
-def _likely_pairs(asked: Asked) -> Iterator[tuple[int, int]]:
+def _likely_pairs(facts: LogFacts) -> Iterator[tuple[int, int]]:
     """Joints that may be taken for each other: of one chain, or at the same place of equal chains."""
-    chains = equal_chains(asked.robot)
+    chains = equal_chains(facts.robot)
     place = {joint: (chain, k) for chain, joints in enumerate(chains) for k, joint in enumerate(joints)}
-    for a, b in combinations(asked.moving, 2):
+    for a, b in combinations(facts.moving, 2):
         if not chains or place[a][0] == place[b][0] or place[a][1] == place[b][1]:
             yield a, b
 
 
-def orders(asked: Asked) -> Iterator[Case]:
+def orders(facts: LogFacts) -> Iterator[Case]:
     """Columns of all joints in another order."""
-    n = asked.robot.dof
+    n = facts.robot.dof
     plain = np.arange(n)
-    ranks = np.array([sorted(asked.joints).index(joint) for joint in asked.joints])
+    ranks = np.array([sorted(facts.joints).index(joint) for joint in facts.joints])
     orders = {
         "are in reverse order": plain[::-1],
         "begin one late": np.roll(plain, 1),
@@ -62,22 +62,22 @@ def orders(asked: Asked) -> Iterator[Case]:
     }
     for words, order in orders.items():
         if n > 2 and not np.array_equal(order, plain):
-            yield f"the columns {words}", Change(order, order), tuple(asked.moving)
+            yield f"the columns {words}", Change(order, order), tuple(facts.moving)
 
 
-def exchanged_chains(asked: Asked) -> Iterator[Case]:
+def exchanged_chains(facts: LogFacts) -> Iterator[Case]:
     """Columns of whole chains, such as legs, exchanged."""
-    chains = equal_chains(asked.robot)
+    chains = equal_chains(facts.robot)
     usual = tuple(range(len(chains)))
     for place, order in enumerate(permutations(usual)):
         if order == usual or place >= CHAINS:
             continue
-        columns = np.arange(asked.robot.dof)
+        columns = np.arange(facts.robot.dof)
         for chain, other in zip(chains, order, strict=True):
             columns[list(chain)] = chains[other]
-        names = " and ".join(_first_joint(asked, chains[k]) for k in usual if order[k] != k)
+        names = " and ".join(_first_joint(facts, chains[k]) for k in usual if order[k] != k)
         moved = tuple(j for k in usual if order[k] != k for j in chains[k])
-        read = ", ".join(_first_joint(asked, chains[order.index(k)]) for k in usual)
+        read = ", ".join(_first_joint(facts, chains[order.index(k)]) for k in usual)
         yield (
             f"whole chains are exchanged: those of {names}; the log has {read}",
             Change(columns, columns),
@@ -95,32 +95,32 @@ def equal_chains(robot: Robot) -> list[list[int]]:
     return chains if len(chains) > 1 and len({len(chain) for chain in chains}) == 1 else []
 
 
-def _first_joint(asked: Asked, chain: list[int]) -> str:
-    return asked.joints[chain[0]]
+def _first_joint(facts: LogFacts, chain: list[int]) -> str:
+    return facts.joints[chain[0]]
 
 
-def turned_positions(asked: Asked) -> Iterator[Case]:
+def turned_positions(facts: LogFacts) -> Iterator[Case]:
     """A position that counts the other way."""
-    for j in asked.moving:
-        words = f"the position of {asked.joints[j]} counts the other way"
-        yield words, Change(scale=asked.where(j)), (j,)
+    for j in facts.moving:
+        words = f"the position of {facts.joints[j]} counts the other way"
+        yield words, Change(scale=facts.where(j)), (j,)
 
 
-def other_angles(asked: Asked) -> Iterator[Case]:
+def other_angles(facts: LogFacts) -> Iterator[Case]:
     """Positions in another unit of angle."""
-    turning = [j for j in asked.moving if asked.robot.revolute[j]]
+    turning = [j for j in facts.moving if facts.robot.revolute[j]]
     for words, factor in ANGLES.items():
         if turning:
-            change = Change(scale=asked.where(dict.fromkeys(turning, factor)))
+            change = Change(scale=facts.where(dict.fromkeys(turning, factor)))
             yield f"the positions are {words}", change, tuple(turning)
     for j in turning if len(turning) > 1 else ():
-        change = Change(scale=asked.where({j: ANGLES["in degrees"]}))
-        yield f"the position of {asked.joints[j]} is in degrees", change, (j,)
+        change = Change(scale=facts.where({j: ANGLES["in degrees"]}))
+        yield f"the position of {facts.joints[j]} is in degrees", change, (j,)
 
 
-def shares_of_travel(asked: Asked) -> Iterator[Case]:
+def shares_of_travel(facts: LogFacts) -> Iterator[Case]:
     """Positions in per cent of each joint's travel."""
-    limits, position = asked.robot.limits, asked.log.motion.position
+    limits, position = facts.robot.limits, facts.log.motion.position
     if not np.isfinite([limits.position_lower, limits.position_upper]).all():
         return
     span, middle = (sign(limits.position_upper, limits.position_lower) for sign in (np.subtract, np.add))
@@ -128,17 +128,17 @@ def shares_of_travel(asked: Asked) -> Iterator[Case]:
         numbers = np.abs(position * unit)
         if LEAST_PERCENT < numbers.max() < PERCENT:
             change = Change(scale=unit * span / 200.0, zero=middle / 2)
-            yield f"the positions are per cent of each joint's travel{words}", change, tuple(asked.moving)
+            yield f"the positions are per cent of each joint's travel{words}", change, tuple(facts.moving)
 
 
-def position_scales(asked: Asked) -> Iterator[Case]:
+def position_scales(facts: LogFacts) -> Iterator[Case]:
     """Positions that are a fraction or a multiple of the angle."""
-    turning = [j for j in asked.moving if asked.robot.revolute[j]]
+    turning = [j for j in facts.moving if facts.robot.revolute[j]]
     for scale in POSITION_SCALES:
         share = f"{digits(1 / scale, 2)} of the angle"
         if len(turning) > 1:
-            change = Change(scale=asked.where(dict.fromkeys(turning, scale)))
+            change = Change(scale=facts.where(dict.fromkeys(turning, scale)))
             yield f"the positions look as if they were about {share} on all joints", change, tuple(turning)
         for j in turning if scale in ONE_SCALE else ():
-            words = f"the positions of {asked.joints[j]} look as if they were about {share}"
-            yield words, Change(scale=asked.where({j: scale})), (j,)
+            words = f"the positions of {facts.joints[j]} look as if they were about {share}"
+            yield words, Change(scale=facts.where({j: scale})), (j,)

@@ -10,13 +10,13 @@ from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import EFFORT
 from ..text_table import digits, percent
-from .asked import Asked
 from .changes import Change, with_gravity
 from .column_names import Family
 from .effort_mistakes import direction_words
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
 from .guess import DECIDED, Guess
+from .log_facts import LogFacts
 from .samples import Sampled, sampled
 from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
 from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
@@ -135,8 +135,8 @@ def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: s
 def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
     n = model.robot.dof
     kinds = SHAPES if by_name else SHAPES | ORDERS
-    asked = Asked(model.robot, reading.log, np.full(n, np.nan), np.ones(n), False)
-    return weigh(reading, asked, kinds)
+    facts = LogFacts(model.robot, reading.log, np.full(n, np.nan), np.ones(n), False)
+    return weigh(reading, facts, kinds)
 
 
 def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Case | None, float]:

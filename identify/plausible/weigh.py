@@ -6,10 +6,10 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from .asked import Asked, Mistake
 from .changes import Change
 from .effort_mistakes import of_gravity
 from .evidence import Evidence, Reading
+from .log_facts import LogFacts, Mistake
 from .mistakes import MOUNTING, TABLE
 from .mounting import found_gravity
 
@@ -121,15 +121,15 @@ class Weighed:
         return case.trust * share if supported else min(case.trust * share, SURE)
 
 
-def weigh(reading: Reading, asked: Asked, kinds: Collection[str] | None = None) -> Weighed:
+def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = None) -> Weighed:
     """All mistakes that a log may have, or some kinds of them, and none."""
     plain = reading.evidence()
     table = [mistake for mistake in TABLE if kinds is None or mistake.name in kinds]
     odds = float(np.log1p(-sum(mistake.prior for mistake in table))) + plain.log_likelihood
-    every = [case for mistake in table for case in _cases(mistake, asked)]
+    every = [case for mistake in table for case in _cases(mistake, facts)]
     cases = _of_efforts(reading, plain, odds, [case for case in every if case.change.of_efforts])
-    asked_always = [case for case in every if case.change.gravity is not None or case.mistake.always]
-    cases += _of_positions(reading, plain, odds, asked_always)
+    always = [case for case in every if case.change.gravity is not None or case.mistake.always]
+    cases += _of_positions(reading, plain, odds, always)
     if suspicious(plain):
         cases += _of_positions(
             reading,
@@ -139,8 +139,8 @@ def weigh(reading: Reading, asked: Asked, kinds: Collection[str] | None = None) 
         )
         # Another direction takes a search: only where much is unexplained, or the masses are contradicted.
         contradicted = plain.drawn and plain.kind > 0
-        if contradicted or plain.trust[asked.moving].min(initial=1.0) < 0.5:
-            cases += _of_positions(reading, plain, odds, _mountings(reading, asked))
+        if contradicted or plain.trust[facts.moving].min(initial=1.0) < 0.5:
+            cases += _of_positions(reading, plain, odds, _mountings(reading, facts))
     return Weighed(plain, odds, tuple(sorted(cases, key=lambda case: -case.odds)))
 
 
@@ -158,17 +158,17 @@ def supported(parts: Sequence[Reading], change: Change) -> bool:
     return True
 
 
-def _cases(mistake: Mistake, asked: Asked) -> list[Case]:
-    cases = list(mistake.cases(asked))
+def _cases(mistake: Mistake, facts: LogFacts) -> list[Case]:
+    cases = list(mistake.cases(facts))
     prior = float(np.log(mistake.prior / max(len(cases), 1)))
     return [
-        Case(mistake, what, change, joints, prior + asked.usual(change)) for what, change, joints in cases
+        Case(mistake, what, change, joints, prior + facts.usual(change)) for what, change, joints in cases
     ]
 
 
-def _mountings(reading: Reading, asked: Asked) -> list[Case]:
-    gravity = found_gravity(reading) if len(asked.moving) > 1 else None
-    cases = [] if gravity is None else of_gravity(asked, gravity)
+def _mountings(reading: Reading, facts: LogFacts) -> list[Case]:
+    gravity = found_gravity(reading) if len(facts.moving) > 1 else None
+    cases = [] if gravity is None else of_gravity(facts, gravity)
     return [Case(MOUNTING, *case, float(np.log(MOUNTING.prior))) for case in cases]
 
 

@@ -1,4 +1,4 @@
-"""What is asked about one log, and a kind of mistake that it may have."""
+"""What is known about one log, and a kind of mistake that it may have."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from .units import encoder_odds, motion_odds
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked about one log.
+class LogFacts:
+    """What is known about one log.
 
     Attributes:
         robot: The arm as described.
@@ -78,16 +78,16 @@ class Mistake:
         name: Identifier.
         prior: Probability that a log has it.
         cure: What to do about it.
-        cases: Its cases in a log.
+        cases: Yields the cases of the mistake that a log may have.
         physical: Whether the diagnosis finds it as a physical effect as well.
         of_sign: Whether signs show it: sizes rest on the described masses, which nobody may have measured.
-        always: Whether it is asked even where bodies explain the log: bodies of any mass may hide it.
+        always: Whether it is weighed even where bodies explain the log: bodies of any mass may hide it.
     """
 
     name: str
     prior: float
     cure: str
-    cases: Callable[[Asked], Iterator[Case]]
+    cases: Callable[[LogFacts], Iterator[Case]]
     physical: bool = False
     of_sign: bool = False
     always: bool = False
