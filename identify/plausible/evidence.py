@@ -31,7 +31,7 @@ SPOILED = 0.1
 """Probability that a joint of a right log leaves more: the tenth."""
 RESOLVED = 0.006
 """Share of a variance below which less says nothing more: a gain off by a seventh leaves as much."""
-PERFECT = 0.003
+PERFECT = 0.006
 """Share of a variance that the best logs of real arms leave."""
 GAINS = np.linspace(-3.0, 3.0, 13)
 """Gains over which the spread of a stated gain is integrated, in its standard deviations."""

@@ -17,7 +17,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 MOST = 200
 """Maximum number of samples that are weighed: a hundred hypotheses are fitted to them."""
-ROOM = 1.0
+ROOM = 0.3
 """Log-likelihood that bodies of any mass must leave to gain, for another reading of the positions to be worth
 a look: right logs of simulated arms leave hundredths."""
 WRONG_MASSES = -1.0
@@ -25,10 +25,12 @@ WRONG_MASSES = -1.0
 them."""
 RIGHT_MASSES = 7.0
 """The same, at most, of the masses of a right description."""
-BESIDE = 1.0
+BESIDE = 0.3
 """By how much that may grow on a joint which a mistake of one or two other joints does not concern."""
 FAR_BEHIND = 7.0
 """Log odds behind the leader from which on a hypothesis is not looked at any closer: a thousandth."""
+HOPELESS = 3.0
+"""The same of the most that a hypothesis could reach, from which on it is not computed: one in twenty."""
 DISAGREES = -1.0
 """Log odds of a mistake over none in a part of the data, from which on that part speaks against it."""
 SURE = 0.95
@@ -186,7 +188,8 @@ def _of_efforts(reading: Reading, plain: Evidence, odds: float, cases: Iterable[
 def _at_best(plain: Evidence, case: Case) -> np.ndarray:
     """The most that masses may add to each joint without a mistake, shape (k, n)."""
     most = np.where(plain.by_masses.max(axis=0) < 0.0, RIGHT_MASSES, plain.by_masses.max(axis=0) + BESIDE)
-    most[list(case.joints)] = RIGHT_MASSES
+    concerned = list(case.joints)
+    most[concerned] = np.maximum(most[concerned], RIGHT_MASSES)
     return np.broadcast_to(most, plain.by_masses.shape)
 
 
@@ -203,8 +206,13 @@ def _of_positions(reading: Reading, plain: Evidence, odds: float, cases: Iterabl
     judged = []
     motions: dict[bytes, Reading] = {}  # one motion for several orders of efforts
     for case in cases:
+        masses = _at_best(plain, case)
+        best = case.judged(plain.with_room(masses))
+        if best.odds < odds - HOPELESS:
+            judged.append(best)
+            continue
         other = _read(reading, case.change, motions)
-        best = case.judged(other.at_best(_at_best(plain, case)))
+        best = case.judged(other.at_best(masses))
         if best.odds > odds - FAR_BEHIND:
             best = case.judged(other.evidence(case.change.factor))
         judged.append(best)
