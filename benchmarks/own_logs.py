@@ -8,7 +8,8 @@ torque of the joint, a gain by more than a factor of two or of the wrong sign. C
 text, page, JSON and robot.toml of one fit give under one name, and that differ.
 
 Mistakes, each in a simulated log that is right without it: whether what init, import, identify or gap print
-names the cure, in words that the right log does not get. --quick takes a few of everything; --resume FILE
+names the cure, in words that the right log does not get. Hidden effects: right logs with an effect that no
+description has, and whether a mistake is suspected of them. --quick takes a few of everything; --resume FILE
 keeps each case and goes on from there.
 """
 
@@ -27,6 +28,7 @@ from parts.own_logs.commands import proposal_of, run, run_next
 from parts.own_logs.contradictions import contradictions, in_fit, in_page, in_robot, in_text
 from parts.own_logs.engine import AS_RECORDED
 from parts.own_logs.foreign import foreign
+from parts.own_logs.hidden_effects import hidden_effects
 from parts.own_logs.logs import Log, public
 from parts.own_logs.mistakes import MISTAKES
 from parts.own_logs.more_mistakes import MORE, in_mujoco
@@ -135,13 +137,14 @@ def main() -> None:
     chosen = taken.parse_args()
     kept = Kept(chosen.resume)
     share = kept.of(f"{'quick ' * chosen.quick}share of the check", lambda: check_share(chosen.quick))
+    hidden = kept.of(f"{'quick ' * chosen.quick}hidden effects", lambda: hidden_effects(chosen.quick))
     right, wrong = mistakes(kept, chosen.quick)
     sets, logs = recordings(kept, chosen.quick), right_logs(kept, chosen.quick)
     show_recordings(sets)
     show_logs([*logs, *right])
     show_mistakes(wrong)
     table = show_statements([*sets, *logs, *right, *wrong])
-    figures = summary(sets, logs, right, wrong) | share
+    figures = summary(sets, logs, right, wrong) | share | hidden
     show("Summary", ["figure", "value"], list(map(list, figures.items())))
     cases = {"sets": sets, "logs": logs, "right": right, "mistakes": wrong}
     save(chosen.json, figures | {"calibration": table, "cases": cases})

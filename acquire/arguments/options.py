@@ -29,9 +29,7 @@ PLAN = Option("plan TRAJECTORY", "trajectory file (.toml) of exidyn excite", Pat
 NAME = Option("--name NAME", "what to call the run; default: the name of the file")
 SPEED = Option("--speed PERCENT", "of the planned one; default: 100", percent, 1.0)
 VALIDATE = Option("--validate RUN...", "runs that are only predicted", Path, [])
-AS_RECORDED = Option(
-    "--as-recorded", "take columns, units and signs as they are stated, though they cannot be right"
-)
+AS_RECORDED = Option("--as-recorded", "take columns, units and signs as they are stated, without a check")
 NO_COLLISION = Option("--no-collision", "do not look at the arm's geometry and at obstacles")
 CELL = Option("--region --cell FILE", "TOML with [[obstacle]] and [[region]] rows, see docs", Path)
 PACKAGES = Option("--packages FOLDER...", "where meshes are", Path, [], repeated=True)

@@ -62,7 +62,7 @@ def diagnosed(
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
         before: Shapes that an earlier diagnosis of some of these runs has found.
-        as_recorded: Take columns, units and signs as they are stated, however unlikely.
+        as_recorded: Take columns, units and signs as they are stated, without a check.
 
     Raises:
         DifferentRobot: A run of another robot.

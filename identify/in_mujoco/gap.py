@@ -78,7 +78,7 @@ def gap(
         commands: "position" or "torque"; what file and runs have, by default.
         filtering: Filters; chosen from the data where none is given.
         progress: Called with a sentence at each stage.
-        as_recorded: Take columns, units and signs as they are stated, however unlikely.
+        as_recorded: Take columns, units and signs as they are stated, without a check.
 
     Raises:
         RecordingError: No run is held out.
