@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -160,14 +161,17 @@ def import_command(given: Namespace) -> None:
     stems = distinct_stems([recording.name for recording in recordings], "run")
     paths = [given.output] if single else [given.output / f"{stem}.mcap" for stem in stems]
     written = dict(zip(paths, recordings, strict=True))
+    tables = []
     for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
         for doubt in _servo_doubts(given, recording):
             print(f"warning: {recording.name}: {doubt}", file=sys.stderr)
-        if model is not None and (suspicion := suspect([recording], recording.model)) is not None:
+        suspicion = suspect([recording], recording.model) if model is not None else None
+        if suspicion is not None:
             print(f"warning: {recording.name}: {suspicion}", file=sys.stderr)
-    tables = [recording_table(recording) | {"written": str(path)} for path, recording in written.items()]
+        suspected = None if suspicion is None else asdict(suspicion)
+        tables.append(recording_table(recording) | {"written": str(path), "suspicion": suspected})
     page = "\n".join(_line(recording, path) for path, recording in written.items())
     hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
 

@@ -101,7 +101,7 @@ def _told(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> Suspic
             probability = SURE
         names = tuple(joints[j] for j in best.joints)
         mistake = best.mistake
-        return Suspicion(mistake.name, names, best.what, mistake.cure, probability, mistake.physical)
+        return Suspicion(mistake.name, names, best.what, mistake.cure, probability)
     return _none_of_these(parts, facts)
 
 

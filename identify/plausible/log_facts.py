@@ -79,7 +79,6 @@ class Mistake:
         prior: Probability that a log has it.
         cure: What to do about it.
         cases: Yields the cases of the mistake that a log may have.
-        physical: Whether the diagnosis finds it as a physical effect as well.
         of_sign: Whether signs show it: sizes rest on the described masses, which nobody may have measured.
         always: Whether it is weighed even where bodies explain the log: bodies of any mass may hide it.
     """
@@ -88,6 +87,5 @@ class Mistake:
     prior: float
     cure: str
     cases: Callable[[LogFacts], Iterator[Case]]
-    physical: bool = False
     of_sign: bool = False
     always: bool = False

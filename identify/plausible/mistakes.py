@@ -71,8 +71,8 @@ TABLE = (
         "another_arm", 0.005, "give the description of the arm that was recorded, and its gains", another_arm
     ),
     Mistake("no_gravity", 0.004, NO_GRAVITY, no_gravity),
-    Mistake("upside_down", 0.003, GRAVITY, upside_down, physical=True, of_sign=True),
+    Mistake("upside_down", 0.003, GRAVITY, upside_down, of_sign=True),
 )
 """All kinds. Each prior is a judgment of how many logs in a thousand have it; together a tenth."""
-MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda facts: iter(()), physical=True)
+MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda facts: iter(()))
 """An arm that stands otherwise: its direction takes a search, made where much is not explained."""

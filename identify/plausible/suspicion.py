@@ -22,7 +22,6 @@ class Suspicion:
         cure: What to do about it.
         probability: That it is this mistake, rather than none, another of the table, or something that is not
             listed; None where it is not known.
-        physical: Whether the diagnosis finds it as a physical effect as well: a base that leans.
     """
 
     name: str
@@ -30,7 +29,6 @@ class Suspicion:
     what: str
     cure: str
     probability: float | None
-    physical: bool = False
 
     def __str__(self) -> str:
         """One sentence."""
