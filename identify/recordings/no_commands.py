@@ -14,6 +14,8 @@ FOLLOWS = 0.5
 """Correlation of commands and positions, below which a joint does not follow."""
 STEPS = 0.8
 """Correlation with the steps of positions, from which on commands are these."""
+PROPORTIONAL = 0.98
+"""The same of commands that are the steps times a rate or a unit: no lag of a joint is as exact."""
 ALIKE = 3.0
 """Factor by which commands may be larger or smaller than the steps that they are. A joint that lags by a
 quarter of a period goes with the commands' derivative as well, but its steps are far smaller."""
@@ -45,7 +47,7 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
     steps = np.diff(position, axis=0)
     alike = max(float(np.median(_correlation(command[k : len(steps) + k], steps))) for k in (0, 1))
     larger = float(np.median(command.std(axis=0) / np.maximum(steps.std(axis=0), 1e-300)))
-    if alike > STEPS and 1 / ALIKE < larger < ALIKE:
+    if alike > PROPORTIONAL or (alike > STEPS and 1 / ALIKE < larger < ALIKE):
         return (
             "commands do not follow the positions: they look like steps to the next position. If these were "
             "the goals of the servos, add to each the position from which it starts"

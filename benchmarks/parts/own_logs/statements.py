@@ -50,14 +50,19 @@ def of_init(where: str, proposal: Mapping[str, Any], known: Known) -> list[State
     """All guesses of init, from its JSON."""
     return [
         Statement(
-            where, f"{guess['what']}: {guess['value']}", guess["probability"], judged(guess, proposal, known)
+            where,
+            f"{guess['what']}: {guess['value']}",
+            guess["probability"],
+            judged(guess, proposal, known, where),
         )
         for guess in proposal["guesses"]
     ]
 
 
-def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) -> bool | None:
-    """Whether a guess of init is true."""
+def judged(
+    guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known, where: str = ""
+) -> bool | None:
+    """Whether a guess of init about a log is true."""
     what, value = guess["what"], guess["value"]
     if what in ("unit of time", "unit of position", "unit of velocity"):
         signal = what.removeprefix("unit of ")
@@ -78,6 +83,8 @@ def judged(guess: Mapping[str, Any], proposal: Mapping[str, Any], known: Known) 
         pattern = re.sub(r"\\\{\w+\\\}", ".+", re.escape(value))  # of q{number}
         return None if truth is None else all(re.fullmatch(pattern, name) for name in truth)
     if what == "direction of gravity":
+        if value.startswith("none"):
+            return "without gravity" in where if known.gravity else None
         return upright(value) if known.gravity else None
     return None
 

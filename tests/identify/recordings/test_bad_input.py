@@ -184,14 +184,23 @@ def test_gains_without_a_known_payload_are_refused(folder, capsys):
     assert "give --payload RUN --mass KG" in text
 
 
-def test_a_payload_run_without_mass_is_refused(folder, capsys):
-    empty, full = write(folder, RUN, loaded())
+def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
+    unknown = replace(RUN.robot, drive_gain=np.ones(2))
+    runs = [replace(run, model=replace(run.model, robot=unknown)) for run in (RUN, loaded())]
+    empty, full = write(folder, *runs)
     text = refused(["identify", empty, "--payload", full], capsys)
-    assert "gives the mass of the payload. Add --mass KG behind it" in text
+    assert "gives the mass of the payload" in text
+    assert "Add --mass KG behind it, or state the drives" in text
     text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
     assert "com given without --mass" in text
-    [silent] = write(folder, loaded(KnownPayload("L")))
+    [silent] = write(folder, replace(runs[1], payload=KnownPayload("L")))
     assert "Add --mass KG" in refused(["identify", empty, "--payload", silent], capsys)
+
+
+def test_a_payload_without_mass_is_identified_where_gains_are_known(folder, capsys):
+    empty, full = write(folder, RUN, loaded())
+    assert main(["identify", empty, "--payload", full]) == 0
+    assert "payload L" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("mass", ["0", "-3", "nan"])
