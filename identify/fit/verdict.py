@@ -283,8 +283,19 @@ def payload_centres(fit: Fit) -> list[str]:
         if mass is not None and mass > 0.0:
             axes = [f"{axis.lower()} {_coordinate(fit, body, axis, mass)}" for axis in "XYZ"]
             at = ", ".join(axes)
-            sentences.append(f"payload {body.payload}: centre of mass in the flange's frame [m]: {at}")
+            weight = _mass_words(fit, f"M{body.payload}", mass)
+            sentences.append(
+                f"payload {body.payload}: {weight}, center of mass in the flange's frame [m]: {at}"
+            )
     return sentences
+
+
+def _mass_words(fit: Fit, name: str, mass: float) -> str:
+    """A mass [kg], with half of its 95 % interval where it was estimated."""
+    if name not in fit.names:
+        return f"{digits(mass)} kg"
+    std = float(np.sqrt(fit.estimate.covariance[fit.names.index(name), fit.names.index(name)]))
+    return f"{digits(mass)} \N{PLUS-MINUS SIGN} {digits(NORMAL_95 * std, 2)} kg"
 
 
 def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:

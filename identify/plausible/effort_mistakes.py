@@ -103,7 +103,7 @@ def wrong_gears(facts: LogFacts) -> Iterator[Case]:
 def _off_alike(facts: LogFacts, group: tuple[int, ...], words: str) -> Iterator[Case]:
     logs = np.log(facts.ratio[list(group)])
     logs = logs[np.isfinite(logs)]
-    if len(logs) >= min(2, len(group)) and abs(np.median(logs)) > FAR:
+    if len(logs) and abs(np.median(logs)) > FAR:
         factor = float(np.exp(np.median(logs)))
         names = facts.joints[group[0]] + (f" to {facts.joints[group[-1]]}" if len(group) > 1 else "")
         change = Change(factor=facts.where(dict.fromkeys(group, factor)))

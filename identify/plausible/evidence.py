@@ -178,9 +178,10 @@ class Reading:
         each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
         return np.array(each).T
 
-    def at_best(self, by_masses: np.ndarray) -> Evidence:
-        """The evidence if the masses added as much as `by_masses`, shape (k, n)."""
-        return Evidence(self.by_bodies(np.ones(self.model.robot.dof)), by_masses, self.pieces, True)
+    def at_best(self, by_masses: np.ndarray, factor: np.ndarray | None) -> Evidence:
+        """The evidence of efforts times a factor (n,) if the masses added `by_masses`, shape (k, n)."""
+        factor = np.ones(self.model.robot.dof) if factor is None else factor
+        return Evidence(self.by_bodies(factor), by_masses, self.pieces, True)
 
     def evidence(self, factor: np.ndarray | None = None) -> Evidence:
         """Evidence of the efforts, each times a factor (n,) with its sign."""

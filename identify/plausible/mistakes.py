@@ -23,6 +23,7 @@ from .log_facts import Mistake
 from .position_mistakes import (
     exchanged_chains,
     exchanges,
+    gear_ratios,
     orders,
     other_angles,
     position_scales,
@@ -39,6 +40,7 @@ UNIT = (
 )
 TRAVEL = 'state it: [position] unit = "%" in a preset'
 SCALE = "state it: [position] scale in a preset"
+GEAR = "state it: [drive] gear_ratio in robot.toml, or scale in a preset"
 STATE = "state it: [current] or [torque] unit in a preset, or [drive] gain"
 GRAVITY = "state it: gravity in robot.toml"
 NO_GRAVITY = "state it: gravity = [0, 0, 0] in robot.toml"
@@ -56,6 +58,7 @@ TABLE = (
     Mistake("position_unit", 0.005, UNIT, other_angles),
     Mistake("percent_of_travel", 0.004, TRAVEL, shares_of_travel, always=True),
     Mistake("position_scale", 0.002, SCALE, position_scales),
+    Mistake("gear_ratio", 0.002, GEAR, gear_ratios),
     Mistake("effort_sign", 0.005, TURN, turned_efforts(1), of_sign=True),
     Mistake("two_effort_signs", 0.001, TURN, turned_efforts(2), of_sign=True),
     Mistake("all_effort_signs", 0.005, TURN, all_turned, of_sign=True),
@@ -63,7 +66,7 @@ TABLE = (
     Mistake("one_effort_unit", 0.002, STATE, one_effort_unit),
     Mistake("unknown_effort_unit", 0.001, STATE, unknown_unit),
     Mistake("effort_group", 0.001, STATE, effort_groups),
-    Mistake("gear_ratio", 0.002, STATE, wrong_gears),
+    Mistake("drive_constant", 0.002, STATE, wrong_gears),
     Mistake("torque_constants", 0.004, STATE, torque_constants),
     Mistake("motor_side", 0.008, MOTOR_SIDE, motor_side),
     Mistake("servo_gain", 0.02, SERVO, servo_gains),

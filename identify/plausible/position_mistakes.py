@@ -131,6 +131,16 @@ def shares_of_travel(facts: LogFacts) -> Iterator[Case]:
             yield f"the positions are per cent of each joint's travel{words}", change, tuple(facts.moving)
 
 
+def gear_ratios(facts: LogFacts) -> Iterator[Case]:
+    """A gear ratio of one joint that is another than stated: its position and its effort are off."""
+    for j in facts.moving:
+        for scale in ONE_SCALE:
+            change = Change(scale=facts.where({j: scale}), factor=facts.where({j: 1.0 / scale}))
+            share = digits(1.0 / scale, 2)
+            words = f"the gear ratio of {facts.joints[j]} is about {share} times that stated"
+            yield f"{words}: positions and efforts are off", change, (j,)
+
+
 def position_scales(facts: LogFacts) -> Iterator[Case]:
     """Positions that are a fraction or a multiple of the angle."""
     turning = [j for j in facts.moving if facts.robot.revolute[j]]

@@ -14,6 +14,10 @@ FOLLOWS = 0.5
 """Correlation of commands and positions, below which a joint does not follow."""
 STEPS = 0.8
 """Correlation with the steps of positions, from which on commands are these."""
+SMALL = 0.2
+"""Spread of commands over that of positions, below which they are no goals."""
+CHANGING = 0.5
+"""Share of the samples in which commands change, from which on they are a motion."""
 PROPORTIONAL = 0.98
 """The same of commands that are the steps times a rate or a unit: no lag of a joint is as exact."""
 ALIKE = 3.0
@@ -44,6 +48,13 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
             return f"commands are the {which.get(shift, f'positions {shift} samples later')}: {NO_EFFORT}"
     if np.any(_correlation(command, position) > FOLLOWS):
         return ""
+    # Commands that mostly stand still may hold a joint that falls.
+    changing = np.mean(np.any(np.diff(command, axis=0) != 0.0, axis=1)) > CHANGING
+    if changing and np.median(command.std(axis=0) / position.std(axis=0)) < SMALL:
+        return (
+            "commands do not follow the positions, and move far less: they look like steps, or like goals "
+            "relative to the position. If so, add to each the position from which it starts"
+        )
     steps = np.diff(position, axis=0)
     alike = max(float(np.median(_correlation(command[k : len(steps) + k], steps))) for k in (0, 1))
     larger = float(np.median(command.std(axis=0) / np.maximum(steps.std(axis=0), 1e-300)))

@@ -87,11 +87,12 @@ def _burst(stamps: np.ndarray) -> np.ndarray:
 
 
 def _two_runs(columns: Columns) -> Columns:
-    """Two halves in one file, each with a time that begins at zero."""
-    half = len(columns["t"]) // 2
-    return columns | {
-        "t": columns["t"] - np.where(np.arange(len(columns["t"])) < half, 0.0, columns["t"][half])
-    }
+    """Two pieces in one file that do not follow each other, each with a time that begins at zero."""
+    count = len(columns["t"])
+    first, second = np.arange(2 * count // 5), np.arange(3 * count // 5, count)
+    pieces = {name: (values[first], values[second]) for name, values in columns.items()}
+    pieces["t"] = tuple(stamps - stamps[0] for stamps in pieces["t"])
+    return {name: np.concatenate(pair) for name, pair in pieces.items()}
 
 
 def _loaded() -> Columns:

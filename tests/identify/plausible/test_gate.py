@@ -126,7 +126,7 @@ def test_mistakes_of_two_signs_and_of_scales_are_named():
 def test_efforts_of_a_group_are_off_together():
     factor = np.where(np.arange(ARM.dof) < 3, 1.0, 8.0)
     suspicion = suspect([recording(current=LOG.current * factor)], LOG.model)
-    assert suspicion is None or suspicion.name in ("effort_group", "gear_ratio", "one_effort_unit")
+    assert suspicion is None or suspicion.name in ("effort_group", "drive_constant", "one_effort_unit")
 
 
 def test_efforts_without_the_weight_of_the_arm_are_named():
