@@ -64,9 +64,7 @@ def gain_of(likely: Likelihood) -> Gain:
     if not likely.known:
         return Gain()
     usual = likely.gains
-    forward, backward = (
-        likely.at(usual, sign, KINDS[0] if likely.described else ANY) for sign in (1.0, -1.0)
-    )
+    forward, backward = (_by_masses(likely, sign) for sign in (1.0, -1.0))
     odds = mean_of_logs(forward) - mean_of_logs(backward)
     positive = float(1 / (1 + np.exp(-np.clip(odds, -99, 99))))
     if not likely.described:
@@ -80,6 +78,16 @@ def gain_of(likely: Likelihood) -> Gain:
     if int(np.argmax(better)) in (0, len(better) - 1):  # the best lies beyond: what is weighed is no answer
         return Gain(positive=positive, torque=torque, against=against)
     return Gain(float(np.sign(odds) * np.exp(middle)), relative, positive, torque, against)
+
+
+def _by_masses(likely: Likelihood, sign: float) -> np.ndarray:
+    """Log-likelihood of the usual gains of a sign, by masses that are a drawing's or rough, (g,)."""
+    if not likely.described:
+        return likely.at(likely.gains, sign, ANY)
+    kinds = [
+        np.log(kind.probability) + likely.at(likely.gains, sign, kind) for kind in KINDS if kind.described
+    ]
+    return np.asarray(np.logaddexp.reduce(kinds))
 
 
 def effort_odds(every: Sequence[Gain], called: str) -> dict[str, float]:

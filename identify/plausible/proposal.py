@@ -230,9 +230,9 @@ def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarra
 
 
 def _are_flags(values: np.ndarray) -> bool:
-    """Whether columns (t, n) are 0 or 1 and both, as of a motor that is on or off: no effort is."""
+    """Whether columns (t, n) are 0 or 1, not 0 throughout, as of a motor that is on or off: no effort is."""
     known = values[np.isfinite(values)]
-    return set(np.unique(known).tolist()) == {0.0, 1.0}
+    return set(np.unique(known).tolist()) in ({1.0}, {0.0, 1.0})
 
 
 def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:

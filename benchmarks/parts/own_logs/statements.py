@@ -67,6 +67,8 @@ def judged(
     if what in ("unit of time", "unit of position", "unit of velocity"):
         signal = what.removeprefix("unit of ")
         truth = getattr(known, signal)
+        if truth == "?":
+            return proposal["units"][signal] not in UNITS[signal].values()
         return proposal["units"][signal] == truth if truth else None
     if what.startswith("unit of "):
         needs_gain = value not in (TORQUE, AGAINST)
@@ -126,7 +128,8 @@ def altered(known: Known, right: Mapping[str, np.ndarray], log: Mapping[str, np.
     gain, effort = known.gain, known.effort
     if gain is not None and effort in ("torque", "current"):
         gain = gain / factors[effort] * np.sign(np.nan_to_num(factors["position"], nan=1.0))
-        kind = "torque" if np.allclose(np.abs(np.nan_to_num(gain, nan=1.0)), 1.0) else "current"
+        same = np.isfinite(gain)
+        kind = effort if not same.any() else "torque" if np.allclose(np.abs(gain[same]), 1.0) else "current"
         columns[kind] = columns.pop(effort)
         effort = kind
     if gain is not None and effort == "command":
