@@ -17,6 +17,7 @@ from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
 from .log_facts import LogFacts
+from .mistakes import MOUNTING
 from .sampled_runs import sampled_torques
 from .samples import joined
 from .suspicion import NONE_OF_THESE, Suspicion
@@ -97,7 +98,9 @@ def _told(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> Suspic
     probability, joints = weighed.probability, facts.joints
     if probability > LIKELY:
         best = weighed.cases[0]
-        if probability > SURE and not supported(parts, best.change):
+        # A direction was searched for in the same data, which then speak for it.
+        searched = best.mistake is MOUNTING
+        if probability > SURE and (searched or not supported(parts, best.change)):
             probability = SURE
         names = tuple(joints[j] for j in best.joints)
         mistake = best.mistake
