@@ -40,6 +40,7 @@ from parts.own_logs.statements import of_init
 from parts.own_logs.tables import show_logs, show_mistakes, show_recordings, show_statements, summary
 from parts.own_logs.walk_mistake import walk_mistake, walk_right
 
+from exidyn.identify.errors import RobotError
 from exidyn.identify.robot_files.robot_file import read_model
 
 Case = dict[str, Any]
@@ -80,11 +81,15 @@ def fitted(then: str, folder: Path, name: str) -> Case:
     table = json.loads((fit / "fit.json").read_text())
     numbers = [*in_text(done.out), *in_page((fit / "report.html").read_text()), *in_fit(table)]
     exported = run("export", fit / "fit.json", "--to", "toml", "-o", folder / "identified.toml")
+    unreadable = ""
     if not exported.code:
-        numbers += in_robot(read_model(folder / "identified.toml"), table)
+        try:
+            numbers += in_robot(read_model(folder / "identified.toml"), table)
+        except RobotError as error:
+            unreadable = f"export: {error}"
     faults, compared = contradictions(numbers)
     residual = float(np.median(table["agreement"][0]["relative"]))
-    return {"residual": residual, "contradicting": faults, "compared": compared}
+    return {"residual": residual, "contradicting": faults, "compared": compared, "failed": unreadable}
 
 
 QUICK_MISTAKES = ("currents of joints 2 and 3 exchanged", "currents in mA")
