@@ -31,7 +31,8 @@ def hidden_effects(quick: bool) -> dict[str, object]:
         for claim in claims_about([Recording(name, model, signals)], model):
             suspected.append(f"{name}: {claim.text}")
             certain += [name] * (claim.probability > CERTAIN)
-    return {"hidden_effects": count, "hidden_suspected": suspected, "hidden_certain": len(certain)}
+    print("\n".join(suspected))
+    return {"hidden_effects": count, "hidden_suspected": len(suspected), "hidden_certain": len(certain)}
 
 
 def _effects(motion: Motion, model: Model, joints: range) -> Iterator[tuple[str, np.ndarray]]:
