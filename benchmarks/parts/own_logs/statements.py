@@ -82,6 +82,8 @@ def judged(
         return all(_in_order(_names(proposal, signal), names) for signal, names in known.columns.items())
     if what in ("position", *EFFORT):
         truth = known.columns.get(what if what == "position" else known.effort)
+        if truth is not None and " to " in value:  # columns without names
+            return bool(value == f"{truth[0]} to {truth[-1]}")
         pattern = re.sub(r"\\\{\w+\\\}", ".+", re.escape(value))  # of q{number}
         return None if truth is None else all(re.fullmatch(pattern, name) for name in truth)
     if what == "direction of gravity":
