@@ -25,7 +25,7 @@ def hidden_effects(quick: bool) -> dict[str, object]:
     """Right logs with a hidden effect, and how many a mistake is suspected of, and how many surely."""
     motion, model = fourier(SIX.middle, np.arange(0.0, SECONDS, 1 / RATE), 4, 0.3), model_of(SIX)
     suspected, certain, count = [], [], 0
-    for name, torque in _effects(motion, model, range(1, 6, 3) if quick else range(6)):
+    for name, torque in list(_effects(motion, model))[:: 7 if quick else 1]:
         signals = {"position": Signal(motion.time, motion.position), "torque": Signal(motion.time, torque)}
         count += 1
         for claim in claims_about([Recording(name, model, signals)], model):
@@ -35,11 +35,11 @@ def hidden_effects(quick: bool) -> dict[str, object]:
     return {"hidden_effects": count, "hidden_suspected": len(suspected), "hidden_certain": len(certain)}
 
 
-def _effects(motion: Motion, model: Model, joints: range) -> Iterator[tuple[str, np.ndarray]]:
+def _effects(motion: Motion, model: Model) -> Iterator[tuple[str, np.ndarray]]:
     rng, torque = np.random.default_rng(4), torques(SIX, motion)
     position, direction = motion.position, np.tanh(motion.velocity / 0.02)
     size = torque.std(axis=0)
-    for j in joints:
+    for j in range(torque.shape[1]):
         other = (j + 1) % torque.shape[1]
         terms = {
             "hose": 1.5 * np.sin(2.0 * position[:, j] + 1.0),
