@@ -25,7 +25,7 @@ def hidden_effects(quick: bool) -> dict[str, object]:
     """Right logs with a hidden effect, and how many a mistake is suspected of, and how many surely."""
     motion, model = fourier(SIX.middle, np.arange(0.0, SECONDS, 1 / RATE), 4, 0.3), model_of(SIX)
     suspected, certain, count = [], [], 0
-    for name, torque in list(_effects(motion, model))[:: 7 if quick else 1]:
+    for name, torque in list(_effects(motion, model))[:: 14 if quick else 1]:
         signals = {"position": Signal(motion.time, motion.position), "torque": Signal(motion.time, torque)}
         count += 1
         for claim in claims_about([Recording(name, model, signals)], model):
