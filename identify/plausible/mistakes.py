@@ -70,9 +70,7 @@ TABLE = (
     Mistake("torque_constants", 0.004, STATE, torque_constants),
     Mistake("motor_side", 0.008, MOTOR_SIDE, motor_side),
     Mistake("servo_gain", 0.02, SERVO, servo_gains),
-    Mistake(
-        "another_arm", 0.005, "give the description of the arm that was recorded, and its gains", another_arm
-    ),
+    Mistake("another_arm", 0.005, DESCRIBE, another_arm),
     Mistake("no_gravity", 0.004, NO_GRAVITY, no_gravity),
     Mistake("upside_down", 0.003, GRAVITY, upside_down, of_sign=True),
 )
