@@ -107,7 +107,6 @@ def _load_dependent(model: Model) -> Iterator[Candidate]:
     name = "load_dependent_friction"
     for one in on_each_joint(model, name, KINDS[name], with_preload):
         yield one
-        assert one.reshaped is not None
         if loads[one.joints[0]] > 0.0:
             yield one.reshaped({"preload": PRELOADED * float(loads[one.joints[0]])})
 

@@ -136,7 +136,7 @@ def of_effect(
         lower=_lower(model, parameters, kind.reducible),
         shape={key: float(getattr(effect, key)) for key in (*bounds, *waves) if key in own},
         bounds=bounds,
-        reshaped=reshaped,
+        reshape=reshaped,
         instance=effect,
         prior=_prior(model, parameters),
         rows=None if coupled(robot) else tuple(joints),
@@ -172,7 +172,6 @@ def _with_turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
         return np.concatenate([candidate.columns(run), turns], axis=2)
 
     def reshaped(given: Mapping[str, float]) -> Candidate:
-        assert candidate.reshaped is not None
         return _with_turning(model, joint, candidate.reshaped(given))
 
     return replace(
@@ -183,5 +182,5 @@ def _with_turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
         lower=(*candidate.lower, *(-np.inf,) * TURNS),
         proportion=(1.0, *(REVERSAL_STD,) * TURNS),
         led=1,
-        reshaped=reshaped,
+        reshape=reshaped,
     )

@@ -59,11 +59,16 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
         for waves, among in _peaks(position[:, joint], left[:, joint], fastest):
             harmonic, step = waves / turns[joint], fastest / among / turns[joint]
             effect = EFFECTS[NAME](joints=(name,), harmonic=harmonic)  # type: ignore[call-arg]
-            bounds = {"harmonic": Shape("1", harmonic - step, harmonic + step)}
-            kind = f"wave {round(harmonic / step)}"
-            yield replace(
-                of_effect(model, NAME, effect, KINDS[NAME], (joint,)), among=among, bounds=bounds, kind=kind
-            )
+            known = {
+                "among": among,
+                "bounds": {"harmonic": Shape("1", harmonic - step, harmonic + step)},
+                "kind": f"wave {round(harmonic / step)}",
+            }
+
+            def of_peak(candidate: Candidate, effect: Effect, known: Mapping[str, Any] = known) -> Candidate:
+                return replace(candidate, **known)
+
+            yield of_effect(model, NAME, effect, KINDS[NAME], (joint,), of_peak)
 
 
 def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:

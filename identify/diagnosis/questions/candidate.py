@@ -1,7 +1,7 @@
 """Candidate: one physical effect on certain joints, as columns that might explain what remains."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Candidate:
     lower: tuple[float, ...]  # smallest value that physics allows each coefficient, not above 0
     shape: Mapping[str, float] = field(default_factory=dict)  # nonlinear parameters
     bounds: Mapping[str, Shape] = field(default_factory=dict)  # their bounds, where they may be refined
-    reshaped: Callable[[Mapping[str, float]], "Candidate"] | None = None  # the same in another shape
+    reshape: Callable[[Mapping[str, float]], "Candidate"] | None = None  # the same effect in another shape
     instance: Effect | None = None  # what to add to a model, if an effect of its kind
     rows: tuple[int, ...] | None = None  # joints whose motors it moves; None for all
     smooth: bool = False  # whether its torque is no more abrupt than the motion
@@ -74,6 +74,12 @@ class Candidate:
     def key(self) -> tuple[str, tuple[int, ...], str]:
         """What it is and where; shapes of one key are one hypothesis."""
         return self.effect, self.joints, self.kind
+
+    def reshaped(self, shape: Mapping[str, float]) -> "Candidate":
+        """The same hypothesis in another shape: what identifies it never depends on the shape."""
+        if self.reshape is None:
+            raise TypeError(f"{self.effect} has no shape")
+        return replace(self.reshape(shape), effect=self.effect, joints=self.joints, kind=self.kind)
 
     @property
     def which(self) -> str:

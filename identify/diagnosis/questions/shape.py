@@ -135,7 +135,6 @@ def with_shape(
 
 def reshaped(candidate: Candidate, shape: dict[str, float]) -> Candidate:
     """The candidate with some numbers of its shape changed."""
-    assert candidate.reshaped is not None
     own = {name: candidate.shape[name] for name in candidate.bounds}
     return replace(candidate.reshaped(own | shape), among=candidate.among)
 
@@ -159,9 +158,8 @@ def asked_again(every: Sequence[Candidate], before: Sequence[Shaped]) -> Iterato
 
     The grid is too coarse for a resonance that is hardly damped: between its places none comes near.
     """
-    by_key = {one.key: one for one in every if one.bounds and one.reshaped is not None}
+    by_key = {one.key: one for one in every if one.bounds and one.reshape is not None}
     for one in before:
         alike = by_key.get((one.effect, one.joints, one.kind))
         if alike is not None and set(one.shape) == set(alike.bounds):
-            assert alike.reshaped is not None
             yield alike.reshaped(one.shape)

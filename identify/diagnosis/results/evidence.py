@@ -156,7 +156,6 @@ def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, fl
 
 def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
     """The candidate with a little more of one number of its shape."""
-    assert candidate.reshaped is not None
     shape = {key: candidate.shape[key] for key in candidate.bounds}
     return candidate.reshaped(shape | {name: shape[name] + more})
 

@@ -104,7 +104,6 @@ def _measured(problem: Problem, prediction: Prediction) -> list[Selected]:
 
 def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) -> Selected | None:
     """What was measured otherwise, with its torque; None where blocks do not show that."""
-    assert measured.reshaped is not None
     candidate = measured.reshaped(measured.shape)
     for answer in ask(prediction, [(candidate, Thinned.of(candidate, problem.runs))]):
         best = refined(prediction, answer, problem.runs)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis.candidates import hypotheses
+from exidyn.identify.diagnosis.candidates import candidates, hypotheses
 from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
 from exidyn.identify.diagnosis.questions.candidate import Thinned
+from exidyn.identify.diagnosis.questions.shape import reshaped
 from exidyn.identify.diagnosis.results.evidence import places_of
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.diagnosis.search.problem import Problem
@@ -116,3 +117,21 @@ def test_peaks_are_where_the_waves_are_and_as_many_as_a_range_distinguishes():
     # As well as the range distinguishes waves; what is found is refined.
     assert found == pytest.approx([30.65, 211.3], abs=2 * np.pi / 2.5)
     assert peaks[0][1] == int(600.0 / (2 * np.pi / 2.5))
+
+
+def test_waves_of_one_joint_stay_apart_when_their_shape_is_refined():
+    problem = runs(7.0, 0.3)
+    waves = list(ripples(problem.model, problem.without_findings, problem.runs))
+    assert len({wave.key for wave in waves}) == len(waves) > 1
+    for wave in waves:
+        moved = reshaped(wave, {"harmonic": wave.shape["harmonic"] + 1e-3})
+        assert moved.key == wave.key
+        assert (moved.among, dict(moved.bounds)) == (wave.among, dict(wave.bounds))
+
+
+def test_the_shape_never_changes_which_hypothesis_it_is_of():
+    shaped = [one for one in candidates(geared()) if one.bounds]
+    assert len({one.effect for one in shaped}) > 5
+    for candidate in shaped:
+        renamed = replace(candidate, kind="another")
+        assert reshaped(renamed, {}).key == renamed.key
