@@ -83,6 +83,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 KINDS = {
     NAME: Kind(
+        family="other joints",
         sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
         "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, "
         "and the link stands elsewhere]",

@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..candidates import KINDS
+from ..candidates import KINDS, family_of, kind_of
+from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
@@ -127,7 +128,7 @@ def _added(
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
-        one = judged(open_, total, partial(by_blocks, prediction))
+        one = judged(without_idle_curves(open_, prediction), total, partial(by_blocks, prediction))
         if one is None and (joints is None or len(joints) == prediction.joints):
             break
         joints = np.flatnonzero(seeing(one.answer)) if one else None
@@ -160,7 +161,7 @@ def _chosen_anew(
         again = in_shape(problem, prediction, one.answer)
         shapes[again.candidate.key] = again
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
-        best = [rival for rival in best if _material(rival, prediction)]
+        best = without_idle_curves([rival for rival in best if _material(rival, prediction)], prediction)
         chosen = judged(best, total, partial(by_blocks, prediction))
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
@@ -199,6 +200,37 @@ def _material(one: Answer, prediction: Prediction) -> bool:
     return bool(before - after > least) or one.relief > CERTAIN_ODDS
 
 
+def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[Answer]:
+    """The answers without curves that explain hardly more than a formula of the same dependence."""
+    explained = {id(one): _explained(one, prediction) for one in best}
+    formulas: dict[tuple[str, tuple[int, ...]], float] = {}
+    for one in best:
+        place = _dependence(one.candidate)
+        if place and kind_of(one.candidate.effect).formula:
+            formulas[place] = max(formulas.get(place, 0.0), explained[id(one)])
+
+    def needed(one: Answer) -> bool:
+        place = _dependence(one.candidate)
+        if place is None or kind_of(one.candidate.effect).formula:
+            return True
+        return explained[id(one)] > (1.0 + FORMULA**2) * formulas.get(place, 0.0)
+
+    return [one for one in best if needed(one)]
+
+
+def _dependence(candidate: Candidate) -> tuple[str, tuple[int, ...]] | None:
+    """What the torque of a candidate depends on, and its joints."""
+    family = family_of(candidate)
+    return (FAMILIES[family].dependence, candidate.joints) if family else None
+
+
+def _explained(one: Answer, prediction: Prediction) -> float:
+    """Variance that an effect takes from the joint that shows it best [(N m)^2]."""
+    variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
+    before, after = variance[:, int(np.argmax(one.by_joint))]
+    return float(before - after)
+
+
 def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
     latest = selected[-1].answer
@@ -209,7 +241,7 @@ def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
-        if again is None or again.odds + log_prior(again, total) < CERTAIN_ODDS:
+        if again is None or again.odds + log_prior(again, total) + one.together < CERTAIN_ODDS:
             selected = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.

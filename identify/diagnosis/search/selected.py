@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..candidates import family_of
+from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
 from ..questions.comparison import SEEN, better, competing
@@ -18,6 +20,13 @@ EXCLUDED_ODDS = float(-np.log(EXCLUDED))
 """Logarithm of the odds against something from which on it is not compared any further."""
 ByBlocks = Callable[[Answer, Answer], float]
 """Logarithm of the odds of one answer against another, by how blocks left out scatter."""
+
+
+class FamilyShare(NamedTuple):
+    """A family to which an effect belongs, and the probability that it is any member of it."""
+
+    name: str
+    probability: float
 
 
 class Selected(NamedTuple):
@@ -48,6 +57,31 @@ class Selected(NamedTuple):
         return self.probability + sum(alike)
 
     @property
+    def together(self) -> float:
+        """Logarithm of how much likelier it is that any rival on its joints is there than this one alone."""
+        here = self.answer.candidate.joints
+        alike = [-odds for one, odds in self.others if one.candidate.joints == here]
+        return float(np.logaddexp.reduce([0.0, *alike]))
+
+    @property
+    def family(self) -> FamilyShare | None:
+        """The narrowest family on its joints that is certain enough to be named; None without any."""
+        here = self.answer.candidate
+        narrow = family_of(here)
+        if not narrow:
+            return None
+        wide = FAMILIES[narrow].dependence
+        weights = self._weights
+        every = [(here, weights[1])]
+        every += [(one.candidate, w) for (one, _), w in zip(self.others, weights[2:], strict=True)]
+        for name, members in ((narrow, (narrow,)), (wide, _families_of(wide))):
+            weight = sum(w for one, w in every if one.joints == here.joints and family_of(one) in members)
+            share = float(weight * self._share / weights.sum())
+            if share >= NAMED:
+                return FamilyShare(name, share)
+        return None
+
+    @property
     def _share(self) -> float:
         """Of what is not noise: where physics without a name does as much, this may be a part of that."""
         return 1.0 / (1.0 + self.unnamed) if self.unnamed >= 1.0 else 1.0
@@ -70,6 +104,10 @@ class Selected(NamedTuple):
         weights = self._weights
         every = zip(self.others, weights[2:] * self._share / weights.sum(), strict=True)
         return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
+
+
+def _families_of(dependence: str) -> tuple[str, ...]:
+    return tuple(name for name, family in FAMILIES.items() if family.dependence == dependence)
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
@@ -133,7 +171,7 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         prior = log_prior(one, total) - log_prior(other, total)
         return better(one, other, blocks(one, other), prior)
 
-    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS]
+    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS] or _together(best, total)
     if not credible:
         return None
     first = credible[0]
@@ -149,6 +187,25 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         return found
     again = _beside_others(likelier, odds, best, total, against)
     return again._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
+
+
+def _together(best: Sequence[Answer], total: float) -> list[Answer]:
+    """The likeliest of rivals on the same joints, none credible alone, where it is credible that it is any.
+
+    Hypotheses exclude one another, so that their odds against nothing add up.
+    """
+    groups: dict[tuple[int, ...], list[Answer]] = {}
+    for one in best:
+        if np.isfinite(odds_of(one, total)) and one.candidate.joints:
+            groups.setdefault(one.candidate.joints, []).append(one)
+    odds = {
+        joints: float(np.logaddexp.reduce([odds_of(one, total) for one in group]))
+        for joints, group in groups.items()
+    }
+    joints = max(odds, key=lambda key: odds[key], default=None)
+    if joints is None or odds[joints] < CERTAIN_ODDS:
+        return []
+    return [max(groups[joints], key=lambda one: odds_of(one, total))]
 
 
 def _beside_others(
