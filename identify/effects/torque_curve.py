@@ -70,6 +70,11 @@ class TorqueCurve(JointEffect):
             raise ValueError(f"over = {self.over!r}: expected one of {', '.join(ABSCISSAE)}")
 
     @property
+    def count(self) -> int:
+        """Splines of each joint's curve."""
+        return SPLINES
+
+    @property
     def needs_load(self) -> bool:  # type: ignore[override]
         """Whether it is over the load."""
         return self.over == "load"

@@ -8,30 +8,24 @@ from functools import cached_property
 
 import numpy as np
 
-from ...effects.torque_curve import ABSCISSAE
 from ...model import Model
 from ...positive_definite import solve
 from ..blocks.blocks import Blocks, BlockSums
 from ..blocks.prediction import CERTAIN, Prediction, factored
-from ..candidates import candidates, family_of, kind_of
+from ..candidates import candidates
 from ..candidates.contact_event import Reach
-from ..candidates.curves import curve
-from ..candidates.parts import on_motors
-from ..findings.family import FAMILIES
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.candidate_fit import FORMULA
 from ..questions.shape import Shaped, asked_again
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
+from .mismatch import mismatches, with_mismatches
 
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
 RECENT = 4
 """Predictions that are kept, of tens of megabytes each."""
-CURVE = "curve"
-"""How unknowns begin by which the formula of a finding may be wrong."""
 FREE = (REVERSAL, CLOCK)
 """How nuisances begin that are fitted even where the model is taken as nominal."""
 
@@ -143,46 +137,23 @@ class Problem:
         for answers, prediction in self._recent:
             if len(answers) == len(found) and all(map(operator.is_, answers, found)):
                 return prediction
-        rows = with_found(self._with_mismatch(found), found)
+        rows = with_found(self._with_mismatches(found), found)
         sums = self._sums.plus(rows, len(self.rows.std))
         prediction = _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
         self._recent.appendleft((tuple(found), prediction))
         return prediction
 
-    def _with_mismatch(self, found: Sequence[Answer]) -> Rows:
-        """The rows with smooth curves by which the formulas of what was found may be wrong.
-
-        None is right to better than a tenth of its torque. Without such curves, what is left of one would be
-        explained by a second name on the same joint.
-        """
-        sizes: dict[tuple[str, int], float] = {}
-        for answer in found:
-            place = mismatch(answer.candidate)
-            if place is not None:
-                at = int(np.flatnonzero(answer.columns.joints == place[1])[0])
-                square = float(np.mean(answer.torque[:, at] ** 2))
-                sizes[place] = sizes.get(place, 0.0) + FORMULA**2 * square
-        rows = self.rows
-        for (over, joint), square in sizes.items():
-            columns = self._curve(over, joint)
-            names = [f"{CURVE} {over} {joint + 1} {k + 1}" for k in range(columns.shape[2])]
-            rows = rows.plus(names, columns, np.full(len(names), np.sqrt(square)))
-        return rows
-
-    def _curve(self, over: str, joint: int) -> np.ndarray:
-        """Columns (r, n, p) of any torque of a joint over one quantity."""
-        if (over, joint) not in self._curves:
-            effect = curve(self.model, over, joint, self.runs)
-            torque = [
-                run.thinned(on_motors(self.model.robot, effect.regressor(self.model.robot, run.motion)))
-                for run in self.runs
-            ]
-            self._curves[over, joint] = np.concatenate(torque)
-        return self._curves[over, joint]
+    def _with_mismatches(self, found: Sequence[Answer]) -> Rows:
+        """The rows with unknowns by which the formulas of what was found may be wrong."""
+        every = mismatches(self.model, self.runs, found)
+        for one in every:
+            if one.place not in self._curves:
+                self._curves[one.place] = one.columns(self.model, self.runs)
+        return with_mismatches(self.rows, every, self._curves)
 
     @cached_property
     def _curves(self) -> dict[tuple[str, int], np.ndarray]:
-        """Those that were asked for."""
+        """Columns (r, n, p) of curves, by what they are over and their joint, as far as they were asked for."""
         return {}
 
     @cached_property
@@ -242,15 +213,6 @@ class Problem:
         rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
         return replace(self, runs=runs, base=base, rows=rows, asked=asked, known=known), fresh
-
-
-def mismatch(candidate: Candidate) -> tuple[str, int] | None:
-    """The curve by which a candidate's formula may be wrong: over what, of which joint; None without any."""
-    family = family_of(candidate)
-    if not family or not kind_of(candidate.effect).formula or len(candidate.joints) != 1:
-        return None
-    over, [joint] = FAMILIES[family].dependence, candidate.joints
-    return (over, joint) if over in ABSCISSAE else None
 
 
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:

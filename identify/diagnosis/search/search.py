@@ -16,6 +16,7 @@ from ..questions.comparison import by_blocks, colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import again_beside, in_shape, judged_by_held_out, nominal_where_better
+from .held_out import proven
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
@@ -56,7 +57,7 @@ def search(problem: Problem) -> SearchResult:
     single = ranked(problem, without_findings, [], shapes)
     total, before, visited = total_prior(single, problem), list[Selected](), list[set[object]]()
     for _ in range(PASSES):
-        at, added, left = _added(problem, selected, total, shapes)
+        at, added = _added(problem, selected, total, shapes)
         problem, added = _bearing(at, added)
         changed = _changed(before, added, without_findings.joints) | (problem is not at)
         before = selected = _chosen_anew(problem, added, total, changed, shapes)
@@ -66,14 +67,15 @@ def search(problem: Problem) -> SearchResult:
         visited.append(keys)
     kept = judged_by_held_out(problem, selected, without_findings, total)
     problem = nominal_where_better(problem, kept, without_findings)
-    taken = keys_of(kept)
+    kept = proven(problem, kept)
+    prediction = problem.prediction(answers_of(kept))
     return SearchResult(
         problem,
         tuple(kept),
-        problem.prediction(answers_of(kept)),
+        prediction,
         without_findings,
         tuple(single),
-        tuple(one for one in left if one.candidate.key not in taken),
+        tuple(ranked(problem, prediction, kept, shapes)),
         total,
     )
 
@@ -116,13 +118,13 @@ def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) 
 
 def _added(
     problem: Problem, selected: list[Selected], total: float, shapes: Shapes
-) -> tuple[Problem, list[Selected], list[Answer]]:
-    """Findings with all that is credible beside them, the problem at their load, and what was not taken.
+) -> tuple[Problem, list[Selected]]:
+    """Findings with all that is credible beside them, and the problem at their load.
 
     Hypotheses that the latest finding's joints see are asked until none is credible, then all are.
     """
     out: set[object] = set()
-    best, joints = list[Answer](), None
+    joints: np.ndarray | None = None
     for _ in range(TURNS):
         problem, selected = only_once(problem, selected)
         prediction = problem.prediction(answers_of(selected))
@@ -141,7 +143,7 @@ def _added(
             continue
         problem, selected = settled, stay
         out |= gone  # in this pass: it would come and go
-    return problem, selected, best
+    return problem, selected
 
 
 def _chosen_anew(

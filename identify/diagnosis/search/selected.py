@@ -37,6 +37,7 @@ class Selected(NamedTuple):
     others: tuple[tuple[Answer, float], ...] = ()  # what may explain the same, log odds against each
     once: bool = False  # whether it happened once, so that no other block predicts it
     alone: bool = False  # whether one joint alone shows what acts on the whole arm: not named then
+    proven: bool = True  # whether its effect on fitted blocks and on runs held out excludes zero
     unnamed: float = 0.0  # what is left beside it without a name, over what it explains [-]
 
     @property
@@ -68,18 +69,23 @@ class Selected(NamedTuple):
         """The narrowest family on its joints that is certain enough to be named; None without any."""
         here = self.answer.candidate
         narrow = family_of(here)
-        if not narrow:
-            return None
-        wide = FAMILIES[narrow].dependence
-        weights = self._weights
-        every = [(here, weights[1])]
-        every += [(one.candidate, w) for (one, _), w in zip(self.others, weights[2:], strict=True)]
-        for name, members in ((narrow, (narrow,)), (wide, _families_of(wide))):
-            weight = sum(w for one, w in every if one.joints == here.joints and family_of(one) in members)
-            share = float(weight * self._share / weights.sum())
-            if share >= NAMED:
-                return FamilyShare(name, share)
-        return None
+        wide = FAMILIES[narrow].dependence if narrow else ""
+        shares = (FamilyShare(name, self._probability_of(name)) for name in (narrow, wide) if name)
+        return next((one for one in shares if one.probability >= NAMED), None)
+
+    @property
+    def dependence_probability(self) -> float:
+        """That something is there whose torque depends on what this one's depends on."""
+        narrow = family_of(self.answer.candidate)
+        return self._probability_of(FAMILIES[narrow].dependence) if narrow else self.certainty
+
+    def _probability_of(self, family: str) -> float:
+        """That it is any member of a family on the same joints."""
+        here, weights = self.answer.candidate, self._weights
+        every = [here, *(one.candidate for one, _ in self.others)]
+        members = _families_of(family)
+        alike = [one.joints == here.joints and family_of(one) in members for one in every]
+        return float(weights[1:][alike].sum() * self._share / weights.sum())
 
     @property
     def _share(self) -> float:
@@ -89,7 +95,7 @@ class Selected(NamedTuple):
     @property
     def named(self) -> bool:
         """Whether its effect is certain enough to be named."""
-        return self.certainty >= NAMED and not self.alone
+        return self.certainty >= NAMED and not self.alone and self.proven
 
     @property
     def elsewhere(self) -> list[tuple[Answer, float]]:
@@ -106,8 +112,9 @@ class Selected(NamedTuple):
         return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
 
 
-def _families_of(dependence: str) -> tuple[str, ...]:
-    return tuple(name for name, family in FAMILIES.items() if family.dependence == dependence)
+def _families_of(name: str) -> tuple[str, ...]:
+    """A family, and those that it contains."""
+    return (name, *(inner for inner, family in FAMILIES.items() if family.dependence == name))
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
