@@ -1,7 +1,7 @@
-"""Mismatch: by how much the formulas of what was found may be wrong, as smooth curves over what they depend on.
+"""Mismatch: by how much the formulas of what was found may be wrong, as smooth curves.
 
-No formula of friction or gears is right to better than a tenth of its torque. Without such curves, what is left
-of a right one would be explained by a second name on the same joint.
+No formula of friction or gears is right to better than a tenth of its torque. Without such curves, what is
+left of a right one would be explained by a second name on the same joint.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -153,7 +153,7 @@ class Problem:
 
     @cached_property
     def _curves(self) -> dict[tuple[str, int], np.ndarray]:
-        """Columns (r, n, p) of curves, by what they are over and their joint, as far as they were asked for."""
+        """Columns (r, n, p) of curves that were asked for, by what they are over and their joint."""
         return {}
 
     @cached_property
