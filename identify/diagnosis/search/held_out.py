@@ -40,7 +40,8 @@ def hints(left: Sequence[Answer], total: float) -> list[Hint]:
     for answer in left:
         hint = Hint(answer, odds_held_out(answer, total))
         undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
-        excludes_zero = explains((answer.predicted - answer.errors)[~answer.fitted, hint.joint])
+        held = ~answer.fitted, hint.joint
+        excludes_zero = explains(answer.predicted[held], answer.errors[held])
         supported = hint.odds > CERTAIN_ODDS and undecided and excludes_zero
         if supported and (hint.joint not in best or best[hint.joint].odds < hint.odds):
             best[hint.joint] = hint
@@ -74,13 +75,18 @@ def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected
     with_it = problem.prediction(answers_of(selected))
     without = problem.prediction([other.answer for other in selected if other is not one], with_it)
     joint, fitted = int(np.argmax(one.answer.by_joint)), problem.blocks.fitted
-    explained = (without.errors - with_it.errors)[:, joint]
-    return explains(explained[fitted]) and explains(explained[~fitted])
+    before, after = without.errors[:, joint], with_it.errors[:, joint]
+    return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
 
 
-def explains(explained: np.ndarray) -> bool:
-    """Whether the mean of what is explained in blocks (k,) is above zero; true for too few blocks to say."""
-    if len(explained) < FEW:
+def explains(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether squared errors of blocks (k,) become less, by the mean ratio; true for too few blocks to say.
+
+    Ratios, since blocks differ in how much there is to explain.
+    """
+    moves = before > 0.0
+    less = np.log(before[moves] / np.maximum(after[moves], 1e-300))
+    if len(less) < FEW:
         return True
-    mean, std = float(explained.mean()), float(explained.std(ddof=1)) / np.sqrt(len(explained))
-    return mean > stats.t.ppf(PROVEN, len(explained) - 1) * std
+    std = float(less.std(ddof=1)) / np.sqrt(len(less))
+    return float(less.mean()) > stats.t.ppf(PROVEN, len(less) - 1) * std
