@@ -93,3 +93,11 @@ def better(one: Answer, other: Answer, blocks: float, prior: float = 0.0) -> flo
     sign = 1.0 if gain > 0.0 else -1.0
     evidence = sign * max(against_all(sign * gain, sign * blocks), 0.0)
     return evidence + other.cost - one.cost + one.relief - other.relief + prior
+
+
+def relative_change(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Relative change of the sum of squared errors of blocks (k,), and its standard deviation over blocks."""
+    count, total = len(after), max(float(before.sum()), 1e-300)
+    ratio = float(after.sum()) / total
+    scatter = float(np.sum((after - ratio * before) ** 2)) * count / max(count - 1, 1)
+    return ratio - 1.0, float(np.sqrt(scatter)) / total

@@ -7,9 +7,9 @@ from ..findings.family import FAMILIES
 from ..findings.finding import Budget, Remainder
 from ..findings.located import Hinted, Located
 from ..questions.candidate import Candidate
+from ..questions.comparison import relative_change
 from ..search.held_out import Hint
 from ..search.selected import Selected
-from .budget import relative_change
 
 LEAST = 0.01
 """Share of a joint's misfit from which on a part of it is in the table [-]: no formula is better."""
@@ -57,7 +57,8 @@ def hinted(hints: Sequence[Hint]) -> tuple[Hinted, ...]:
 
 def _hinted(hint: Hint) -> Hinted:
     answer = hint.answer
-    change, std = relative_change(answer, ~answer.fitted, hint.joint)
+    held = ~answer.fitted, hint.joint
+    change, std = relative_change(answer.predicted[held], answer.errors[held])
     return Hinted(
         answer.candidate.effect,
         hint.joint,

@@ -68,10 +68,11 @@ def no_joint_worse(
 
     gone = list[Selected]()
     while worst(selected) > 1.0 and (removable := [one for one in selected if not one.once]):
-        out = min(removable, key=lambda one: worst([other for other in selected if other is not one]))
+        without = {id(one): worst([other for other in selected if other is not one]) for one in removable}
+        out = min(removable, key=lambda one: (without[id(one)], one.odds))
         selected = [one for one in selected if one is not out]
         gone.append(out)
-    for one in sorted(gone, key=lambda one: -one.certainty):
+    for one in sorted(gone, key=lambda one: -one.odds):
         if worst([*selected, one]) <= 1.0:
             selected = [*selected, one]
         elif shaped := _in_another_shape(problem, selected, one, worst, total):

@@ -8,6 +8,7 @@ from scipy import stats
 
 from ..blocks.block_likelihood import all_or_nothing, amplitude
 from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
+from ..questions.comparison import relative_change
 from .problem import Problem
 from .selected import Selected, answers_of, log_prior
 
@@ -80,13 +81,11 @@ def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected
 
 
 def explains(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether squared errors of blocks (k,) become less, by the mean ratio; true for too few blocks to say.
+    """Whether squared errors of blocks (k,) become less, by the interval of their relative change.
 
-    Ratios, since blocks differ in how much there is to explain.
+    True where blocks are too few to say.
     """
-    moves = before > 0.0
-    less = np.log(before[moves] / np.maximum(after[moves], 1e-300))
-    if len(less) < FEW:
+    if len(before) < FEW:
         return True
-    std = float(less.std(ddof=1)) / np.sqrt(len(less))
-    return float(less.mean()) > stats.t.ppf(PROVEN, len(less) - 1) * std
+    change, std = relative_change(before, after)
+    return change < -stats.t.ppf(PROVEN, len(before) - 1) * std

@@ -20,7 +20,7 @@ from .held_out import proven
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import Selected, answers_of, judged, keys_of, log_prior, odds_of
+from .selected import Selected, answers_of, credible, judged, keys_of, log_prior, odds_of
 
 TURNS = 16
 """Times that something is added in one pass, at most."""
@@ -243,7 +243,7 @@ def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
-        if again is None or again.odds + log_prior(again, total) + one.together < CERTAIN_ODDS:
+        if again is None or not credible(again.odds + log_prior(again, total), one):
             selected = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.

@@ -14,6 +14,8 @@ from ..questions.shape import Shaped
 
 NAMED = 0.9
 """Probability from which on something is named: it is nine times as likely as all else together."""
+NAMED_ODDS = float(np.log(NAMED / (1.0 - NAMED)))
+"""Logarithm of the odds at that probability."""
 EXCLUDED = 0.01
 """Probability below which something is no alternative any more, and is not listed."""
 EXCLUDED_ODDS = float(-np.log(EXCLUDED))
@@ -178,11 +180,11 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         prior = log_prior(one, total) - log_prior(other, total)
         return better(one, other, blocks(one, other), prior)
 
-    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS] or _together(best, total)
-    if not credible:
+    likely = [one for one in best if odds_of(one, total) > CERTAIN_ODDS] or _together(best, total)
+    if not likely:
         return None
-    first = credible[0]
-    for one in credible[1:]:
+    first = likely[0]
+    for one in likely[1:]:
         if competing(one, first) and against(one, first) > 0.0:
             first = one
     found = _beside_others(first, odds_of(first, total), best, total, against)
@@ -210,7 +212,7 @@ def _together(best: Sequence[Answer], total: float) -> list[Answer]:
         for joints, group in groups.items()
     }
     joints = max(odds, key=lambda key: odds[key], default=None)
-    if joints is None or odds[joints] < CERTAIN_ODDS:
+    if joints is None or odds[joints] < NAMED_ODDS:
         return []
     return [max(groups[joints], key=lambda one: odds_of(one, total))]
 
@@ -226,6 +228,11 @@ def _beside_others(
             less = odds - _odds(one, total)
             others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
     return Selected(first, odds, tuple(sorted(others, key=lambda pair: pair[1])))
+
+
+def credible(odds: float, one: Selected) -> bool:
+    """Whether a finding is there at other odds: itself, or, as one of its rivals would be, any of them."""
+    return odds > CERTAIN_ODDS or odds + one.together > NAMED_ODDS
 
 
 def answers_of(found: Sequence[Selected]) -> list[Answer]:

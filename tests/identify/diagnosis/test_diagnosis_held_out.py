@@ -5,11 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.diagnosis.findings.family import FAMILIES
 from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.search import checks
+from exidyn.identify.diagnosis.search import checks, held_out
+from exidyn.identify.diagnosis.words.verdict import verdict
 from exidyn.identify.effects import JointSpring, NonlinearViscousFriction
 
 from ...parts.small import two_joints
+from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched
 
 
@@ -53,7 +57,8 @@ def test_a_finding_that_predicts_a_joint_held_out_worse_goes(monkeypatch):
 
     assert judged([0.5, 0.5], [1.0, 1.0]) == [spring]
     assert judged([1.0, 1.5], [1.0, 1.0]) == []
-    assert judged([0.2, 1.1], [1.0, 1.05]) == [spring]  # the other joint gains more by it
+    assert judged([0.2, 1.1], [1.0, 1.05]) == []  # no joint may become worse
+    assert judged([0.2, 1.06], [1.0, 1.05]) == [spring]  # by more than noise
     assert judged([1.0, 1.5], [1.0, 1.5]) == [spring]  # it is not what makes it worse
 
 
@@ -79,3 +84,44 @@ def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(mon
     assert kept.answer.candidate.key == best.key
     assert kept.answer.candidate.shape != best.shape
     assert CERTAIN_ODDS < kept.odds < drag.odds
+
+
+def test_findings_that_share_the_blame_go_until_no_joint_is_worse(monkeypatch):
+    found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    [spring] = found.selected
+    three = [spring._replace(odds=spring.odds - k) for k in range(3)]
+    ratios = {0: 1.0, 1: 1.01, 2: 1.06, 3: 1.1}  # each is harmless alone
+    monkeypatch.setattr(checks, "_held_out", lambda _, some, __: np.array([0.5, ratios[len(some)] ** 2]))
+    monkeypatch.setattr(checks, "_in_another_shape", lambda *_: None)
+    [kept] = checks.no_joint_worse(found.problem, three, found.without_findings, found.total)
+    assert kept is three[0]  # the most certain comes back
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "less"),
+    [
+        ([450.0, 50.0, 80.0], [0.5, 0.4, 0.6], True),
+        ([4.0, 5.0, 6.0, 4.0], [3.9, 5.2, 5.7, 4.1], False),
+        ([4.0, 5.0], [8.0, 9.0], True),  # too few to say
+    ],
+)
+def test_what_is_explained_excludes_zero_by_the_scatter_of_blocks(before, after, less):
+    assert held_out.explains(np.array(before), np.array(after)) == less
+
+
+WEAK = 0.04
+"""Friction [N m] that one run does not show and eight do."""
+
+
+def test_what_runs_held_out_alone_show_is_a_hint():
+    drag = NonlinearViscousFriction(("elbow",), 0.5)
+    runs = record([drag], {"Fn2": WEAK}, roles=("identify", *("validate",) * 8))
+    found = diagnose(nominal_model(), runs, as_recorded=True)
+    assert not found.findings
+    [hint] = [one for one in found.hints if one.joint == 1]
+    assert FAMILIES[hint.depends_on].dependence == "velocity"
+    assert hint.gain < CERTAIN_ODDS < hint.gain_held_out
+    assert hint.change + 2 * hint.std < 0.0
+    said = " ".join(verdict(found))
+    assert "Nothing" not in said
+    assert "runs held out show" in said
