@@ -133,7 +133,8 @@ def _added(
         joints = np.flatnonzero(seeing(one.answer)) if one else None
         if one is None:
             continue
-        settled, stay = _settled(problem, [*selected, one], total)
+        beside = [other for other in selected if not other.answer.candidate.covered([one.answer.candidate])]
+        settled, stay = _settled(problem, [*beside, one], total)
         gone = keys_of([*selected, one]) - keys_of(stay)
         if gone and _less_probable(settled, stay, selected):
             out.add(one.answer.candidate.key)  # it takes out what explains more

@@ -232,6 +232,29 @@ def test_a_delay_is_as_long_as_it_is(seconds, drives):
     assert found.selected[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
 
 
+def test_drives_of_almost_one_delay_have_it_in_common_each_with_its_deviation():
+    def change(role, motion, current):
+        moved = [np.interp(motion.time - d, motion.time, c) for d, c in zip(LATE, current.T, strict=True)]
+        return np.stack(moved, axis=1)
+
+    found = searched(record(change=change))
+    assert names(found) == [("time_delay", ())]
+    common = found.selected[0].answer.candidate.shape["delay"]
+    own = found.prediction.values[places_of(found, 0)][1:]
+    np.testing.assert_allclose(common + own - own.mean(), LATE, atol=1e-3)
+
+
+LATE = np.array([0.024, 0.031])
+"""Delays of two drives [s]."""
+
+
+def test_a_single_motor_has_no_delay_in_common_with_a_passive_joint():
+    model = nominal_model()
+    alone = replace(model, robot=replace(model.robot, passive=("shoulder",)))
+    every = {candidate.joints for candidate in hypotheses("time_delay", alone)}
+    assert every == {(1,)}
+
+
 # What it takes to be named.
 
 
