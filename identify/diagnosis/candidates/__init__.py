@@ -19,6 +19,7 @@ FILES = (
     "base_tilt",
     "bodies",
     "contact_event",
+    "disturbance",
     "drives",
     "friction",
     "joint_elasticity",

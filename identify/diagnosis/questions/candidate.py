@@ -68,6 +68,7 @@ class Candidate:
     loaded: bool = False  # whether columns depend on motors' torque or gears' load
     carried: bool = False  # whether gears transmit its torque
     reloads: bool = False  # whether all motors' torque is fitted anew beside it
+    by_run: bool = False  # whether each fitted run has coefficients of its own, so that no other run shows it
     listed: bool = True  # whether the vocabulary has a name for it
     span: float = 0.0  # least range of its first joint's position that shows it [rad]
     gear_ratio: float = 1.0  # of its first joint; 1 if not given [-]

@@ -45,7 +45,7 @@ def judged_by_held_out(
     that is predicted worst gains more than any other loses, unless another shape of it does no harm.
     """
     whole = problem.prediction(answers_of(selected))
-    for one in sorted((one for one in selected if not one.once), key=lambda one: one.certainty):
+    for one in sorted((one for one in selected if one.predicts_held_out), key=lambda one: one.certainty):
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         if again and contradicted(again):
@@ -86,7 +86,7 @@ def _makes_worse(
 ) -> Selected | None:
     """The finding without which the worst predicted joint gains most, and more than any other loses."""
     most, gone = 1.0, None
-    for one in (one for one in selected if not one.once):
+    for one in (one for one in selected if one.predicts_held_out):
         without = _held_out(problem, [other for other in selected if other is not one], without_findings)
         gained, lost = float(np.max(now) / np.max(without)), float(np.max(without / now))
         if gained > max(WORSE * most, lost):
