@@ -15,7 +15,7 @@ SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
 CLOSE = 0.25
 """Gap between two stamps, over the median gap, below which their samples are averaged. A cubic through both
-would extend their noise over a whole period, and multiply it by one over this share."""
+would extend their noise over a period, and multiply it by one over this share."""
 
 
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarr
 
 
 def _merged(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stamps (t,) and values (t, n), where samples whose stamps nearly coincide are replaced by their mean."""
+    """Stamps (t,) and values (t, n), with the mean of samples whose stamps nearly coincide."""
     gaps = np.diff(time)
     starts = np.flatnonzero(np.append(True, gaps >= CLOSE * np.median(gaps)))
     if len(starts) == len(time):

@@ -1,7 +1,7 @@
 """Disturbance: torque that is periodic in time, whatever the arm does.
 
-A pump, a fan or a supply acts on an arm without being a part of it. Its torque has no name: it is unexplained,
-and depends on time. It is asked for so that no effect of the arm is named in its place.
+A pump, a fan or a supply acts on an arm without being a part of it. Its torque has no name: it is
+unexplained, and depends on time. It is asked for so that no effect of the arm is named in its place.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,10 +24,10 @@ NAME = "periodic_disturbance"
 SLOWEST = 4.0
 """Periods in the shortest run, at least: what is slower wanders."""
 FINE = 8
-"""Frequencies of a spectrum for each that its runs distinguish: a wave keeps its phase to a sixteenth turn."""
+"""Frequencies of a spectrum for each that its runs distinguish: a wave keeps its phase to a sixteenth."""
 MAIN = 0.5
-"""Share of the squared residual that one wave explains, at least: missing physics leaves many, at multiples of
-the motion's lowest frequency."""
+"""Share of the squared residual that one wave explains, at least: missing physics leaves many, at multiples
+of the motion's lowest frequency."""
 MOVED = 0.5
 """Share of a wave that the motion itself may have, at most [-]; a swing of one frequency has all of it."""
 
@@ -97,7 +97,7 @@ def _strongest(left: Sequence[np.ndarray], rate: float) -> tuple[float, float, i
 
 
 def _moving(run: Driven) -> np.ndarray:
-    """Position, velocity, its sign and acceleration of all joints at the rows of a run, shape (r, 4 n + 1)."""
+    """Position, velocity, its sign and acceleration of all joints at the rows, shape (r, 4 n + 1)."""
     motion, at = run.motion, run.centres
     every = motion.position, motion.velocity, np.sign(motion.velocity), motion.acceleration
     return np.concatenate([*(values[at] for values in every), np.ones((len(at), 1))], axis=1)

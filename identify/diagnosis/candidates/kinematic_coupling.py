@@ -30,6 +30,8 @@ RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
 """Turns that are tried where links stand elsewhere: belts and bevel gears."""
+TURNS = np.array([0.25, 3.0])
+"""Least and most of them: less is no gear, and moves nothing that its own friction does not."""
 SCATTER = 0.1
 """Deviation of the coefficient from 1, as the ratio gives the size of the effect [-]: bodies are as wrong."""
 
@@ -78,7 +80,7 @@ def _by_motors(model: Model, motor: int, other: int, ratio: float) -> Candidate:
     pair = min(motor, other), max(motor, other)
     return Candidate(
         NAME, pair, columns, (UNNAMED, *names), ("1", *units), (0.0,) * 4,
-        {"ratio": ratio, "motor": motor + 1.0}, {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)},
+        {"ratio": ratio, "motor": motor + 1.0}, {"ratio": Shape("1", *sorted(np.sign(ratio) * TURNS))},
         lambda shape: _by_motors(model, motor, other, shape["ratio"]), rows=pair,
         expected=((1.0, SCATTER), *((0.0, np.inf),) * 3), loaded=True,
         reported_as=lambda values, std: (values * [1.0, *[np.sign(ratio)] * 2, 1.0], std),

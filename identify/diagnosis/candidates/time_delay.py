@@ -42,16 +42,20 @@ TELEGRAM = 5e-3
 def delays(model: Model) -> Iterator[Candidate]:
     """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
     robot = model.robot
-    drives = [joint for joint in range(robot.dof) if robot.joints[joint] not in robot.passive]
-    single = [(joint,) for joint in drives]
-    if robot.dof == 1 or len(drives) > 1:  # beside passive joints a single motor's delay is that of its joint
-        single = [(), *single] if len(drives) > 1 else [()]
-    rare = RARE if len(drives) > 1 else 1.0
-    for joints in single:
-        prior = rare if joints else 1.0
-        yield _little(joints, prior)
-        for delay in DELAYS:
-            yield _whole(joints, delay, prior) if joints or len(drives) < 2 else _common(drives, delay)
+    drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
+    if len(drives) < 2:  # what a single motor has is no more than that of its joint
+        yield from _of(tuple(drives) if robot.dof > 1 else (), 1.0)
+        return
+    yield _little((), 1.0)
+    yield from (_common(drives, delay) for delay in DELAYS)
+    for joint in drives:
+        yield from _of((joint,), RARE)
+
+
+def _of(joints: tuple[int, ...], prior: float) -> Iterator[Candidate]:
+    """A delay of some drives together, short or long."""
+    yield _little(joints, prior)
+    yield from (_whole(joints, delay, prior) for delay in DELAYS)
 
 
 def _little(joints: tuple[int, ...], prior: float) -> Candidate:
@@ -87,13 +91,15 @@ def _whole(joints: tuple[int, ...], delay: float, prior: float = 1.0) -> Candida
 
 
 def _common(drives: Sequence[int], delay: float) -> Candidate:
-    """The delay of all drives, with the deviation of each: its torque comes so much later than the others'."""
+    """The delay of all drives, and by how much later than the others each one comes."""
     whole = _whole((), delay)
 
     def columns(run: Driven) -> np.ndarray:
         deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
         # From their mean: what they have in common is the delay.
-        return np.concatenate([whole.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2)
+        return np.concatenate(
+            [whole.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2
+        )
 
     def from_mean(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.append(values[:1], values[1:] - values[1:].mean()), std

@@ -78,7 +78,7 @@ class Selected(NamedTuple):
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
-    return candidate.effect, candidate.joints
+    return candidate.together or (candidate.effect, candidate.joints)
 
 
 def log_prior(answer: Answer, total: float) -> float:

@@ -23,7 +23,8 @@ def test_a_pump_beside_the_arm_is_unexplained_and_depends_on_time():
     [finding] = found.findings
     assert (finding.effect, finding.joints) == ("periodic_disturbance", (0,))
     assert finding.parameters["frequency"].value == pytest.approx(FREQUENCY, abs=1e-3)
-    assert found.unexplained and not finding.listed
+    assert found.unexplained
+    assert not finding.listed
     text = sentence(finding, found.joints)
     assert "is unexplained and depends on time" in text
     assert float(text.split("amplitude of ")[1].split()[0]) == pytest.approx(AMPLITUDE, rel=0.02)
