@@ -8,8 +8,11 @@ import pytest
 
 from exidyn.identify.diagnosis.candidates import hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.improved.improved import as_found
+from exidyn.identify.diagnosis.findings.arm import Arm
+from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
+from exidyn.identify.diagnosis.improved.improved import as_found, with_finding
 from exidyn.identify.diagnosis.words.sentences import sentence
+from exidyn.identify.simulation.plant import Transmission
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
@@ -103,6 +106,35 @@ def test_columns_for_currents_of_the_motors_take_the_links_torque_from_the_other
         candidate.columns(replace(run, motion=replace(motion, load=run.of_links))) @ coefficients,
         by_motors(motion.position, motion.velocity, motion.acceleration),
         atol=1e-9,
+    )
+
+
+def test_an_arm_with_that_coupling_needs_the_torque_of_its_columns():
+    at = problem(record(roles=("identify",)))
+    run, model = at.runs[0].after(at.model, at.model.nominal_values), at.model
+    [candidate] = [
+        one
+        for one in hypotheses("kinematic_coupling", model)
+        if one.shape.get("motor") == MOTOR + 1 and one.shape["ratio"] == -1.0
+    ]
+    # The friction of its joint is that of the motor.
+    own = dict(zip(model.names, model.nominal_values, strict=True))
+    drag = [TURNS * own.get(f"Ia{MOTOR + 1}", 0.0), TURNS * own[f"Fv{MOTOR + 1}"], own[f"Fc{MOTOR + 1}"]]
+    candidate, coefficients = candidate.reshaped({"ratio": -TURNS}), np.array([1.0, *drag])
+    reported, _ = candidate.reported_as(coefficients, coefficients)
+    numbers = dict(zip(candidate.names, reported, strict=True)) | dict(candidate.shape)
+    parameters = {name: Quantity(value, 0.0, "") for name, value in numbers.items()}
+    on = candidate.effect, candidate.joints
+    found = Finding(*on, parameters, 1.0, (), np.ones(2), 1.0, candidate)
+    arm = Arm(model, model.nominal_values, two_joints.GAIN, Transmission.rigid(2))
+    before, after = (
+        one.model.torque(run.motion, one.values) @ one.model.robot.to_motors.T
+        for one in (arm, with_finding(arm, found))
+    )
+    # At lower speed dry friction reverses over the velocity of the one motor or of the other.
+    moves = np.all(np.abs(run.motion.velocity) > 0.03, axis=1)
+    np.testing.assert_allclose(
+        (after - before)[moves], (candidate.columns(run) @ coefficients)[moves], atol=1e-6
     )
 
 

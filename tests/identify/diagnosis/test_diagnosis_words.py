@@ -40,7 +40,9 @@ VOCABULARY = (
     "current_offset torque_ripple current_clipping kinematic_coupling joint_elasticity backlash "
     "encoder_offset time_delay contact_event"
 ).split()
-OUTSIDE = ("hose_spring", "supply_sag", "current_crosstalk", "neighbour_friction", "axis_misalignment")
+OUTSIDE = (
+    "hose_spring supply_sag current_crosstalk neighbour_friction axis_misalignment periodic_disturbance"
+).split()
 
 
 def finding(effect="load_dependent_friction", joints=(2,), torque=2.0, **changes) -> Finding:
