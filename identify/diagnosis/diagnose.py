@@ -16,14 +16,17 @@ from ..recordings.recording import Recording
 from .candidates import kind_of
 from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity, Trace
 from .findings.quantities import quantities
+from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
+from .results.located import hinted, located
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
 from .runs.usable import usable
+from .search.held_out import hints
 from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
@@ -126,12 +129,14 @@ def _diagnosed(
         _sized(found, place, spread, fitted, _finding(found, place, std[place]))
         for place in range(len(found.selected))
     ]
+    remaining = remainders(found.prediction, left, noise, rested, material)
+    spent = budget(found.problem, found.selected, left, noise if rested else np.zeros_like(noise))
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
         findings=tuple(every[:named]),
         undecided=tuple(every[named:]),
-        remainders=tuple(remainders(found.prediction, left, noise, rested, material)),
+        remainders=tuple(remaining),
         improvement=_improvement(proof, found.problem.held_out),
         runs=tuple(run.prepared.name for run in found.problem.fitted),
         suspicions=tuple(suspicions),
@@ -139,9 +144,11 @@ def _diagnosed(
         evidence=proof,
         seconds=time.monotonic() - began,
         tried=found.problem.tried,
-        budget=budget(found.problem, found.selected, left, noise if rested else np.zeros_like(noise)),
+        budget=spent,
         changes=tuple(changes(found.problem, found.single)),
         moments=tuple(moments(found.problem, found.prediction)),
+        located=located(spent, found.selected, remaining),
+        hints=hinted(hints(found.left, found.total)),
     )
     return Diagnosed(diagnosis, found)
 
@@ -176,6 +183,9 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
         candidate,
         one.alone,
         one.unnamed >= 1.0,
+        family=one.family.name if one.family else "",
+        family_probability=one.family.probability if one.family else float("nan"),
+        proven=one.proven,
     )
 
 
@@ -183,11 +193,10 @@ def _sized(
     found: SearchResult, place: int, spread: Spread, fitted: Sequence[Trace], finding: Finding
 ) -> Finding:
     """The finding with its torque and what of its numbers is not determined, by traces of the runs fitted."""
-    return replace(
-        finding,
-        size=size(found, spread, fitted, place),
-        left_out=left_out(found, spread, place, finding.parameters),
-    )
+    undetermined = left_out(found, spread, place, finding.parameters)
+    if not kind_of(finding.effect).formula:
+        undetermined = dict.fromkeys(finding.parameters, OF_A_CURVE)
+    return replace(finding, size=size(found, spread, fitted, place), left_out=undetermined)
 
 
 def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:

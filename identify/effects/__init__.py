@@ -19,6 +19,7 @@ from .rotor_inertia import RotorInertia
 from .spring_balancer import SpringBalancer
 from .stribeck_friction import StribeckFriction
 from .temperature_dependent_friction import TemperatureDependentFriction
+from .torque_curve import TorqueCurve
 from .torque_ripple import TorqueRipple
 from .viscous_friction import ViscousFriction
 
@@ -43,6 +44,7 @@ EFFECTS: dict[str, type[Effect]] = {
     "joint_spring": JointSpring,
     "torque_ripple": TorqueRipple,
     "kinematic_coupling": KinematicCoupling,
+    "torque_curve": TorqueCurve,
 }
 
 

@@ -34,6 +34,7 @@ from .diagnosis_plots import (
     where_and_when,
 )
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
+from .located import located_section
 
 LEAST_CHANGE = 0.1
 """Per cent by which a candidate alone has to lower the squared error to be listed: the last digit printed."""
@@ -60,7 +61,7 @@ def diagnosis_document(diagnosis: Diagnosed) -> Document:
     ]
     verdict = Section("verdict", "Verdict", [*verdict_blocks(diagnosis), *gained_blocks(diagnosis)])
     budget, *below = detail_sections(diagnosis)
-    sections = [budget, verdict, *below, simulation_section(diagnosis)]
+    sections = [located_section(diagnosis), budget, verdict, *below, simulation_section(diagnosis)]
     return Document(f"{file.name}: what the model leaves out", "", sections, facts=facts)
 
 
@@ -165,6 +166,7 @@ def _findings_table(diagnosis: Diagnosed) -> list[Block]:
         f"{name_of_finding(diagnosis, finding)}: {words}"
         for finding in diagnosis.file.every
         for words in finding.left_out.values()
+        if words
     ]
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(why)] if why else []), Paragraph(HELD_OUT)]

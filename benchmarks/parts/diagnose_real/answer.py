@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from exidyn.identify.diagnosis.diagnose import diagnose
+from exidyn.identify.diagnosis.findings.family import FAMILIES, Family
 from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
 
+from ..concealed.scoring.answers import dependence
 from ..proof.open_loop import open_loop
 from .again import again
 from .known import Known
@@ -101,6 +103,7 @@ def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
     """A known effect and the finding that is it, or how near one came."""
     fields = {name: getattr(known, name) for name in ("effect", "how", "size", "expected")}
     one, fields = known.is_in(found.findings), fields | {"joints": joints_words(known.joints)}
+    fields["by_family"] = one is not None or by_family(known, found)
     if one is None:
         return fields | {"named": False, "near": near(known, found)}
     return fields | {
@@ -109,6 +112,17 @@ def compared(known: Known, found: Diagnosis) -> dict[str, Any]:
         "probability": one.probability,
         "right": known.right(one),
     }
+
+
+def by_family(known: Known, found: Diagnosis) -> bool:
+    """Whether a finding on the joints of a known effect names what that depends on."""
+    depends_on = dependence(known.effect)
+    families = [(one.joints, one.family or dependence(one.effect)) for one in found.findings]
+    families += [(one.joints, one.family) for one in found.undecided if one.family]
+    return any(
+        joints == known.joints and FAMILIES.get(name, Family(name, "")).dependence == depends_on
+        for joints, name in families
+    )
 
 
 def named(case: Case, one: Finding, every: Sequence[Finding]) -> Named:

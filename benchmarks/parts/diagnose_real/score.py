@@ -26,12 +26,14 @@ def score(answers: Sequence[Answer]) -> dict[str, Any]:
     """The figures, by name."""
     known = [known for one in answers for known in one["known"]]
     named = [one["named"] for one in known if one["expected"]]
+    families = [one["by_family"] for one in known if one["expected"]]
     verdicts = [name["verdict"] for one in answers for name in one["named"]]
     return {
         "sets": len(answers),
         "known": len(named),
         "known_named": sum(named),
         "known_named_percent": 100.0 * sum(named) / max(len(named), 1),
+        "known_family_percent": 100.0 * sum(families) / max(len(families), 1),
         "sizes_off": sum(one.get("right") is False for one in known),
         "names": len(verdicts),
         "false_names": verdicts.count("false"),

@@ -19,6 +19,7 @@ FILES = (
     "base_tilt",
     "bodies",
     "contact_event",
+    "curves",
     "disturbance",
     "drives",
     "friction",
@@ -40,6 +41,12 @@ KINDS: dict[str, Kind] = {
 def kind_of(effect: str) -> Kind:
     """What is known of an effect; nothing in particular of one in no file."""
     return KINDS.get(effect, Kind())
+
+
+def family_of(candidate: Candidate) -> str:
+    """Name of the family of a candidate, by its shape where that decides; empty for a family of its own."""
+    family = kind_of(candidate.effect).family
+    return family(candidate) if callable(family) else family
 
 
 def kinds() -> dict[str, Kind]:

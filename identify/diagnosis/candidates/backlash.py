@@ -107,6 +107,7 @@ def _held(arm: Arm, finding: Finding) -> Arm:
 
 KINDS = {
     "backlash": Kind(
+        family="elasticity",
         sentence="{joint} has backlash in its gear[: {gap:mrad}]",
         drawn_against=("load", "acceleration"),
         ask=plays,

@@ -214,6 +214,7 @@ def _held(arm: Arm, finding: Finding) -> Arm:
 
 KINDS = {
     "base_tilt": Kind(
+        family="gravity",
         sentence="The base is not level: it leans by {lean:deg}[ (gravity has {tilt_x:deg} along x and "
         "{tilt_y:deg} along y)][ (gravity points along {gravity_x:bare}, {gravity_y:bare}, "
         "{gravity_z:bare} of the base frame)]",

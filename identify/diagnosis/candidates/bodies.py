@@ -151,6 +151,7 @@ def _found_body(finding: Finding, ending: str = "") -> np.ndarray:
 
 KINDS = {
     "link_inertia": Kind(
+        family="mass",
         sentence="Link {number}[, or {instead},] is not the body that the model has: {M:size} "
         "{M:heavier|lighter}[, first moments off by {shift} kg m]",
         drawn_against=("position", "acceleration"),
@@ -162,6 +163,7 @@ KINDS = {
         settled_by="a run with a body of known mass on the flange",
     ),
     "payload": Kind(
+        family="mass",
         sentence="The flange carries a payload that the model does not have[ in {runs}][, or {instead} is "
         "heavier by as much]: {M}[, its centre of mass at {centre} mm in the flange's frame][, but "
         "these runs hardly determine its mass; its first moments are {moments} kg m in the flange's frame]",
@@ -175,6 +177,7 @@ KINDS = {
         settled_by="a run with a body of known mass on the flange",
     ),
     "rotor_inertia": Kind(
+        family="mass",
         sentence="{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",
         drawn_against=("acceleration", "velocity"),
         reducible=True,

@@ -195,6 +195,7 @@ def _usual_force(model: Model) -> float:
 
 KINDS = {
     "contact_event": Kind(
+        family="event",
         sentence="The arm was in contact with something[ at {start}][ for {duration}]",
         drawn_against=("time", "position"),
         ask=lambda model: iter(()),  # where and when it happens is searched for in `search/once.py`

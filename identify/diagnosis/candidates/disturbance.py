@@ -117,6 +117,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 KINDS = {
     NAME: Kind(
+        family="time",
         sentence="{joint} has torque that is unexplained and depends on time: it is periodic[, at "
         "{frequency:bare} Hz], whatever the arm does, with an amplitude of {size}",
         drawn_against=("time", "position"),

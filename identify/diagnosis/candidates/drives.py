@@ -156,6 +156,7 @@ def _droop(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 KINDS = {
     "drive_gain": Kind(
+        family="drive",
         sentence="{joint} has a drive that gives {share:size %} {share:more|less} torque per current than "
         "its nominal gain",
         drawn_against=("torque", "load"),
@@ -165,6 +166,7 @@ KINDS = {
         settled_by="a run with a body of known mass on the flange",
     ),
     "drive_gain_saturation": Kind(
+        family="drive",
         sentence="{joint} has a drive gain that falls at high torque[, from {knee:%} of the largest torque "
         "on][, below a ceiling of {ceiling:%} of the largest torque]",
         drawn_against=("torque", "velocity"),
@@ -174,6 +176,7 @@ KINDS = {
         settled_by="a faster run with a body of known mass on the flange",
     ),
     "current_clipping": Kind(
+        family="drive",
         sentence="{joint} has a recorded current that is clipped[ at {level:%} of its largest torque] while "
         "the torque goes on rising",
         drawn_against=("torque", "time"),
@@ -189,11 +192,13 @@ KINDS = {
         settled_by="rests at poses reached from both sides (exidyn excite --kind poses)",
     ),
     "current_crosstalk": Kind(
+        family="other joints",
         sentence="{joint} reads {leak:size %} of the current of joint {other_joint:bare} as well",
         drawn_against=("time", "torque"),
         ask=_crosstalks,
     ),
     "supply_sag": Kind(
+        family="drive",
         sentence="The supply voltage sags: all drives need more current the more power the arm draws[, by "
         "{droop}]",
         drawn_against=("torque", "speed"),

@@ -135,12 +135,14 @@ def _neighbours(model: Model) -> Iterator[Candidate]:
 
 KINDS = {
     "viscous_friction": Kind(
+        family="friction level",
         sentence="{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
         drawn_against=("velocity", "speed"),
         reducible=True,
         mistaken_for=("nonlinear_viscous_friction", "temperature_dependent_friction"),
     ),
     "coulomb_friction": Kind(
+        family=lambda one: "sublinear" if one.kind == GRADUAL else "friction level",
         sentence="{joint} has a Coulomb friction[ {Fc:size} {Fc:higher|lower} than in the model][ of which "
         "{Fg} changes its sign][ gradually, over {reversal}]",
         drawn_against=("velocity", "speed"),
@@ -151,6 +153,7 @@ KINDS = {
         mistaken_for=("stribeck_friction", "load_dependent_friction", "hysteresis"),
     ),
     "friction_asymmetry": Kind(
+        family="direction",
         sentence="{joint} has asymmetric friction: {more:forwards|backwards} it is {more:size} above the "
         "mean of both directions{speed}",
         drawn_against=("velocity", "position"),
@@ -160,6 +163,7 @@ KINDS = {
         settled_by="constant speeds both ways (exidyn excite --kind sweeps)",
     ),
     "stribeck_friction": Kind(
+        family="low speed",
         sentence="{joint} has Stribeck friction: friction rises by {Fs} towards standstill[, most of which "
         "is gone at {fade}]",
         drawn_against=("speed", "velocity"),
@@ -169,6 +173,7 @@ KINDS = {
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "hysteresis": Kind(
+        family="history",
         sentence="{joint} has friction with hysteresis: {Fh} of it builds up[ over about {presliding:mrad}] "
         "after each reversal",
         drawn_against=("velocity", "position"),
@@ -178,6 +183,7 @@ KINDS = {
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "nonlinear_viscous_friction": Kind(
+        family=lambda one: "sublinear" if one.shape["exponent"] < 1.0 else "superlinear",
         sentence="{joint} has nonlinear viscous friction[: {Fn} at {one}][, growing with speed to the power "
         "{exponent:bare}]",
         drawn_against=("speed", "velocity"),
@@ -186,6 +192,7 @@ KINDS = {
         settled_by="constant speeds up to the limit (exidyn excite --kind sweeps)",
     ),
     "load_dependent_friction": Kind(
+        family="load",
         sentence="{joint} has load-dependent friction: Coulomb friction grows by {mu} {effort} per {effort} "
         "that the gear transmits[, where that is far above a preload of {preload}]",
         drawn_against=("size of the load", "velocity"),
@@ -194,6 +201,7 @@ KINDS = {
         settled_by="a run with a body of known mass on the flange",
     ),
     "temperature_dependent_friction": Kind(
+        family="temperature",
         sentence="{joint} has friction that {warm:rises|falls} with temperature: viscous friction changes by "
         "{Fvt}[ and Coulomb friction by {Fct}]",
         drawn_against=("temperature", "time"),
@@ -202,6 +210,7 @@ KINDS = {
         settled_by="the same run again once the arm is warm",
     ),
     "position_dependent_friction": Kind(
+        family="position and direction",
         sentence="{joint} has position-dependent friction: it varies by {wave}[, {pace}]",
         drawn_against=("where it brakes", "velocity"),
         ask=_position_dependent,
@@ -210,6 +219,7 @@ KINDS = {
         mistaken_for=("load_dependent_friction", "torque_ripple"),
     ),
     "neighbour_friction": Kind(
+        family="other joints",
         sentence="{joint} has friction that depends on the position of joint {other_joint:bare}",
         drawn_against=("time", "velocity"),
         ask=_neighbours,

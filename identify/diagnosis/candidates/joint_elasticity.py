@@ -185,6 +185,7 @@ def _held(arm: Arm, finding: Finding) -> Arm:
 
 KINDS = {
     "joint_elasticity": Kind(
+        family="elasticity",
         sentence="{joint} has an elastic gear[: {stiffness}][, resonant at {resonance}]",
         drawn_against=("acceleration", "load"),
         ask=gears,

@@ -140,6 +140,7 @@ def _held(arm: Arm, finding: Finding) -> Arm | None:
 
 KINDS = {
     NAME: Kind(
+        family="other joints",
         sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
         "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, "
         "and the link stands elsewhere][; the motor of joint {turning} turns with both, and the recorded "

@@ -164,6 +164,7 @@ def _with_axis(arm: Arm, finding: Finding) -> Arm:
 
 KINDS = {
     "encoder_offset": Kind(
+        family="kinematics",
         sentence="{joint} has an encoder offset: it stands {zero:size mrad} {zero:beyond|short of} its "
         "reading",
         drawn_against=("position", "load"),
@@ -173,6 +174,7 @@ KINDS = {
         settled_by="a run with a body of known mass on the flange",
     ),
     "axis_misalignment": Kind(
+        family="kinematics",
         sentence="The axis of {joint} is not where the model has it[: it is off by {off:deg}]",
         drawn_against=("position", "load"),
         ask=misalignments,

@@ -115,6 +115,7 @@ def flange_places(model: Model, positions: np.ndarray) -> np.ndarray:
 
 KINDS = {
     "spring_balancer": Kind(
+        family="position",
         sentence="{joint} has a spring balancer along the arm that the model does not have[: it gives "
         "{rms} {effort}, root mean square][, from {torque_least} to {torque_most} {effort} over the recorded "
         "range]",
@@ -136,6 +137,7 @@ KINDS = {
         "well",
     ),
     "joint_spring": Kind(
+        family="position",
         sentence="{joint} has a spring that the model does not have, as cables and hoses make[: {spring}][, "
         "relaxed at {ease}][: it gives {stiffer} {effort}, root mean square, and stiffens as it "
         "stretches]",

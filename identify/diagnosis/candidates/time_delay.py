@@ -141,6 +141,7 @@ def earlier(recording: Recording, finding: Finding) -> Recording:
 
 KINDS = {
     "time_delay": Kind(
+        family="delay",
         sentence="{late} {delay:size ms} {delay:later|earlier} than the positions recorded with it",
         drawn_against=("acceleration", "velocity"),
         ask=delays,

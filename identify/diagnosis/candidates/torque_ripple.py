@@ -126,6 +126,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 KINDS = {
     "torque_ripple": Kind(
+        family="waves",
         sentence="{joint} has torque ripple[, {harmonic:bare} times per turn of {turning}]: {wave}",
         drawn_against=("motor angle", "position"),
         ask=low,

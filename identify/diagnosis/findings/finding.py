@@ -11,6 +11,7 @@ from ...notebook import InNotebook, counted
 from ...preparation.prepare import Filtering
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
+from .located import Hinted, Located
 from .size import LeftOut, Size
 
 
@@ -95,6 +96,9 @@ class Finding:
         unnamed: Whether as much is left on its joint that depends on something and has no name.
         size: Its torque with an interval; None where that was not asked.
         left_out: Parameters that the data do not determine, and beside what.
+        family: Name of the narrowest family in `FAMILIES` that is certain; empty where none is.
+        family_probability: That it is any member of that family.
+        proven: Whether its effect on fitted blocks and on runs held out excludes zero.
     """
 
     effect: str
@@ -109,6 +113,9 @@ class Finding:
     unnamed: bool = False
     size: Size | None = None
     left_out: Mapping[str, LeftOut] = field(default_factory=dict)
+    family: str = ""
+    family_probability: float = float("nan")
+    proven: bool = True
 
     @property
     def listed(self) -> bool:
@@ -230,6 +237,8 @@ class Diagnosis(InNotebook):
         budget: Where the misfit goes; None for a diagnosis made without.
         changes: What each candidate alone would change.
         moments: Times at which a run differs from the model as at no other.
+        located: The misfit of every joint by what it depends on: the first answer.
+        hints: What runs held out show and fitted ones do not.
     """
 
     name: str
@@ -247,6 +256,8 @@ class Diagnosis(InNotebook):
     changes: tuple[Change, ...] = ()
     moments: tuple[Moment, ...] = ()
     suspicions: tuple[str, ...] = ()
+    located: tuple[Located, ...] = ()
+    hints: tuple[Hinted, ...] = ()
 
     def __repr__(self) -> str:
         number = counted(len(self.findings), "finding")
@@ -262,4 +273,5 @@ class Diagnosis(InNotebook):
     @property
     def unexplained(self) -> bool:
         """Whether something is missing that has no name here."""
-        return bool(self.remainders or self.undecided) or not all(one.listed for one in self.findings)
+        open_ = [one for one in self.undecided if not one.family]
+        return bool(self.remainders or open_) or not all(one.listed for one in self.findings)

@@ -12,6 +12,7 @@ from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from .arm import Arm
+from .family import FamilyOf
 from .finding import Finding
 
 Ask = Callable[[Model], Iterator[Candidate]]
@@ -40,6 +41,8 @@ class Kind:
 
     sentence: str = ""  # see above
     drawn_against: tuple[str, ...] = ()  # two axes of the report on which it shows
+    family: str | FamilyOf = ""  # one of `FAMILIES`; empty for a family of its own
+    formula: bool = True  # whether its torque follows a formula, and no curve that may have any form
     ask: Ask | None = None  # its hypotheses; by default, its effect on each joint
     ask_of_rest: AskOfRest | None = None  # more hypotheses, by what a prediction leaves
     ask_first: AskOfRest | None = None  # the same once, before anything was found

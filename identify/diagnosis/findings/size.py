@@ -66,3 +66,7 @@ class LeftOut(NamedTuple):
 
     beside: str = ""
     effect: str = ""
+
+
+OF_A_CURVE = LeftOut("all others of the curve")
+"""Coefficients of a curve say nothing one by one: its torque is given."""

@@ -77,10 +77,16 @@ def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
 def _change(answer: Answer, which: np.ndarray) -> Change:
     """Relative change of the squared error of some blocks (k,), and its standard deviation over them."""
     joint = int(np.argmax(answer.by_joint))
+    change, std = relative_change(answer, which, joint)
+    one = answer.candidate
+    return Change(one.effect, one.joints, joint, change, std, answer.gain, one.which)
+
+
+def relative_change(answer: Answer, which: np.ndarray, joint: int) -> tuple[float, float]:
+    """Relative change of a joint's squared error over some blocks (k,), and its standard deviation."""
     after, before = answer.errors[which, joint], answer.predicted[which, joint]
     ratio = float(after.sum() / max(float(before.sum()), 1e-300))
     count = len(after)
     scatter = float(np.sum((after - ratio * before) ** 2)) * count / max(count - 1, 1)
     std = np.sqrt(scatter) / max(float(before.sum()), 1e-300)
-    one = answer.candidate
-    return Change(one.effect, one.joints, joint, ratio - 1.0, float(std), answer.gain, one.which)
+    return ratio - 1.0, float(std)

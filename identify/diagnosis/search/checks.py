@@ -1,6 +1,6 @@
 """Checks at the end of a search: what runs held out say of findings, and of the fitted parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -41,8 +41,7 @@ def judged_by_held_out(
 ) -> list[Selected]:
     """Findings that runs held out do not contradict; no other name is chosen in place of one that goes.
 
-    A finding goes that makes those runs less probable beside all others. So does one without which the joint
-    that is predicted worst gains more than any other loses, unless another shape of it does no harm.
+    A finding goes that makes those runs less probable beside all others, or a joint of them worse.
     """
     whole = problem.prediction(answers_of(selected))
     for one in sorted((one for one in selected if one.predicts_held_out), key=lambda one: one.certainty):
@@ -50,48 +49,54 @@ def judged_by_held_out(
         again = again_beside(problem, one.answer, answers_of(others), whole)
         if again and contradicted(again):
             selected = others
-    reshaped = list[Selected]()
-    while np.max(now := _held_out(problem, selected, without_findings), initial=0.0) > WORSE**2:
-        gone = _makes_worse(problem, selected, now, without_findings)
-        if gone is None:
-            break
-        others = [other for other in selected if other is not gone]
-        shaped = (
-            None if gone in reshaped else _in_another_shape(problem, others, gone, without_findings, total)
-        )
-        reshaped += [shaped] if shaped else []
-        selected = [*others, *([shaped] if shaped else [])]
+    return no_joint_worse(problem, selected, without_findings, total)
+
+
+def no_joint_worse(
+    problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
+) -> list[Selected]:
+    """Findings with which no joint held out is predicted worse than without any, as many as there can be.
+
+    Several may share the blame, so that none alone is guilty: that goes without which the worst joint is
+    predicted best, until none is worse. Then each that went comes back if it does no harm beside the others,
+    the most certain first, in its shape or in another one.
+    """
+    allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
+
+    def worst(some: Sequence[Selected]) -> float:
+        return float(np.max(_held_out(problem, some, without_findings) / allowed, initial=0.0))
+
+    gone = list[Selected]()
+    while worst(selected) > 1.0 and (removable := [one for one in selected if one.predicts_held_out]):
+        out = min(removable, key=lambda one: worst([other for other in selected if other is not one]))
+        selected = [one for one in selected if one is not out]
+        gone.append(out)
+    for one in sorted(gone, key=lambda one: -one.certainty):
+        if worst([*selected, one]) <= 1.0:
+            selected = [*selected, one]
+        elif shaped := _in_another_shape(problem, selected, one, worst, total):
+            selected = [*selected, shaped]
     return selected
 
 
 def _in_another_shape(
-    problem: Problem, others: list[Selected], gone: Selected, without_findings: Prediction, total: float
+    problem: Problem,
+    others: Sequence[Selected],
+    gone: Selected,
+    worst: Callable[[Sequence[Selected]], float],
+    total: float,
 ) -> Selected | None:
-    """A finding in its most probable shape that predicts runs held out no worse than they are without it."""
+    """A finding in its most probable shape that predicts no joint held out worse; None without any."""
     prediction = problem.prediction(answers_of(others))
     shapes = [pair for pair in problem.asked if pair[0].key == gone.answer.candidate.key]
-    least = max(float(np.max(_held_out(problem, others, without_findings))), WORSE**2)
     for answer in sorted(ask(prediction, shapes), key=lambda one: -one.gain):
         again = colouring(prediction, answer).chosen_as(gone.answer)
         shaped = gone._replace(answer=again, odds=again.odds + log_prior(again, total))
         if shaped.odds < CERTAIN_ODDS:
             break
-        if np.max(_held_out(problem, [*others, shaped], without_findings)) <= least:
+        if worst([*others, shaped]) <= 1.0:
             return shaped
     return None
-
-
-def _makes_worse(
-    problem: Problem, selected: Sequence[Selected], now: np.ndarray, without_findings: Prediction
-) -> Selected | None:
-    """The finding without which the worst predicted joint gains most, and more than any other loses."""
-    most, gone = 1.0, None
-    for one in (one for one in selected if one.predicts_held_out):
-        without = _held_out(problem, [other for other in selected if other is not one], without_findings)
-        gained, lost = float(np.max(now) / np.max(without)), float(np.max(without / now))
-        if gained > max(WORSE * most, lost):
-            most, gone = gained, one
-    return gone
 
 
 def nominal_where_better(

@@ -20,6 +20,7 @@ from ..questions.shape import Shaped, asked_again
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
+from .mismatch import mismatches, with_mismatches
 
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
@@ -136,11 +137,24 @@ class Problem:
         for answers, prediction in self._recent:
             if len(answers) == len(found) and all(map(operator.is_, answers, found)):
                 return prediction
-        rows = with_found(self.rows, found)
+        rows = with_found(self._with_mismatches(found), found)
         sums = self._sums.plus(rows, len(self.rows.std))
         prediction = _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
         self._recent.appendleft((tuple(found), prediction))
         return prediction
+
+    def _with_mismatches(self, found: Sequence[Answer]) -> Rows:
+        """The rows with unknowns by which the formulas of what was found may be wrong."""
+        every = mismatches(self.model, self.runs, found)
+        for one in every:
+            if one.place not in self._curves:
+                self._curves[one.place] = one.columns(self.model, self.runs)
+        return with_mismatches(self.rows, every, self._curves)
+
+    @cached_property
+    def _curves(self) -> dict[tuple[str, int], np.ndarray]:
+        """Columns (r, n, p) of curves that were asked for, by what they are over and their joint."""
+        return {}
 
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..candidates import KINDS
+from ..candidates import KINDS, family_of, kind_of
+from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
@@ -14,6 +15,7 @@ from ..questions.comparison import colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import again_beside, in_shape, judged_by_held_out, nominal_where_better
+from .held_out import proven
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
@@ -55,7 +57,7 @@ def search(problem: Problem) -> SearchResult:
     single = ranked(problem, without_findings, [], shapes)
     total, before, visited = total_prior(single, problem), list[Selected](), list[set[object]]()
     for _ in range(PASSES):
-        at, added, left = _added(problem, selected, total, shapes)
+        at, added = _added(problem, selected, total, shapes)
         problem, added = _bearing(at, added)
         changed = _changed(before, added, without_findings.joints) | (problem is not at)
         before = selected = _chosen_anew(problem, added, total, changed, shapes)
@@ -65,14 +67,15 @@ def search(problem: Problem) -> SearchResult:
         visited.append(keys)
     kept = judged_by_held_out(problem, selected, without_findings, total)
     problem = nominal_where_better(problem, kept, without_findings)
-    taken = keys_of(kept)
+    kept = proven(problem, kept)
+    prediction = problem.prediction(answers_of(kept))
     return SearchResult(
         problem,
         tuple(kept),
-        problem.prediction(answers_of(kept)),
+        prediction,
         without_findings,
         tuple(single),
-        tuple(one for one in left if one.candidate.key not in taken),
+        tuple(ranked(problem, prediction, kept, shapes)),
         total,
     )
 
@@ -115,19 +118,19 @@ def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) 
 
 def _added(
     problem: Problem, selected: list[Selected], total: float, shapes: Shapes
-) -> tuple[Problem, list[Selected], list[Answer]]:
-    """Findings with all that is credible beside them, the problem at their load, and what was not taken.
+) -> tuple[Problem, list[Selected]]:
+    """Findings with all that is credible beside them, and the problem at their load.
 
     Hypotheses that the latest finding's joints see are asked until none is credible, then all are.
     """
     out: set[object] = set()
-    best, joints = list[Answer](), None
+    joints: np.ndarray | None = None
     for _ in range(TURNS):
         problem, selected = only_once(problem, selected)
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
-        one = simplest(prediction, open_, total)
+        one = simplest(prediction, without_idle_curves(open_, prediction), total)
         if one is None and (joints is None or len(joints) == prediction.joints):
             break
         joints = np.flatnonzero(seeing(one.answer)) if one else None
@@ -141,7 +144,7 @@ def _added(
             continue
         problem, selected = settled, stay
         out |= gone  # in this pass: it would come and go
-    return problem, selected, best
+    return problem, selected
 
 
 def _chosen_anew(
@@ -161,7 +164,7 @@ def _chosen_anew(
         again = in_shape(problem, prediction, one.answer)
         shapes[again.candidate.key] = again
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
-        best = [rival for rival in best if _material(rival, prediction)]
+        best = without_idle_curves([rival for rival in best if _material(rival, prediction)], prediction)
         chosen = simplest(prediction, best, total)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
@@ -200,6 +203,37 @@ def _material(one: Answer, prediction: Prediction) -> bool:
     return bool(before - after > least) or one.relief > CERTAIN_ODDS
 
 
+def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[Answer]:
+    """The answers without curves that explain hardly more than a formula of the same dependence."""
+    explained = {id(one): _explained(one, prediction) for one in best}
+    formulas: dict[tuple[str, tuple[int, ...]], float] = {}
+    for one in best:
+        place = _dependence(one.candidate)
+        if place and kind_of(one.candidate.effect).formula:
+            formulas[place] = max(formulas.get(place, 0.0), explained[id(one)])
+
+    def needed(one: Answer) -> bool:
+        place = _dependence(one.candidate)
+        if place is None or kind_of(one.candidate.effect).formula:
+            return True
+        return explained[id(one)] > (1.0 + FORMULA**2) * formulas.get(place, 0.0)
+
+    return [one for one in best if needed(one)]
+
+
+def _dependence(candidate: Candidate) -> tuple[str, tuple[int, ...]] | None:
+    """What the torque of a candidate depends on, and its joints."""
+    family = family_of(candidate)
+    return (FAMILIES[family].dependence, candidate.joints) if family else None
+
+
+def _explained(one: Answer, prediction: Prediction) -> float:
+    """Variance that an effect takes from the joint that shows it best [(N m)^2]."""
+    variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
+    before, after = variance[:, int(np.argmax(one.by_joint))]
+    return float(before - after)
+
+
 def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:
     """Findings that are each still needed beside the one that came last, at the load they leave."""
     latest = selected[-1].answer
@@ -210,7 +244,7 @@ def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
-        if again is None or again.odds + log_prior(again, total) < CERTAIN_ODDS:
+        if again is None or again.odds + log_prior(again, total) + one.together < CERTAIN_ODDS:
             selected = others
             continue
         # Beside others a coefficient may have come to a limit of physics, or left it.

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..candidates import family_of
+from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
 from ..questions.comparison import SEEN, better, competing
@@ -20,6 +22,13 @@ ByBlocks = Callable[[Answer, Answer], float]
 """Logarithm of the odds of one answer against another, by how blocks left out scatter."""
 
 
+class FamilyShare(NamedTuple):
+    """A family to which an effect belongs, and the probability that it is any member of it."""
+
+    name: str
+    probability: float
+
+
 class Selected(NamedTuple):
     """An effect that was found, and what else it might be."""
 
@@ -28,6 +37,7 @@ class Selected(NamedTuple):
     others: tuple[tuple[Answer, float], ...] = ()  # what may explain the same, log odds against each
     once: bool = False  # whether it happened once, so that no other block predicts it
     alone: bool = False  # whether one joint alone shows what acts on the whole arm: not named then
+    proven: bool = True  # whether its effect on fitted blocks and on runs held out excludes zero
     unnamed: float = 0.0  # what is left beside it without a name, over what it explains [-]
 
     @property
@@ -53,6 +63,36 @@ class Selected(NamedTuple):
         return self.probability + sum(alike)
 
     @property
+    def together(self) -> float:
+        """Logarithm of how much likelier it is that any rival on its joints is there than this one alone."""
+        here = self.answer.candidate.joints
+        alike = [-odds for one, odds in self.others if one.candidate.joints == here]
+        return float(np.logaddexp.reduce([0.0, *alike]))
+
+    @property
+    def family(self) -> FamilyShare | None:
+        """The narrowest family on its joints that is certain enough to be named; None without any."""
+        here = self.answer.candidate
+        narrow = family_of(here)
+        wide = FAMILIES[narrow].dependence if narrow else ""
+        shares = (FamilyShare(name, self._probability_of(name)) for name in (narrow, wide) if name)
+        return next((one for one in shares if one.probability >= NAMED), None)
+
+    @property
+    def dependence_probability(self) -> float:
+        """That something is there whose torque depends on what this one's depends on."""
+        narrow = family_of(self.answer.candidate)
+        return self._probability_of(FAMILIES[narrow].dependence) if narrow else self.certainty
+
+    def _probability_of(self, family: str) -> float:
+        """That it is any member of a family on the same joints."""
+        here, weights = self.answer.candidate, self._weights
+        every = [here, *(one.candidate for one, _ in self.others)]
+        members = _families_of(family)
+        alike = [one.joints == here.joints and family_of(one) in members for one in every]
+        return float(weights[1:][alike].sum() * self._share / weights.sum())
+
+    @property
     def _share(self) -> float:
         """Of what is not noise: where physics without a name does as much, this may be a part of that."""
         return 1.0 / (1.0 + self.unnamed) if self.unnamed >= 1.0 else 1.0
@@ -60,7 +100,7 @@ class Selected(NamedTuple):
     @property
     def named(self) -> bool:
         """Whether its effect is certain enough to be named."""
-        return self.certainty >= NAMED and not self.alone
+        return self.certainty >= NAMED and not self.alone and self.proven
 
     @property
     def elsewhere(self) -> list[tuple[Answer, float]]:
@@ -75,6 +115,11 @@ class Selected(NamedTuple):
         weights = self._weights
         every = zip(self.others, weights[2:] * self._share / weights.sum(), strict=True)
         return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
+
+
+def _families_of(name: str) -> tuple[str, ...]:
+    """A family, and those that it contains."""
+    return (name, *(inner for inner, family in FAMILIES.items() if family.dependence == name))
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
@@ -138,7 +183,7 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         prior = log_prior(one, total) - log_prior(other, total)
         return better(one, other, blocks(one, other), prior)
 
-    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS]
+    credible = [one for one in best if odds_of(one, total) > CERTAIN_ODDS] or _together(best, total)
     if not credible:
         return None
     first = credible[0]
@@ -154,6 +199,25 @@ def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected |
         return found
     again = _beside_others(likelier, odds, best, total, against)
     return again._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
+
+
+def _together(best: Sequence[Answer], total: float) -> list[Answer]:
+    """The likeliest of rivals on the same joints, none credible alone, where it is credible that it is any.
+
+    Hypotheses exclude one another, so that their odds against nothing add up.
+    """
+    groups: dict[tuple[int, ...], list[Answer]] = {}
+    for one in best:
+        if np.isfinite(odds_of(one, total)) and one.candidate.joints:
+            groups.setdefault(one.candidate.joints, []).append(one)
+    odds = {
+        joints: float(np.logaddexp.reduce([odds_of(one, total) for one in group]))
+        for joints, group in groups.items()
+    }
+    joints = max(odds, key=lambda key: odds[key], default=None)
+    if joints is None or odds[joints] < CERTAIN_ODDS:
+        return []
+    return [max(groups[joints], key=lambda one: odds_of(one, total))]
 
 
 def _beside_others(

@@ -1,6 +1,7 @@
 """diagnosis.json: all of a diagnosis but its samples; every page is made from it."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,8 @@ def array_of(values: Sequence[float | None] | None) -> np.ndarray:
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """One case of an answer file, in the words of the vocabulary; joints count from 1.
 
-    What is undecided is answered with the most probable name, and its confidence shows it.
+    What is undecided is answered with the most probable name, and its confidence shows it; a curve without a
+    formula with the most probable formula that it might be.
     """
     every = (*diagnosis.findings, *diagnosis.undecided)
     gained = diagnosis.improvement
@@ -74,7 +76,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         "torque_rms_filter_hz": gained.band,
     }
     return {
-        "findings": [_answered(finding) for finding in every if finding.listed],
+        "findings": [answered for answered in map(_answered, every) if answered],
         "unexplained": diagnosis.unexplained,
         **(residuals or {}),
         "seconds": round(diagnosis.seconds, 2),
@@ -82,11 +84,17 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _answered(finding: Finding) -> dict[str, Any]:
-    first, *rest = [one for one in possible(finding) if one is finding or one.listed]
+    """The most probable name that the vocabulary has, if any, and the family where one is certain."""
+    names = [one for one in possible(finding) if one.listed]
+    if not names:
+        return {}
+    first, *rest = names
+    family = {"family": finding.family, "family_confidence": finding.family_probability}
     return {
         **_place(first),
         "confidence": first.probability,
         "alternatives": [_place(one) for one in rest],
+        **(family if finding.family else {}),
     }
 
 
@@ -128,6 +136,8 @@ def diagnosis_file(diagnosis: Diagnosis, forward: Forward | None = None, folder:
         torque_rms_filter_hz=None if gained is None else gained.band,
         runs=diagnosis.runs,
         held_out=() if gained is None else gained.runs,
+        located=tuple(replace(one, joint=one.joint + 1) for one in diagnosis.located),
+        hints=tuple(replace(one, joint=one.joint + 1) for one in diagnosis.hints),
         suspicions=diagnosis.suspicions,
         warnings=diagnosis.warnings,
         seconds=round(diagnosis.seconds, 2),
@@ -176,6 +186,8 @@ def _row(diagnosis: Diagnosis, finding: Finding, said: str, headline: str, certa
         certainty=certainty,
         size=None if finding.size is None else _size(finding.size, diagnosis),
         left_out=left_out_words(finding.left_out),
+        family=finding.family,
+        family_probability=number(finding.family_probability),
     )
 
 

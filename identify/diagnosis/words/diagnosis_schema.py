@@ -21,6 +21,7 @@ from ...schema import (
     check_joints,
     check_length,
 )
+from ..findings.located import Hinted, Located
 from .size_schema import SizeTable, Unit
 
 Joints = tuple[JointNumber, ...]
@@ -57,6 +58,8 @@ class FindingRow(Struct, frozen=True):
         held_out: By how much it lowers twice the negative log likelihood of runs held out.
         size: Its torque with an interval; older files lack it.
         left_out: Parameters that the data do not determine, which are not shown -> why.
+        family: Name of the narrowest family that is certain; empty where none is, and in older files.
+        family_probability: That it is any member of that family.
     """
 
     effect: EffectName
@@ -72,6 +75,8 @@ class FindingRow(Struct, frozen=True):
     certainty: str = ""
     size: SizeTable | None = None
     left_out: dict[str, str] = {}
+    family: str = ""
+    family_probability: Probability | None = None
 
     @property
     def places(self) -> list[int]:
@@ -158,6 +163,8 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
         noise: Noise floor of each joint's torque behind the filter; None without runs held out.
         torque_rms_before: Residual of runs held out by nominal values, friction and offsets fitted.
         torque_rms_after: With all findings; equal to the budget's.
+        located: The misfit of every joint by what it depends on.
+        hints: What runs held out show and fitted ones do not.
     """
 
     name: str
@@ -178,6 +185,8 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
     torque_rms_filter_hz: Size | None = None
     held_out: tuple[str, ...] | None = None
     runs: tuple[str, ...]
+    located: tuple[Located, ...] = ()
+    hints: tuple[Hinted, ...] = ()
     suspicions: tuple[str, ...] = ()
     warnings: tuple[str, ...] | None = None
     doubts: tuple[str, ...] | None = None
@@ -240,6 +249,9 @@ class DiagnosisFile(Struct, frozen=True, kw_only=True):
         for place, change in enumerate(self.changes):
             check_joints(change.joints, f"changes[{place}].joints", count)
             check_joints([change.joint], f"changes[{place}].joint", count)
+        for key in ("located", "hints"):
+            for place, row in enumerate(getattr(self, key)):
+                check_joints([row.joint], f"{key}[{place}].joint", count)
 
     def _check_budget(self, budget: BudgetTable) -> None:
         for name in ("units", "before_rms", "after_rms"):

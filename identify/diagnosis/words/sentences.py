@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ...text_table import digits, percent
+from ...text_table import NORMAL_95, digits, percent
 from ..candidates import kind_of
+from ..findings.family import FAMILIES
 from ..findings.finding import UNCERTAIN, Alternative, Finding, Moment
+from ..findings.located import Hinted
 from ..findings.quantities import SLIDING, TURNING, formatted
 from .naming import effect_words, joined, joint_words, lower
 
+UNPROVEN = ", but what it explains may be zero by how much that differs from block to block"
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
@@ -73,6 +76,10 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
     every = [_possible(one, finding, joints) for one in possible(finding)]
     text = f"{where}: something is missing that is {joined(every, 'or')}"
+    if finding.family:
+        family, sure = FAMILIES[finding.family].words, percent(finding.family_probability, 3)
+        text = f"{where} has {family} ({sure}): {joined(every, 'or')}"
+    text += UNPROVEN if not finding.proven else ""
     text += ", but only one joint shows that" if finding.alone else ""
     text += ", or acts like it: as much is left there that has no name" if finding.unnamed else ""
     return f"{text}; what would settle it: {settled}." if settled else f"{text}."
@@ -91,6 +98,17 @@ def _possible(one: Finding | Alternative, finding: Finding, joints: Sequence[str
         return f"{name} ({sure})"
     where = joined([lower(joint_words(joint, joints)) for joint in one.joints]) if one.joints else "the arm"
     return f"{name} of {where} ({sure})"
+
+
+def hint_sentence(hint: Hinted, joints: Sequence[str]) -> str:
+    """What runs held out show and fitted ones do not, with both numbers, and what to do."""
+    where, effect = joint_words(hint.joint, joints), effect_words(hint.effect)
+    change = f"{-100 * hint.change:.0f} ± {100 * NORMAL_95 * hint.std:.0f} %"
+    return (
+        f"{where}: runs held out show {effect} (log odds {hint.gain_held_out:.1f}), which would explain "
+        f"{change} of what is left there; the fitted runs do not decide it (log odds {hint.gain:.1f}). Fit "
+        "one of the runs held out too, and hold out another."
+    )
 
 
 def dependence(depends_on: str) -> str:

@@ -6,7 +6,7 @@ from ...text_table import digits
 from ..findings.axes import AXES
 from ..findings.finding import Diagnosis
 from ..findings.quantities import with_interval
-from ..findings.size import LeftOut, Point, Size
+from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
 from .measures import revolute, torque_units
 from .naming import effect_words, joined
 
@@ -59,8 +59,11 @@ def rows_head(size: Size, diagnosis: Diagnosis) -> str:
 
 
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
-    """Name of a number that is not given -> why, as a sentence."""
-    return {name: f"{name} is not given, since {_why(one)}." for name, one in left_out.items()}
+    """Name of a number that is not given -> why, as a sentence; empty for those of a curve."""
+    return {
+        name: "" if one is OF_A_CURVE else f"{name} is not given, since {_why(one)}."
+        for name, one in left_out.items()
+    }
 
 
 def _why(one: LeftOut) -> str:

@@ -14,7 +14,7 @@ from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
 from .measures import by_kind, noise_measured, slides, torque_units
 from .naming import capital, effect_words, joined, joint_words, lower, named
-from .sentences import dependence, moment_sentence, sentence, undecided_sentence
+from .sentences import dependence, hint_sentence, moment_sentence, sentence, undecided_sentence
 from .size_words import left_out_words, size_words
 
 
@@ -34,7 +34,8 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
     if explained(diagnosis):
         headlines = [_nothing(diagnosis)]
     moments = [moment_sentence(one) for one in diagnosis.moments]
-    lines = [*headlines, *open_, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
+    hints = [hint_sentence(one, diagnosis.joints) for one in diagnosis.hints]
+    lines = [*headlines, *open_, *hints, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
     held_out = diagnosis.improvement.runs if diagnosis.improvement else ()
     runs = (*diagnosis.runs, *held_out)
     suspected = [f"{CHECK_FIRST}: {_full(one, runs)} {UNLESS}" for one in diagnosis.suspicions]
@@ -55,8 +56,9 @@ def _rivals(diagnosis: Diagnosis, place: int, folder: str) -> list[Rival]:
 
 
 def explained(diagnosis: Diagnosis) -> bool:
-    """Whether nothing is missing: no finding, with a certain name or not, no remainder and no moment."""
-    return not (diagnosis.findings or diagnosis.undecided or diagnosis.remainders or diagnosis.moments)
+    """Whether nothing is missing: no finding, with a certain name or not, no hint, remainder or moment."""
+    found = (*diagnosis.findings, *diagnosis.undecided, *diagnosis.hints)
+    return not (found or diagnosis.remainders or diagnosis.moments)
 
 
 def headline(diagnosis: Diagnosis, finding: Finding) -> str:

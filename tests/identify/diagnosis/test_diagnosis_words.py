@@ -10,6 +10,7 @@ import pytest
 
 from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
 from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
+from exidyn.identify.diagnosis.candidates.curves import NAMES
 from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
 from exidyn.identify.diagnosis.findings.quantities import Formatted, with_interval
 from exidyn.identify.diagnosis.findings.size import LeftOut, Point, Size
@@ -41,8 +42,14 @@ VOCABULARY = (
     "encoder_offset time_delay contact_event"
 ).split()
 OUTSIDE = (
-    "hose_spring supply_sag current_crosstalk neighbour_friction axis_misalignment periodic_disturbance"
-).split()
+    "hose_spring",
+    "supply_sag",
+    "current_crosstalk",
+    "neighbour_friction",
+    "axis_misalignment",
+    "periodic_disturbance",
+    *NAMES.values(),
+)
 
 
 def finding(effect="load_dependent_friction", joints=(2,), torque=2.0, **changes) -> Finding:

@@ -16,7 +16,14 @@ from ...parts.runs.robots import random_motion, six_axis, sliding
 
 pytestmark = pytest.mark.numerical
 
-CHOICES = {"joint": "joint4", "other": "joint5", "d21": 0.6964, "d22": 0.1847, "phi": -1.6148}
+CHOICES = {
+    "joint": "joint4",
+    "other": "joint5",
+    "d21": 0.6964,
+    "d22": 0.1847,
+    "phi": -1.6148,
+    "over": "position",
+}
 """Values of the fields that have no default."""
 
 UNITS = {

@@ -22,8 +22,8 @@ from .fuzz_mutations import mutated
 from .fuzz_parsers import PARSERS
 
 PATIENCE = 150
-"""Seconds after which a parser hangs: more than twice what a reader in a process of its own is given, so that a busy
-machine, on which starting such a process takes a minute, is no failure."""
+"""Seconds after which a parser hangs: more than twice what a reader in a process of its own is given, so that
+a busy machine, on which starting such a process takes a minute, is no failure."""
 MEMORY = 4 << 30
 """Bytes of address space beyond what is in use that no parser of these small files needs."""
 LONGEST = 300

@@ -8,6 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identify.diagnosis.candidates import kind_of
+from exidyn.identify.diagnosis.findings.family import FAMILIES
+
+BY_SHAPE = "velocity"
+"""What effects depend on whose family follows from their shape: all are friction over velocity."""
+
+
+def dependence(effect: str) -> str:
+    """What the torque of an effect depends on; its own name where it is of no family."""
+    family = kind_of(effect).family
+    return BY_SHAPE if callable(family) else FAMILIES[family].dependence if family else effect
+
+
 NOTHING, UNEXPLAINED = "nothing", "unexplained"
 
 
@@ -38,6 +51,13 @@ class Finding:
     guess: Guess
     confidence: float
     alternatives: tuple[Guess, ...]
+    family: str = ""
+    family_confidence: float = float("nan")
+
+    def related(self, truth: Guess) -> bool:
+        """Whether it depends on what the truth depends on, by the family that it names, or by its name."""
+        depends_on = FAMILIES[self.family].dependence if self.family else dependence(self.guess.effect)
+        return depends_on == dependence(truth.effect) and self.guess.same_joints(truth)
 
     def covers(self, truth: Guess) -> bool:
         """Whether the guess or an alternative is right."""
@@ -96,7 +116,13 @@ def _finding(found: Mapping[str, Any]) -> Finding:
         else _guess(other["effect"], other.get("joints", guess.joints))
         for other in found.get("alternatives", ())
     ]
-    return Finding(guess, float(found.get("confidence", np.nan)), tuple(others))
+    return Finding(
+        guess,
+        float(found.get("confidence", np.nan)),
+        tuple(others),
+        found.get("family", ""),
+        float(found.get("family_confidence", np.nan)),
+    )
 
 
 def read_answer(case: Mapping[str, Any]) -> Answer:

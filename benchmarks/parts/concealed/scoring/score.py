@@ -57,6 +57,11 @@ def recalled(case: Pair) -> list[bool]:
     return [any(found.guess.meets(truth) for found in case.answer.findings) for truth in case.truth.effects]
 
 
+def family_recalled(case: Pair) -> list[bool]:
+    """Of every effect that is concealed, whether any finding names its dependence on its joint."""
+    return [any(found.related(truth) for found in case.answer.findings) for truth in case.truth.effects]
+
+
 def precise(case: Pair) -> list[bool]:
     """Of every finding, whether it is right."""
     return [any(found.guess.meets(truth) for truth in case.truth.effects) for found in case.answer.findings]
@@ -123,6 +128,7 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
         "top1_all_strengths": share(map(top1, single)),
         "with_alternatives": share(map(covered, seen)),
         "wrong_name": share(bool(case.answer.findings) and not top1(case) for case in single),
+        "family_recall": share(right for case in seen + double for right in family_recalled(case)),
         "joint": share(map(joint_right, placed)),
         "false_alarms": sum(map(alarmed, none)),
         "nothing_cases": len(none),

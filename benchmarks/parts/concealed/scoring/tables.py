@@ -24,6 +24,23 @@ def calibration(cases: list[Pair]) -> list[list[Any]]:
         for case in cases
         for found, right in zip(case.answer.findings, precise(case), strict=True)
     ]
+    return classes(stated)
+
+
+def family_calibration(cases: list[Pair]) -> list[list[Any]]:
+    """The same of families that were named."""
+    return classes(
+        [
+            (found.family_confidence, any(found.related(truth) for truth in case.truth.effects))
+            for case in cases
+            for found in case.answer.findings
+            if found.family
+        ]
+    )
+
+
+def classes(stated: list[tuple[float, bool]]) -> list[list[Any]]:
+    """Pairs of a stated probability and whether it was right, by classes of the first."""
     rows: list[list[Any]] = []
     for low, high in zip(CONFIDENCES, CONFIDENCES[1:], strict=False):
         inside = [pair for pair in stated if low <= pair[0] < high]
@@ -113,6 +130,9 @@ TABLES = {
         sensitivity,
     ),
     "calibration": Table("stated probabilities", ("from", "to", "findings", "stated", "right"), calibration),
+    "families": Table(
+        "stated probabilities of families", ("from", "to", "findings", "stated", "right"), family_calibration
+    ),
     "confusion": Table("called otherwise", ("truth", "called", "times"), confusion),
 }
 """In the order in which they are printed."""

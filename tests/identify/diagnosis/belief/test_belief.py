@@ -63,7 +63,7 @@ def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
     belief, [run, _] = believed()
     asked = question(belief, ("payload", ()), ("link_inertia", (1,)))
     alike = apart(belief, asked, run)
-    other = apart(belief, question(belief, *(("hysteresis", (joint,)) for joint in (0, 1))), run)
+    other = apart(belief, question(belief, *(("coulomb_friction", (joint,)) for joint in (0, 1))), run)
     assert np.max(alike) < 0.1
     assert np.max(other) > 10.0 * np.max(alike)
     words = " ".join(remaining(belief, asked))
@@ -87,7 +87,7 @@ def test_what_gives_the_same_torque_is_a_rival_whatever_the_blocks_say():
     [asked] = [one for one in belief.questions if one.seen]
     assert found.answer.candidate.effect == "spring_balancer"
     assert found.named
-    assert {one.effect for one in asked.answers} == {"spring_balancer", "joint_spring", ""}
+    assert {one.effect for one in asked.answers} == {"spring_balancer", "joint_spring", "position_curve", ""}
     assert max(asked.probabilities) < 0.5
     assert items(belief)[0].open
 

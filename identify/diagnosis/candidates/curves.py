@@ -1,0 +1,75 @@
+"""Curves: a joint's torque over what it depends on, where no formula of the vocabulary describes it."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ...effects import Effect, TorqueCurve
+from ...effects.torque_curve import ABSCISSAE
+from ...model import Model
+from ..blocks.prediction import Prediction
+from ..findings.family import DEPENDENCES
+from ..findings.kind import Kind
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from ..runs.usable import HELD_OUT
+from .parts import RARE, of_effect
+
+
+def curve(model: Model, over: str, joint: int, runs: Sequence[Driven]) -> TorqueCurve:
+    """A curve over one quantity, of one joint, over the range of it in the runs that are fitted."""
+    fitted = [run.motion for run in runs if run.role != HELD_OUT]
+    values = np.concatenate([ABSCISSAE[over].values(motion)[:, joint] for motion in fitted])
+    low = 0.0 if ABSCISSAE[over].size else float(values.min())
+    return TorqueCurve((model.robot.joints[joint],), over=over, low=low, high=float(values.max()))
+
+
+def _nothing(model: Model) -> Iterator[Candidate]:
+    """None before the range of the runs is known."""
+    return iter(())
+
+
+def _curves(over: str, model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
+    """On each joint that moves."""
+
+    def unlisted(candidate: Candidate, effect: Effect) -> Candidate:
+        return replace(candidate, listed=False, prior=RARE)
+
+    for joint in range(model.robot.dof):
+        effect, name = curve(model, over, joint, runs), NAMES[over]
+        if effect.high > effect.low:
+            yield of_effect(model, name, effect, KINDS[name], (joint,), unlisted)
+
+
+NAMES = {
+    "velocity": "velocity_curve",
+    "direction": "direction_curve",
+    "load": "load_curve",
+    "position": "position_curve",
+    "position and direction": "braking_curve",
+}
+"""What a curve is over -> its name."""
+
+DRAWN = {
+    "velocity": ("speed", "velocity"),
+    "direction": ("velocity", "position"),
+    "load": ("size of the load", "velocity"),
+    "position": ("position", "load"),
+    "position and direction": ("where it brakes", "velocity"),
+}
+"""What a curve is over -> axes on which it shows."""
+
+KINDS = {
+    name: Kind(
+        sentence=f"{{joint}} has {DEPENDENCES[over]}, in a way that no formula of the vocabulary describes",
+        drawn_against=DRAWN[over],
+        ask=_nothing,
+        ask_first=partial(_curves, over),
+        family=over,
+        formula=False,
+    )
+    for over, name in NAMES.items()
+}
+"""Name -> what is known of each."""

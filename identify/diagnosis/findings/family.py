@@ -1,0 +1,55 @@
+"""Families: effects whose torque has one shape over what it depends on.
+
+Where data show that a joint's friction grows less than linearly with velocity, several formulas often fit
+about as well. Then the family is known and its member is not.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..questions.candidate import Candidate
+
+
+class Family(NamedTuple):
+    """Effects that only their formulas tell apart.
+
+    Attributes:
+        dependence: What their torque depends on; several families may depend on the same.
+        words: As the end of "joint 3 has ...".
+    """
+
+    dependence: str
+    words: str
+
+
+DEPENDENCES: dict[str, str] = {
+    "velocity": "friction that depends on velocity otherwise than in the model",
+    "direction": "friction that differs between the two directions",
+    "load": "friction that depends on the load",
+    "position": "a torque that depends on the joint's position",
+    "position and direction": "friction that depends on the joint's position",
+    "waves": "a torque in waves along a turn",
+    "other joints": "a torque that depends on another joint",
+    "history": "friction that builds up after each reversal",
+    "temperature": "friction that changes with temperature",
+    "delay": "a current that is not recorded at the time of the position",
+    "elasticity": "a gear that gives way",
+    "gravity": "gravity in another direction than in the model",
+    "mass": "another mass or inertia than in the model",
+    "drive": "another torque per current than in the model",
+    "kinematics": "an angle or an axis that is elsewhere",
+    "event": "a force that acts once",
+    "time": "a torque that depends on time, whatever the arm does",
+}
+"""What a torque may depend on -> the family of all that does, as the end of "joint 3 has ..."."""
+
+FAMILIES: dict[str, Family] = {name: Family(name, words) for name, words in DEPENDENCES.items()} | {
+    "friction level": Family("velocity", "friction of another size than in the model"),
+    "sublinear": Family("velocity", "friction that grows less than linearly with velocity"),
+    "superlinear": Family("velocity", "friction that grows more than linearly with velocity"),
+    "low speed": Family("velocity", "friction that rises towards standstill"),
+}
+"""Name -> what it is. A dependence is a family too: of everything that depends on it."""
+
+FamilyOf = Callable[[Candidate], str]
+"""The name of a candidate's family, where an effect belongs to one or another by its shape."""

@@ -1,0 +1,95 @@
+"""Held out: what runs that are only predicted say of a hypothesis, by how much they gain from it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from ..blocks.block_likelihood import all_or_nothing, amplitude
+from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
+from .problem import Problem
+from .selected import Selected, answers_of, log_prior
+
+PROVEN = 0.95
+"""Probability of the interval of what a name explains, which must not contain zero."""
+FEW = 3
+"""Blocks below which their scatter says nothing about the effect on them."""
+
+
+class Hint(NamedTuple):
+    """What runs held out show, and those that were fitted do not: one of them has to be fitted to find it."""
+
+    answer: Answer  # beside all findings
+    odds: float  # logarithm of the odds that it is there, by the runs held out alone
+
+    @property
+    def joint(self) -> int:
+        """Where runs held out show it best, from 0."""
+        return int(np.argmax(self.answer.gains[~self.answer.fitted].sum(axis=0)))
+
+
+def hints(left: Sequence[Answer], total: float) -> list[Hint]:
+    """Of each joint the hypothesis that runs held out support, and fitted blocks do not contradict.
+
+    Args:
+        left: Answers beside all findings.
+        total: Sum of the prior weights of all hypotheses.
+    """
+    best: dict[int, Hint] = {}
+    for answer in left:
+        hint = Hint(answer, odds_held_out(answer, total))
+        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
+        held = ~answer.fitted, hint.joint
+        excludes_zero = explains(answer.predicted[held], answer.errors[held])
+        supported = hint.odds > CERTAIN_ODDS and undecided and excludes_zero
+        if supported and (hint.joint not in best or best[hint.joint].odds < hint.odds):
+            best[hint.joint] = hint
+    return [best[joint] for joint in sorted(best)]
+
+
+def odds_held_out(answer: Answer, total: float) -> float:
+    """Logarithm of the odds that an effect is there by runs held out alone, with its prior.
+
+    As for fitted blocks: against nothing, and against a misfit that differs from block to block.
+    """
+    held = ~answer.fitted
+    if not np.any(held):
+        return -np.inf
+    sized = bool(np.any(answer.columns.mean != 0.0))
+    along, size = answer.along[held], answer.size[held]
+    scatter = all_or_nothing(along, size) if sized else amplitude(along, size).log_odds
+    odds = against_all(answer.held_out - answer.cost, scatter - answer.choice)
+    return odds + float(np.log(2.0)) + log_prior(answer, total)
+
+
+def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
+    """The findings, each with whether its effect on fitted blocks and on runs held out excludes zero.
+
+    What physics gives beside all other findings counts, on the joint that shows it best.
+    """
+    return [
+        one._replace(proven=not one.predicts_held_out or _excludes_zero(problem, selected, one))
+        for one in selected
+    ]
+
+
+def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected) -> bool:
+    with_it = problem.prediction(answers_of(selected))
+    without = problem.prediction([other.answer for other in selected if other is not one], with_it)
+    joint, fitted = int(np.argmax(one.answer.by_joint)), problem.blocks.fitted
+    before, after = without.errors[:, joint], with_it.errors[:, joint]
+    return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
+
+
+def explains(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether squared errors of blocks (k,) become less, by the mean ratio; true for too few blocks to say.
+
+    Ratios, since blocks differ in how much there is to explain.
+    """
+    moves = before > 0.0
+    less = np.log(before[moves] / np.maximum(after[moves], 1e-300))
+    if len(less) < FEW:
+        return True
+    std = float(less.std(ddof=1)) / np.sqrt(len(less))
+    return float(less.mean()) > stats.t.ppf(PROVEN, len(less) - 1) * std

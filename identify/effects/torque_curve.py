@@ -1,0 +1,99 @@
+"""A smooth curve of torque over one quantity, for what depends on it and follows no formula."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from ..arm.motion import Motion
+from ..arm.robot import Robot
+from .effect import JointEffect, Parameter
+from .smooth_sign import smooth_sign
+
+SPLINES = 6
+"""Cubic splines of a curve: a fall at low speed, a bend and a slope need about as many numbers."""
+DENSE = 0.03
+"""Share of the highest speed or load below which a curve is resolved evenly, and above it by ratios [-]."""
+REVERSAL = 0.003
+"""Velocity over which friction changes its sign [rad/s]."""
+
+
+class Abscissa(NamedTuple):
+    """What a curve is over.
+
+    Attributes:
+        letter: Of it in the names of parameters.
+        values: Of a motion, shape (t, n).
+        braking: Whether the torque is against the motion, as friction is.
+        size: Whether it is a size, of which small values matter most.
+    """
+
+    letter: str
+    values: Callable[[Motion], np.ndarray]
+    braking: bool
+    size: bool
+
+
+ABSCISSAE: Mapping[str, Abscissa] = {
+    "velocity": Abscissa("v", lambda motion: np.abs(motion.velocity), braking=True, size=True),
+    "direction": Abscissa("d", lambda motion: np.abs(motion.velocity), braking=False, size=True),
+    "load": Abscissa("l", lambda motion: np.abs(motion.load), braking=True, size=True),
+    "position": Abscissa("q", lambda motion: motion.position, braking=False, size=False),
+    "position and direction": Abscissa("b", lambda motion: motion.position, braking=True, size=False),
+}
+"""Name -> what it is."""
+
+
+@dataclass(frozen=True)
+class TorqueCurve(JointEffect):
+    r"""Torque :math:`\sum_k C_k B_k(x)` of cubic B-splines, times the direction of motion for friction.
+
+    Over speed and load the splines are denser near zero: evenly spaced in its :math:`\operatorname{arsinh}`.
+    Outside its range the curve stays at its value there.
+
+    Attributes:
+        over: What the torque depends on, a name in `ABSCISSAE`.
+        low: Least value of that in the runs [rad]; 0 for speed and load.
+        high: Largest value of that in the runs [rad], [rad/s] or [N m].
+    """
+
+    over: str = field(kw_only=True)
+    low: float = 0.0
+    high: float = 1.0
+
+    massless: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        if self.over not in ABSCISSAE:
+            raise ValueError(f"over = {self.over!r}: expected one of {', '.join(ABSCISSAE)}")
+
+    @property
+    def count(self) -> int:
+        """Splines of each joint's curve."""
+        return SPLINES
+
+    @property
+    def needs_load(self) -> bool:  # type: ignore[override]
+        """Whether it is over the load."""
+        return self.over == "load"
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        letter = ABSCISSAE[self.over].letter
+        return self.on_each(robot, *((f"C{letter}{k}_", "N m") for k in range(1, SPLINES + 1)))
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        over = ABSCISSAE[self.over]
+        sign = smooth_sign(motion.velocity, REVERSAL)[..., None] if over.braking else 1.0
+        profiles = np.moveaxis(sign * self._splines(over, over.values(motion)), -1, 0)
+        return self.on_joints(robot, *profiles)
+
+    def _splines(self, over: Abscissa, values: np.ndarray) -> np.ndarray:
+        """Splines (t, n, SPLINES) at values (t, n); they add up to one."""
+        low, high = self.low, max(self.high, self.low + 1e-9)
+        if over.size:
+            values, low, high = np.arcsinh(values / (DENSE * high)), 0.0, float(np.arcsinh(1.0 / DENSE))
+        knots = np.concatenate([[low] * 3, np.linspace(low, high, SPLINES - 2), [high] * 3])
+        inside = np.clip(values, low, high - 1e-9 * (high - low))
+        return BSpline.design_matrix(inside.ravel(), knots, 3).toarray().reshape(*values.shape, SPLINES)

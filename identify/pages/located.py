@@ -1,0 +1,46 @@
+"""Located: the table that comes first, of what the misfit of every joint depends on."""
+
+from ..diagnosis.findings.located import Located
+from ..diagnosis.words.diagnosis_schema import DiagnosisFile
+from ..diagnosis.words.naming import effect_words
+from ..document.document import Cell, Paragraph, Section, Table
+from ..text_table import percent
+from .diagnosed import Diagnosed
+
+NOTE = (
+    "What each joint's misfit depends on, and how much of it that is: by runs held out, or else by fitted "
+    "blocks that the others predict. Sure: that the torque depends on it. Name: the formula that is certain; "
+    "of several that fit about as well, their family."
+)
+
+
+def located_section(diagnosis: Diagnosed) -> Section:
+    """The table; empty for a diagnosis without a budget, and for one of an older version."""
+    file = diagnosis.file
+    rows: list[list[Cell]] = [
+        [
+            diagnosis.names[row.joint - 1],
+            row.depends_on.replace("_", " "),
+            percent(row.share),
+            "" if row.probability is None else percent(row.probability, 3),
+            _name(row, file),
+        ]
+        for row in file.located
+    ]
+    if not rows:
+        return Section("located", TITLE, ())
+    return Section("located", TITLE, (Paragraph(NOTE), Table(HEAD, rows, words=(1, 4))))
+
+
+def _name(row: Located, file: DiagnosisFile) -> str:
+    """The effect that is named, the family, or that it is undecided; nothing for what no finding explains."""
+    if row.finding is None:
+        return ""
+    finding = file.every[row.finding]
+    if row.finding < len(file.findings):
+        return effect_words(finding.effect)
+    return f"{finding.family} (undecided which)" if finding.family else "undecided"
+
+
+TITLE = "Where the misfit is"
+HEAD = ["joint", "depends on", "share", "sure", "name"]
