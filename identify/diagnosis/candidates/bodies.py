@@ -62,7 +62,7 @@ def _links(model: Model) -> Iterator[Candidate]:
         yield Candidate(
             "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION, led=1,
             expected=_as_heavy(robot.kinematics.inertias[link + 1]), carried=True,
-            together=_beyond(model) if link == robot.dof - 1 else None,
+            same_torque=_beyond(model) if link == robot.dof - 1 else None,
         )  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def _payloads(model: Model) -> Iterator[Candidate]:
     linked = any(effect.of_links for effect in model.effects)
     yield Candidate(
         "payload", (), columns, PARTS, UNITS, (0.0, *(-np.inf,) * 9), smooth=True, proportion=PROPORTION,
-        led=1, cancels=True, carried=True, together=_beyond(model) if linked else None,
+        led=1, cancels=True, carried=True, same_torque=_beyond(model) if linked else None,
     )  # fmt: skip
 
 
@@ -102,13 +102,13 @@ def _unless_stated(model: Model, prediction: Prediction, runs: Sequence[Driven])
         def columns(run: Driven, everywhere: Candidate = everywhere) -> np.ndarray:
             return everywhere.columns(run) * (not run.motion.payload)
 
-        yield replace(everywhere, columns=columns, kind="where none is stated", together=None)
+        yield replace(everywhere, columns=columns, kind="where none is stated", same_torque=None)
 
 
 def _centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     """Where a body has its mass; only its moments where the mass itself is not distinguished from zero."""
     found = _centre_of(finding, known)
-    if finding.candidate.together is not None:
+    if finding.candidate.same_torque is not None:
         found["instead"] = "a payload" if finding.joints else "the last link"
     elif finding.candidate.kind:
         found["runs"] = "the runs that state none"

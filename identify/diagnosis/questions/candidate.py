@@ -59,8 +59,8 @@ class Candidate:
     most: float = np.inf  # largest coefficient for which its columns are right
     everywhere: bool = False  # whether every joint must be predicted better
     covers: bool = False  # whether it holds the same effect of each joint: none is asked for beside it
-    # name and joints of what it is together with other effects, where all have one torque
-    together: tuple[str, tuple[int, ...]] | None = None
+    # name and joints of what it is with other effects, all of which have the same torque
+    same_torque: tuple[str, tuple[int, ...]] | None = None
     kind: str = ""  # what sets it apart from others of its effect, as frequencies of ripple
     # what follows from the shape, in the field's words: name -> value and unit
     reported: Mapping[str, tuple[float, str]] = field(default_factory=dict)

@@ -123,7 +123,7 @@ def _families_of(name: str) -> tuple[str, ...]:
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
-    return candidate.together or (candidate.effect, candidate.joints)
+    return candidate.same_torque or (candidate.effect, candidate.joints)
 
 
 def log_prior(answer: Answer, total: float) -> float:

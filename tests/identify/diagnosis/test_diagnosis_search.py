@@ -227,10 +227,10 @@ def test_a_payload_is_told_from_the_last_link_by_the_runs_that_have_it():
     np.testing.assert_allclose(candidate.columns(run), everywhere.columns(run))
     assert not np.any(candidate.columns(loaded))
     assert np.any(everywhere.columns(loaded))
-    links = [one for one in hypotheses("link_inertia", at.model) if one.together is not None]
+    links = [one for one in hypotheses("link_inertia", at.model) if one.same_torque is not None]
     assert [one.joints for one in links] == [(1,)]
-    assert links[0].together == everywhere.together
-    assert candidate.together is None
+    assert links[0].same_torque == everywhere.same_torque
+    assert candidate.same_torque is None
     assert candidate.key != everywhere.key
 
 
