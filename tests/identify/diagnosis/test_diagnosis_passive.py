@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identify.diagnosis.candidates.contact_event import Reach, _pushed
-from exidyn.identify.diagnosis.diagnose import nominal
+from exidyn.identify.diagnosis.diagnose import diagnose, nominal
 from exidyn.identify.diagnosis.runs.usable import usable
 from exidyn.identify.diagnosis.search.problem import Problem
 from exidyn.identify.recordings.recording import Recording, Signal
@@ -15,14 +15,25 @@ from ..fit.test_passive_joint import arm, swinging
 
 
 @pytest.fixture(scope="module")
-def prediction():
+def run():
     time, position, torque = swinging(arm())
     torque[:, 0] += 0.3 * np.sin(11.0 * time) ** 3  # what no model has
     position += 3e-4 * np.random.default_rng(3).normal(size=position.shape)
     model = arm((1.7, 0.6), passive=("pendulum",), inertias_stated=False)
-    run = Recording("swing", model, {"position": Signal(time, position), "torque": Signal(time, torque)})
-    model = nominal(model)
+    return Recording("swing", model, {"position": Signal(time, position), "torque": Signal(time, torque)})
+
+
+@pytest.fixture(scope="module")
+def prediction(run):
+    model = nominal(run.model)
     return Problem.of(model, usable(model, [("identify", run)])[0]).without_findings
+
+
+@pytest.mark.slow
+def test_its_noise_is_no_floor_above_which_something_is_left(run):
+    found = diagnose(run.model, [("identify", run)], as_recorded=True)
+    assert found.evidence.noise[1] >= found.evidence.noise[0] > 0.0
+    assert 1 not in {remainder.joint for remainder in found.remainders}
 
 
 def test_its_rows_are_no_more_certain_than_those_of_a_motor(prediction):
