@@ -122,6 +122,7 @@ def _diagnosed(
         noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
+    noise = np.sqrt(found.problem.rows.row_variance(noise**2))
     proof = evidence(found, noise)
     spread, named = with_shapes(found), sum(one.named for one in found.selected)
     std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]

@@ -13,16 +13,32 @@ FIRST = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0
 SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
 
+CLOSE = 0.25
+"""Gap between two stamps, over the median gap, below which their samples are averaged. A cubic through both
+would extend their noise over a period, and multiply it by one over this share."""
+
+
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Even time axis from the first of increasing stamps (t,) [s] to the last, at a rate [Hz], and values.
 
-    Values (t, n) are those of a cubic spline through the recorded stamps.
+    Values (t, n) are those of a cubic spline through the recorded stamps; samples whose stamps nearly
+    coincide, as those of messages that arrive late, count as one.
     """
     count = int(np.floor((time[-1] - time[0]) * rate + 1e-6)) + 1
     even = time[0] + np.arange(count) / rate
     if count == len(time) and np.max(np.abs(time - even)) < 1e-3 / rate:
         return even, values
-    return even, interpolate.CubicSpline(time, values)(even)
+    return even, interpolate.CubicSpline(*_merged(time, values))(even)
+
+
+def _merged(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps (t,) and values (t, n), with the mean of samples whose stamps nearly coincide."""
+    gaps = np.diff(time)
+    starts = np.flatnonzero(np.append(True, gaps >= CLOSE * np.median(gaps)))
+    if len(starts) == len(time):
+        return time, values
+    counts = np.diff(np.append(starts, len(time)))
+    return np.add.reduceat(time, starts) / counts, np.add.reduceat(values, starts) / counts[:, None]
 
 
 def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:

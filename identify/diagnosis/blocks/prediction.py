@@ -71,7 +71,7 @@ class Prediction:
         )
         for turn in range(TURNS):
             now = cls(rows, blocks, rate, sums, weighting)
-            variance = np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30
+            variance = rows.row_variance(np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30)
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
             # Runs that are only predicted do not show what others are worth.
             independent = independent_share(sums.left(now.values) * fitted[blocks.number], rows.runs, rate)
@@ -189,10 +189,14 @@ class Prediction:
         """Log probability of predicted errors (..., k, n), of whose rows so many are independent (n,).
 
         What is explained is right to the linearity of the sensors only: less than that decides nothing.
+        Rows of a passive joint scatter no less than a motor's do.
         """
-        nominal = self.errors if self.nominal is None else self.nominal
+        nominal, counts = self.errors if self.nominal is None else self.nominal, self.sums.counts
         wrong = LINEAR**2 * np.maximum(nominal - errors, 0.0)
-        return log_probability(independent * (errors + wrong), independent * self.sums.counts)
+        if self.rows.passive:
+            passive, scatter = list(self.rows.passive), self.rows.row_variance(self.power(nominal))
+            wrong[..., passive] += scatter[passive] * counts[:, passive]
+        return log_probability(independent * (errors + wrong), independent * counts)
 
     def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Variance that predicted errors (..., k, n) share, of whose rows so many are independent (n,)."""

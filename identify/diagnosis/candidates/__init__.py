@@ -20,6 +20,7 @@ FILES = (
     "bodies",
     "contact_event",
     "curves",
+    "disturbance",
     "drives",
     "friction",
     "joint_elasticity",

@@ -1,6 +1,10 @@
-"""Bodies: links and rotors that are other than in the model, and a payload of which it does not know."""
+"""Bodies: links and rotors that are other than in the model, and a payload of which it does not know.
 
-from collections.abc import Iterator, Mapping
+A body on the flange of every run and another last link have the same torque: they are one finding, mass
+beyond the last joint. A payload that is only in runs without a stated one is another: a link stays there.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +17,14 @@ from ...effects.rigid_body import inertial_priors
 from ...fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ...model import Model
 from ...text_table import NORMAL_95
+from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.kept import kept
+from ..runs.usable import HELD_OUT
 from .parts import on_motors
 
 SIZE = 0.2
@@ -26,6 +32,8 @@ SIZE = 0.2
 PARTS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
 PROPORTION = (1.0, *(SIZE,) * 3, *(SIZE**2,) * 6)
+BEYOND = "mass_beyond"
+"""What a payload and the last link are together."""
 LIGHTEST = 1e-3
 """Mass by which any link may be off [kg]."""
 
@@ -54,6 +62,7 @@ def _links(model: Model) -> Iterator[Candidate]:
         yield Candidate(
             "link_inertia", (link,), columns, names, UNITS, lower, smooth=True, proportion=PROPORTION, led=1,
             expected=_as_heavy(robot.kinematics.inertias[link + 1]), carried=True,
+            same_torque=_beyond(model) if link == robot.dof - 1 else None,
         )  # fmt: skip
 
 
@@ -73,14 +82,40 @@ def _payloads(model: Model) -> Iterator[Candidate]:
     def columns(run: Driven) -> np.ndarray:
         return on_motors(robot, body.regressor(robot, replace(run.motion, payload="unknown"))[:, :, kept])
 
+    linked = any(effect.of_links for effect in model.effects)
     yield Candidate(
         "payload", (), columns, PARTS, UNITS, (0.0, *(-np.inf,) * 9), smooth=True, proportion=PROPORTION,
-        led=1, cancels=True, carried=True,
+        led=1, cancels=True, carried=True, same_torque=_beyond(model) if linked else None,
     )  # fmt: skip
+
+
+def _beyond(model: Model) -> tuple[str, tuple[int, ...]]:
+    return BEYOND, (model.robot.dof - 1,)
+
+
+def _unless_stated(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
+    """A body on the flange of those runs alone that state none, where others state one."""
+    if len({bool(run.motion.payload) for run in runs if run.role != HELD_OUT}) < 2:
+        return
+    for everywhere in _payloads(model):
+
+        def columns(run: Driven, everywhere: Candidate = everywhere) -> np.ndarray:
+            return everywhere.columns(run) * (not run.motion.payload)
+
+        yield replace(everywhere, columns=columns, kind="where none is stated", same_torque=None)
 
 
 def _centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     """Where a body has its mass; only its moments where the mass itself is not distinguished from zero."""
+    found = _centre_of(finding, known)
+    if finding.candidate.same_torque is not None:
+        found["instead"] = "a payload" if finding.joints else "the last link"
+    elif finding.candidate.kind:
+        found["runs"] = "the runs that state none"
+    return found
+
+
+def _centre_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     if not {"M", "MX", "MY", "MZ"} <= set(known):
         return {}
     mass, values = known["M"], np.array([known[f"M{axis}"].value for axis in "XYZ"])
@@ -117,8 +152,8 @@ def _found_body(finding: Finding, ending: str = "") -> np.ndarray:
 KINDS = {
     "link_inertia": Kind(
         family="mass",
-        sentence="Link {number} is not the body that the model has: {M:size} {M:heavier|lighter}[, first "
-        "moments off by {shift} kg m]",
+        sentence="Link {number}[, or {instead},] is not the body that the model has: {M:size} "
+        "{M:heavier|lighter}[, first moments off by {shift} kg m]",
         drawn_against=("position", "acceleration"),
         ask=_links,
         derived=_centre,
@@ -129,11 +164,12 @@ KINDS = {
     ),
     "payload": Kind(
         family="mass",
-        sentence="The flange carries a payload that the model does not have: {M}[, its centre of mass at "
-        "{centre} mm in the flange's frame][, but these runs hardly determine its mass; its first "
-        "moments are {moments} kg m in the flange's frame]",
+        sentence="The flange carries a payload that the model does not have[ in {runs}][, or {instead} is "
+        "heavier by as much]: {M}[, its centre of mass at {centre} mm in the flange's frame][, but "
+        "these runs hardly determine its mass; its first moments are {moments} kg m in the flange's frame]",
         drawn_against=("position", "acceleration"),
         ask=_payloads,
+        ask_first=_unless_stated,
         derived=_centre,
         held=_with_payload,
         of_body=True,

@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from ...arm.motion import Motion
 from ...model import Model
+from ...positive_definite import ROUNDING
 from ..blocks.prediction import Prediction
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
@@ -142,8 +143,10 @@ def _pushed(
     weighted = columns * weight[rows][:, :, :, None]
     slope = np.einsum("wrnk,wrn->wk", weighted, left[rows])
     flat, wide = (one.reshape(len(rows), -1, 3) for one in (columns, weighted))
-    matrix = flat.transpose(0, 2, 1) @ wide + stiffness * np.eye(3)
-    forces = np.linalg.solve(matrix, slope[:, :, None])[:, :, 0]
+    matrix = flat.transpose(0, 2, 1) @ wide
+    # No arm feels every force: along what it does not feel rounding may outweigh what is expected of it.
+    held = np.maximum(stiffness, ROUNDING * np.trace(matrix, axis1=1, axis2=2))
+    forces = np.linalg.solve(matrix + held[:, None, None] * np.eye(3), slope[:, :, None])[:, :, 0]
     torque = np.einsum("wrnk,wk->wrn", columns, forces)
     gains = np.sum(weight[rows] * (left[rows] * torque - 0.5 * torque**2), axis=1)
     yield from zip(starts, forces, gains, strict=True)

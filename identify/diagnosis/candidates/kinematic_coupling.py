@@ -1,9 +1,13 @@
-"""Kinematic coupling: a motor that also turns with a neighbour of its joint.
+"""Kinematic coupling: a motor that also turns with a neighbor of its joint, u_j = q_j + c q_o.
 
-Where a controller takes that into account, positions are those of the joints, and only inertia and friction
-of the motor reach both. Where it does not, the position recorded is that of the motor: the link stands
-elsewhere, and its torque pulls at both motors. With motor angles u = C q that is C^-T tau(C^-1 u) in place of
-tau(u).
+With u = C q, friction and inertia f(u) of the motors and torque tau(q) of the links, the motors give
+C^-T tau + f(u): virtual work (C dq)^T m = dq^T tau. What a recording shows of that depends on what its
+controller takes into account.
+
+* Positions and torques of the joints: C^T m = tau + C^T f(C q). Inertia and friction of the motor reach both.
+* Positions of the joints, currents of the motors: the motor of the other joint carries -c tau_j as well, and
+  feels no friction of this one.
+* Positions and currents of the motors: the link stands elsewhere, C^-T tau(C^-1 u) in place of tau(u).
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,17 +18,20 @@ import numpy as np
 
 from ...effects import Effect, KinematicCoupling, Shape
 from ...model import Model
+from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven, link_torque
-from .parts import of_effect, on_motors
+from .parts import coupled, of_effect, on_motors
 
 NAME = "kinematic_coupling"
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
 """Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
 """Turns that are tried where links stand elsewhere: belts and bevel gears."""
+TURNS = np.array([0.25, 3.0])
+"""Least and most of them: less is no gear, and moves nothing that its own friction does not."""
 SCATTER = 0.1
 """Deviation of the coefficient from 1, as the ratio gives the size of the effect [-]: bodies are as wrong."""
 
@@ -38,6 +45,8 @@ def couplings(model: Model) -> Iterator[Candidate]:
             for ratio in RATIOS:
                 effect = KinematicCoupling(*names, ratio=ratio)
                 yield of_effect(model, NAME, effect, KINDS[NAME], (first, second), _one_motor)
+                if not coupled(model.robot):
+                    yield _by_motors(model, motor, other, ratio)
             for ratio in MOVED:
                 yield _elsewhere(model, motor, other, ratio)
 
@@ -54,6 +63,28 @@ def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
         return signs * values, std
 
     return replace(candidate, columns=columns, lower=(0.0, 0.0, 0.0), led=2, reported_as=products)
+
+
+def _by_motors(model: Model, motor: int, other: int, ratio: float) -> Candidate:
+    """Positions that are those of the joints, and currents that are those of the motors."""
+    effect = KinematicCoupling(model.robot.joints[motor], model.robot.joints[other], ratio=ratio)
+
+    def columns(run: Driven) -> np.ndarray:
+        drag = effect.regressor(model.robot, run.motion)
+        drag[:, other] = 0.0
+        link = np.zeros((*run.torque.shape, 1))
+        link[:, other, 0] = -ratio * run.motion.load[:, motor]
+        return np.concatenate([link, np.sign(ratio) * drag[:, :, :2], drag[:, :, 2:]], axis=2)
+
+    names, units = zip(*((one.name, one.unit) for one in effect.parameters(model.robot)), strict=True)
+    pair = min(motor, other), max(motor, other)
+    return Candidate(
+        NAME, pair, columns, (UNNAMED, *names), ("1", *units), (0.0,) * 4,
+        {"ratio": ratio, "motor": motor + 1.0}, {"ratio": Shape("1", *sorted(np.sign(ratio) * TURNS))},
+        lambda shape: _by_motors(model, motor, other, shape["ratio"]), rows=pair,
+        expected=((1.0, SCATTER), *((0.0, np.inf),) * 3), loaded=True,
+        reported_as=lambda values, std: (values * [1.0, *[np.sign(ratio)] * 2, 1.0], std),
+    )  # fmt: skip
 
 
 def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
@@ -77,8 +108,34 @@ def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Which link stands elsewhere."""
-    return {"link": f"{known['moved'].value:.0f}"} if "moved" in known else {}
+    """Which link stands elsewhere, or which joint's motor turns with both."""
+    every = (("link", "moved"), ("turning", "motor"))
+    return {word: f"{known[name].value:.0f}" for word, name in every if name in known}
+
+
+def _held(arm: Arm, finding: Finding) -> Arm | None:
+    """The arm with the effect; of motors that carry other torques than their joints, with its coupling too.
+
+    What a joint feels when it moves alone is then its own motor's, and what it turns of the other.
+    """
+    values = {name: quantity.value for name, quantity in finding.parameters.items()}
+    if finding.candidate.instance is not None:
+        more = {parameter: values[parameter] for parameter in finding.candidate.names}
+        return arm.with_effect(finding.candidate.instance, more)
+    if "motor" not in values:
+        return None
+    motor, ratio = round(values["motor"]) - 1, values["ratio"]
+    [other] = set(finding.joints) - {motor}
+    coupling = arm.model.robot.coupling.copy()
+    coupling[motor, other] += ratio
+    held = arm.on(replace(arm.model.robot, coupling=coupling))
+    robot = held.model.robot
+    effect = KinematicCoupling(robot.joints[motor], robot.joints[other], ratio=ratio)
+    more = {parameter.name: values[parameter.name] for parameter in effect.parameters(robot)}
+    own = zip(("Ia", "Fv", "Fc"), more.values(), (ratio, ratio, abs(ratio)), strict=True)
+    alone = {f"{kind}{other + 1}": share * value for kind, value, share in own}
+    with_pair = held.with_effect(effect, more)
+    return None if with_pair is None else with_pair.with_values(alone)
 
 
 KINDS = {
@@ -86,10 +143,12 @@ KINDS = {
         family="other joints",
         sentence="{joint} and {other} are kinematically coupled: the motor of either also turns with the "
         "other[, {ratio:bare} times as far][; the recorded position of joint {link} is that of its motor, "
-        "and the link stands elsewhere]",
+        "and the link stands elsewhere][; the motor of joint {turning} turns with both, and the recorded "
+        "currents are those of the motors]",
         drawn_against=("velocity", "acceleration"),
         ask=couplings,
         derived=_derived,
+        held=_held,
         mistaken_for=("rotor_inertia", "viscous_friction"),
     )
 }

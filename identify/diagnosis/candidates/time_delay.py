@@ -1,6 +1,10 @@
-"""Time delay: currents that are recorded later than positions, or earlier, of all drives or of one."""
+"""Time delay: currents that are recorded later than positions, or earlier, of all drives or of one.
 
-from collections.abc import Iterator
+One controller reads all drives. So they share one delay, from which each may deviate by a telegram; a delay
+of a single joint is asked for only beside no common one, and of two delays one is no shift of the recording.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +25,8 @@ APART = 1.5
 """From one delay that is tried to the next [-]."""
 DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
 """Delays of cycles of a fieldbus [s], up to 30 ms; what is shorter is in proportion to the torque's rate."""
+DEVIATION = "deviation"
+"""How the difference between one drive's delay and that of all is called; the joint's number is behind."""
 LINEAR = 4e-3
 """Delay up to which a torque changes in proportion to its rate [s]: the least that is tried whole."""
 WHOLE = 1e-6
@@ -29,16 +35,30 @@ OWN_CLOCK = ((0.0, 5e-3),)
 """By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
 
 
+TELEGRAM = 5e-3
+"""By how much one drive's delay may differ from that of all [s]: that telegram."""
+
+
 def delays(model: Model) -> Iterator[Candidate]:
     """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
-    drives = range(model.robot.dof)
-    for joints in [(), *((joint,) for joint in drives)] if len(drives) > 1 else [()]:
-        yield _little(joints)
-        for delay in DELAYS:
-            yield _whole(joints, delay)
+    robot = model.robot
+    drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
+    if len(drives) < 2:  # what a single motor has is no more than that of its joint
+        yield from _of(tuple(drives) if robot.dof > 1 else (), 1.0)
+        return
+    yield _little((), 1.0)
+    yield from (_common(drives, delay) for delay in DELAYS)
+    for joint in drives:
+        yield from _of((joint,), RARE)
 
 
-def _little(joints: tuple[int, ...]) -> Candidate:
+def _of(joints: tuple[int, ...], prior: float) -> Iterator[Candidate]:
+    """A delay of some drives together, short or long."""
+    yield _little(joints, prior)
+    yield from (_whole(joints, delay, prior) for delay in DELAYS)
+
+
+def _little(joints: tuple[int, ...], prior: float) -> Candidate:
     """A delay that is in proportion to how fast torque changes; more is another torque."""
 
     def columns(run: Driven) -> np.ndarray:
@@ -46,11 +66,11 @@ def _little(joints: tuple[int, ...]) -> Candidate:
 
     return Candidate(
         "time_delay", joints, columns, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, most=LINEAR,
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
     )  # fmt: skip
 
 
-def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
+def _whole(joints: tuple[int, ...], delay: float, prior: float = 1.0) -> Candidate:
     """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
 
     That moves the recording to where it belongs, its noise with it; a part of it would take noise away.
@@ -65,8 +85,31 @@ def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
     bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
-        lambda given: _whole(joints, given["delay"]), expected=((1.0, WHOLE),),
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
+        lambda shape: _whole(joints, shape["delay"], prior), expected=((1.0, WHOLE),),
+        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
+    )  # fmt: skip
+
+
+def _common(drives: Sequence[int], delay: float) -> Candidate:
+    """The delay of all drives, and by how much later than the others each one comes."""
+    whole = _whole((), delay)
+
+    def columns(run: Driven) -> np.ndarray:
+        deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
+        # From their mean: what they have in common is the delay.
+        return np.concatenate(
+            [whole.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2
+        )
+
+    def from_mean(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.append(values[:1], values[1:] - values[1:].mean()), std
+
+    count = len(drives)
+    return replace(
+        whole, columns=columns, names=(UNNAMED, *(f"{DEVIATION}{joint + 1}" for joint in drives)),
+        units=("1", *("s",) * count), lower=(0.0, *(-np.inf,) * count),
+        expected=((1.0, WHOLE), *((0.0, TELEGRAM),) * count), covers=True, reported_as=from_mean,
+        reshape=lambda shape: _common(drives, shape["delay"]),
     )  # fmt: skip
 
 
@@ -81,14 +124,16 @@ def earlier(recording: Recording, finding: Finding) -> Recording:
 
     Where the error of servos stands for the current, their commands are moved.
     """
-    signals, seconds = dict(recording.signals), finding.parameters["delay"].value
+    signals, common = dict(recording.signals), finding.parameters["delay"].value
     joints = finding.joints or range(recording.robot.dof)
-    commanded = delayed_command(recording, -seconds, joints)
+    commanded = delayed_command(recording, -common, joints)
     if commanded is not None:
         return commanded
     for name in set(EFFORT) & set(signals):
         time, values = signals[name].time, np.array(signals[name].values)
         for joint in joints:
+            deviation = finding.parameters.get(f"{DEVIATION}{joint + 1}")
+            seconds = common + (deviation.value if deviation else 0.0)
             values[:, joint] = np.interp(time + seconds, time, signals[name].values[:, joint])
         signals[name] = Signal(time, values)
     return replace(recording, signals=signals)

@@ -39,6 +39,7 @@ DEPENDENCES: dict[str, str] = {
     "drive": "another torque per current than in the model",
     "kinematics": "an angle or an axis that is elsewhere",
     "event": "a force that acts once",
+    "time": "a torque that depends on time, whatever the arm does",
 }
 """What a torque may depend on -> the family of all that does, as the end of "joint 3 has ..."."""
 

@@ -1,6 +1,6 @@
 """Candidate: one physical effect on certain joints, as columns that might explain what remains."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,12 +51,16 @@ class Candidate:
     cancels: bool = False  # whether coefficients may far exceed what they give together
     size: float = np.inf  # torque over the joint's usual one, if its cause gives it [-]
     led: int = 0  # leading coefficients without any of which it is not there
-    # mean and deviation of each coefficient, where physics gives its size
+    # mean and deviation of each coefficient, where physics gives its size; infinite of those that may give
+    # as much torque as the joint usually has
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1  # number of shapes of which it is the choice of a quick look
     prior: float = 1.0  # how much likelier than others before the data [-]
     most: float = np.inf  # largest coefficient for which its columns are right
     everywhere: bool = False  # whether every joint must be predicted better
+    covers: bool = False  # whether it holds the same effect of each joint: none is asked for beside it
+    # name and joints of what it is with other effects, all of which have the same torque
+    same_torque: tuple[str, tuple[int, ...]] | None = None
     kind: str = ""  # what sets it apart from others of its effect, as frequencies of ripple
     # what follows from the shape, in the field's words: name -> value and unit
     reported: Mapping[str, tuple[float, str]] = field(default_factory=dict)
@@ -66,6 +70,7 @@ class Candidate:
     loaded: bool = False  # whether columns depend on motors' torque or gears' load
     carried: bool = False  # whether gears transmit its torque
     reloads: bool = False  # whether all motors' torque is fitted anew beside it
+    by_run: bool = False  # whether each fitted run has coefficients of its own, so that no other run shows it
     listed: bool = True  # whether the vocabulary has a name for it
     span: float = 0.0  # least range of its first joint's position that shows it [rad]
     gear_ratio: float = 1.0  # of its first joint; 1 if not given [-]
@@ -74,6 +79,10 @@ class Candidate:
     def key(self) -> tuple[str, tuple[int, ...], str]:
         """What it is and where; shapes of one key are one hypothesis."""
         return self.effect, self.joints, self.kind
+
+    def covered(self, others: Iterable["Candidate"]) -> bool:
+        """Whether one of some others holds this effect of its joints already."""
+        return any(other.covers and other.effect == self.effect and self.joints for other in others)
 
     def reshaped(self, shape: Mapping[str, float]) -> "Candidate":
         """The same hypothesis in another shape: what identifies it never depends on the shape."""
@@ -111,13 +120,14 @@ class Thinned:
             values = np.concatenate([run.thinned(candidate.columns(run)[:, joints]) for run in given])
         except NotRecorded:
             return nothing
-        if candidate.expected is not None:
-            mean, deviation = np.array(candidate.expected).T
-            return cls(joints, values, deviation, mean)
         usual = np.sqrt(np.mean(np.concatenate([run.torque[:, joints] ** 2 for run in runs]), axis=0))
         strength = np.sqrt(np.mean(values**2, axis=0))
         # A coefficient is as large as the joint that it moves most allows.
         share = np.max(strength / np.maximum(usual[:, None], np.finfo(float).tiny), axis=0, initial=0.0)
+        if candidate.expected is not None:
+            mean, deviation = np.array(candidate.expected).T
+            std = np.where(np.isfinite(deviation), deviation, 1.0 / np.maximum(share, 1e-12))
+            return cls(joints, values, std, mean)
         std = SIZE / np.maximum(share, 1e-12)
         if candidate.proportion is not None:
             together = np.array(candidate.proportion)

@@ -163,7 +163,7 @@ def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
 def _more(found: SearchResult, place: int, name: str) -> np.ndarray:
     """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
     answer, rows = found.selected[place].answer, found.prediction.rows
-    if np.all(answer.columns.whole):
+    if np.any(answer.columns.whole):
         # A delay moves noise too, which shows nothing of it: what does shows how late a clock is.
         late = np.isin(np.arange(rows.difference.shape[1]), answer.columns.joints)
         return rows.columns[:, :, rows.names.index(CLOCK)] * late

@@ -45,6 +45,9 @@ SLOWEST = 1.0
 BEYOND = 2.0
 """Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
 move are noisier than drives at rest, but not by three times the power more."""
+GUESSED = 10.0
+"""The same over a floor that was guessed from high frequencies: noise has more power at low ones, but never a
+hundred times as much."""
 LINES = 1e-4
 """Probability with which noise alone has a spectral line that stands out as far."""
 
@@ -154,7 +157,7 @@ def remainders(
             found.append(Remainder(joint, over, float(probability), best.candidate.effect))
         elif frequency := line(prediction, joint):
             found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
-        elif over > BEYOND and rested:
+        elif over > (BEYOND if rested else GUESSED):
             found.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
     return found
 

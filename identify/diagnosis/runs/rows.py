@@ -28,6 +28,17 @@ class Rows:
     mean: np.ndarray  # prior mean, (b,); not zero for what was found and has a known size
     lower: np.ndarray  # smallest value that physics allows, (b,)
     bounded: np.ndarray  # whether each is certain to be within the square root of three deviations, (b,)
+    passive: tuple[int, ...] = ()  # joints without a motor, whose measured torque is zero by definition
+
+    def row_variance(self, variance: np.ndarray) -> np.ndarray:
+        """Variance of each joint's rows, (n,) [(N m)^2], from that of what a fit leaves of them.
+
+        Values of zero solve 0 = 0, so what is left of a passive joint shows no noise: its rows are as
+        uncertain as those of the least certain motor, as in `identify`.
+        """
+        motors = np.setdiff1d(np.arange(len(variance)), self.passive)
+        least = np.max(variance[motors], initial=0.0)
+        return np.where(np.isin(np.arange(len(variance)), motors), variance, np.maximum(variance, least))
 
     @property
     def limited(self) -> np.ndarray:
@@ -86,6 +97,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         np.zeros(len(model.names)),
         _limits(model) - nominal,
         np.array([name in model.bounded for name in model.names]),
+        tuple(model.robot.index(joint) for joint in model.robot.passive),
     )
 
 

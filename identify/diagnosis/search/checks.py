@@ -44,7 +44,7 @@ def judged_by_held_out(
     A finding goes that makes those runs less probable beside all others, or a joint of them worse.
     """
     whole = problem.prediction(answers_of(selected))
-    for one in sorted((one for one in selected if not one.once), key=lambda one: one.certainty):
+    for one in sorted((one for one in selected if one.predicts_held_out), key=lambda one: one.certainty):
         others = [other for other in selected if other is not one]
         again = again_beside(problem, one.answer, answers_of(others), whole)
         if again and contradicted(again):
@@ -67,7 +67,7 @@ def no_joint_worse(
         return float(np.max(_held_out(problem, some, without_findings) / allowed, initial=0.0))
 
     gone = list[Selected]()
-    while worst(selected) > 1.0 and (removable := [one for one in selected if not one.once]):
+    while worst(selected) > 1.0 and (removable := [one for one in selected if one.predicts_held_out]):
         without = {id(one): worst([other for other in selected if other is not one]) for one in removable}
         out = min(removable, key=lambda one: (without[id(one)], one.odds))
         selected = [one for one in selected if one is not out]

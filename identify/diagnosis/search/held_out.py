@@ -69,7 +69,10 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
 
     What physics gives beside all other findings counts, on the joint that shows it best.
     """
-    return [one._replace(proven=one.once or _excludes_zero(problem, selected, one)) for one in selected]
+    return [
+        one._replace(proven=not one.predicts_held_out or _excludes_zero(problem, selected, one))
+        for one in selected
+    ]
 
 
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected) -> bool:

@@ -43,11 +43,12 @@ def ranked(
 
     Of all joints, or of some. Shapes are asked for beside the grid; those that are refined here are put in.
     """
-    taken = keys_of(selected)
+    taken, present = keys_of(selected), [one.answer.candidate for one in selected]
     near = np.arange(prediction.joints) if joints is None else joints
 
     def wanted(candidate: Candidate, acting: Sequence[int] | np.ndarray) -> bool:
-        return candidate.key not in taken and bool(np.any(np.isin(near, acting)))
+        fresh = candidate.key not in taken and not candidate.covered(present)
+        return fresh and bool(np.any(np.isin(near, acting)))
 
     asked = [pair for pair in problem.asked if wanted(pair[0], pair[1].joints)]
     for kind in KINDS.values():

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
-from ..questions.comparison import by_blocks, colouring, competing, seeing
+from ..questions.comparison import colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import again_beside, in_shape, judged_by_held_out, nominal_where_better
@@ -20,7 +19,8 @@ from .held_out import proven
 from .once import only_once
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import Selected, answers_of, credible, judged, keys_of, log_prior, odds_of
+from .selected import Selected, answers_of, credible, keys_of, log_prior, odds_of
+from .simpler import simplest
 
 TURNS = 16
 """Times that something is added in one pass, at most."""
@@ -130,13 +130,14 @@ def _added(
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
         open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
-        one = judged(without_idle_curves(open_, prediction), total, partial(by_blocks, prediction))
+        one = simplest(prediction, without_idle_curves(open_, prediction), total)
         if one is None and (joints is None or len(joints) == prediction.joints):
             break
         joints = np.flatnonzero(seeing(one.answer)) if one else None
         if one is None:
             continue
-        settled, stay = _settled(problem, [*selected, one], total)
+        beside = [other for other in selected if not other.answer.candidate.covered([one.answer.candidate])]
+        settled, stay = _settled(problem, [*beside, one], total)
         gone = keys_of([*selected, one]) - keys_of(stay)
         if gone and _less_probable(settled, stay, selected):
             out.add(one.answer.candidate.key)  # it takes out what explains more
@@ -164,7 +165,7 @@ def _chosen_anew(
         shapes[again.candidate.key] = again
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
         best = without_idle_curves([rival for rival in best if _material(rival, prediction)], prediction)
-        chosen = judged(best, total, partial(by_blocks, prediction))
+        chosen = simplest(prediction, best, total)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
 

@@ -43,6 +43,11 @@ class Selected(NamedTuple):
     unnamed: float = 0.0  # what is left beside it without a name, over what it explains [-]
 
     @property
+    def predicts_held_out(self) -> bool:
+        """Whether runs held out can support or contradict it."""
+        return not self.once and not self.answer.candidate.by_run
+
+    @property
     def _weights(self) -> np.ndarray:
         """Of nothing, of the effect itself and of the others, over that of the effect, (2 + m,)."""
         return np.exp(-np.clip([self.odds, 0.0, *(odds for _, odds in self.others)], -700.0, 700.0))
@@ -120,7 +125,7 @@ def _families_of(name: str) -> tuple[str, ...]:
 
 
 def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
-    return candidate.effect, candidate.joints
+    return candidate.same_torque or (candidate.effect, candidate.joints)
 
 
 def log_prior(answer: Answer, total: float) -> float:

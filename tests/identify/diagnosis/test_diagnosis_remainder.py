@@ -81,7 +81,9 @@ def test_a_finding_is_not_named_where_as_much_is_left_without_a_name(share, name
     assert beside.certainty == pytest.approx(spring.certainty) if named else beside.certainty < 0.5
 
 
-@pytest.mark.parametrize(("over", "rested", "found"), [(1.8, True, 0), (2.3, True, 1), (2.3, False, 0)])
+@pytest.mark.parametrize(
+    ("over", "rested", "found"), [(1.8, True, 0), (2.3, True, 1), (2.3, False, 0), (12.0, False, 1)]
+)
 def test_more_than_twice_the_noise_at_rest_is_left_though_it_depends_on_nothing(over, rested, found):
     residual = over * np.random.default_rng(5).normal(size=(800, 1))
     prediction = SimpleNamespace(

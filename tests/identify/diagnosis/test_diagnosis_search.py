@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from exidyn.identify.diagnosis.candidates import contact_event, hypotheses
+from exidyn.identify.diagnosis.candidates import KINDS, contact_event, hypotheses
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.questions.block_answer import CREDIBLE, Answer, against_all
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
@@ -199,17 +199,39 @@ def test_inertias_not_given_may_be_anything_and_others_no_more_than_their_tolera
     values = dict(zip(stated.names, stated.nominal_values, strict=True))
     heavier = {name: 1.3 * values[name] for name in ("M2", "MX2", "MZ2", "YY2")}
     found = searched(record(values=heavier))
-    # On the last link both are the same body.
+    # On the last link both are the same body: one finding, and neither is an alternative of the other.
     assert set(names(found)) <= {("payload", ()), ("link_inertia", (1,))}
     [one] = found.selected
     assert {one.answer.candidate.effect, *(other.candidate.effect for other, _ in one.others)} >= {
         "payload",
         "link_inertia",
     }
+    assert one.probability < one.certainty
+    assert one.certainty > 0.99
+    assert one.named
+    assert not {"payload", "link_inertia"} & {other.candidate.effect for other, _ in one.elsewhere}
     places = places_of(found, 0)
     mass = found.prediction.values[places[0]]
     assert mass == pytest.approx(0.3 * values["M2"], rel=0.1)
     assert names(searched(record(values=heavier, model=unstated), unstated)) == []
+
+
+def test_a_payload_is_told_from_the_last_link_by_the_runs_that_have_it():
+    at = problem(record(roles=("identify", "identify")))
+    run, other = at.runs
+    loaded = replace(other, motion=replace(other.motion, payload="tool"))
+    ask = KINDS["payload"].ask_first
+    assert list(ask(at.model, at.without_findings, at.runs)) == []
+    [candidate] = ask(at.model, at.without_findings, (run, loaded))
+    [everywhere] = hypotheses("payload", at.model)
+    np.testing.assert_allclose(candidate.columns(run), everywhere.columns(run))
+    assert not np.any(candidate.columns(loaded))
+    assert np.any(everywhere.columns(loaded))
+    links = [one for one in hypotheses("link_inertia", at.model) if one.same_torque is not None]
+    assert [one.joints for one in links] == [(1,)]
+    assert links[0].same_torque == everywhere.same_torque
+    assert candidate.same_torque is None
+    assert candidate.key != everywhere.key
 
 
 def test_a_drive_gain_beyond_its_tolerance_is_named_and_one_within_is_not():
@@ -230,6 +252,29 @@ def test_a_delay_is_as_long_as_it_is(seconds, drives):
     found = searched(record(change=late(seconds, drives or (0, 1))))
     assert names(found) == [("time_delay", drives)]
     assert found.selected[0].answer.candidate.shape["delay"] == pytest.approx(seconds, abs=2.5e-4)
+
+
+def test_drives_of_almost_one_delay_have_it_in_common_each_with_its_deviation():
+    def change(role, motion, current):
+        moved = [np.interp(motion.time - d, motion.time, c) for d, c in zip(LATE, current.T, strict=True)]
+        return np.stack(moved, axis=1)
+
+    found = searched(record(change=change))
+    assert names(found) == [("time_delay", ())]
+    common = found.selected[0].answer.candidate.shape["delay"]
+    own = found.prediction.values[places_of(found, 0)][1:]
+    np.testing.assert_allclose(common + own - own.mean(), LATE, atol=1e-3)
+
+
+LATE = np.array([0.024, 0.031])
+"""Delays of two drives [s]."""
+
+
+def test_a_single_motor_has_no_delay_in_common_with_a_passive_joint():
+    model = nominal_model()
+    alone = replace(model, robot=replace(model.robot, passive=("shoulder",)))
+    every = {candidate.joints for candidate in hypotheses("time_delay", alone)}
+    assert every == {(1,)}
 
 
 # What it takes to be named.

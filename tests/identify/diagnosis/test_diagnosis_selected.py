@@ -11,7 +11,7 @@ from exidyn.identify.diagnosis.search.selected import Selected, judged, odds_of
 
 
 def answer(effect, joints, gain, by_joint):
-    candidate = SimpleNamespace(effect=effect, joints=joints, prior=1.0, everywhere=False)
+    candidate = SimpleNamespace(effect=effect, joints=joints, prior=1.0, everywhere=False, same_torque=None)
     return SimpleNamespace(
         candidate=candidate,
         gain=gain,

@@ -47,6 +47,7 @@ OUTSIDE = (
     "current_crosstalk",
     "neighbour_friction",
     "axis_misalignment",
+    "periodic_disturbance",
     *NAMES.values(),
 )
 

@@ -177,3 +177,15 @@ def test_another_rate_resamples():
     even, values = uniform(time, np.cos(6 * time)[:, None], 250.0)
     assert len(even) == 251
     np.testing.assert_allclose(values[:, 0], np.cos(6 * even), atol=1e-9)
+
+
+def test_samples_whose_stamps_nearly_coincide_count_as_one():
+    """Messages that arrive late come right before the next; a curve through both would run far astray."""
+    time = np.arange(2000) / RATE
+    stamps = time.copy()
+    stamps[100::40] = time[101::40] - 2e-6
+    values = np.sin(2 * np.pi * time)[:, None]
+    values = values + 1e-3 * np.random.default_rng(4).normal(size=values.shape)
+    even, smooth = uniform(stamps, values, RATE)
+    # A stamp that is a sample late moves the position by the velocity times half of that.
+    np.testing.assert_allclose(smooth[:, 0], np.sin(2 * np.pi * even), atol=2e-2)

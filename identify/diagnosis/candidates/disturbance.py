@@ -1,0 +1,130 @@
+"""Disturbance: torque that is periodic in time, whatever the arm does.
+
+A pump, a fan or a supply acts on an arm without being a part of it. Its torque has no name: it is
+unexplained, and depends on time. It is asked for so that no effect of the arm is named in its place.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...effects import Shape
+from ...model import Model
+from ..blocks.prediction import Prediction
+from ..findings.finding import Finding
+from ..findings.kind import Kind
+from ..findings.quantities import Formatted, length
+from ..questions.candidate import Candidate
+from ..runs.driven import Driven
+from ..runs.usable import HELD_OUT
+from .parts import RARE, on_joint
+
+NAME = "periodic_disturbance"
+SLOWEST = 4.0
+"""Periods in the shortest run, at least: what is slower wanders."""
+FINE = 8
+"""Frequencies of a spectrum for each that its runs distinguish: a wave keeps its phase to a sixteenth."""
+MAIN = 0.5
+"""Share of the squared residual that one wave explains, at least: missing physics leaves many, at multiples
+of the motion's lowest frequency."""
+MOVED = 0.5
+"""Share of a wave that the motion itself may have, at most [-]; a swing of one frequency has all of it."""
+
+
+def disturbances(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
+    """On each joint, the wave in time that is most of what is left, if the motion has no such wave."""
+    fitted = [run for run in runs if run.role != HELD_OUT]
+    names = tuple(run.prepared.name for run in fitted)
+    moving = np.concatenate([_moving(run) for run in fitted])
+    for joint in range(model.robot.dof):
+        left = [
+            prediction.residual[rows, joint] * prediction.rows.weight[rows, joint]
+            for rows in prediction.rows.runs[: len(fitted)]
+        ]
+        frequency, step, among = _strongest(left, prediction.rate)
+        if not frequency:
+            continue
+        waves = [_waves(run.motion.time[run.centres], frequency) for run in fitted]
+        together = zip(waves, left, strict=True)
+        unexplained = sum(_left(wave, own[:, None]) for wave, own in together)
+        if unexplained > (1.0 - MAIN) * sum(float(own @ own) for own in left):
+            continue
+        if _left(moving, np.concatenate(waves)) > (1.0 - MOVED) * sum(wave.size / 2 for wave in waves):
+            yield _disturbance(joint, frequency, step, names, among)
+
+
+def _disturbance(joint: int, frequency: float, step: float, names: tuple[str, ...], among: int) -> Candidate:
+    """One wave, with a phase of its own in each fitted run; what it is in another run is not known."""
+    count = 2 * len(names)
+
+    def columns(run: Driven) -> np.ndarray:
+        torque = np.zeros((len(run.motion), count))
+        if run.prepared.name in names:
+            place = 2 * names.index(run.prepared.name)
+            torque[:, place : place + 2] = _waves(run.motion.time, frequency)
+        return on_joint(run, joint, torque)
+
+    return Candidate(
+        NAME, (joint,), columns, _names(len(names)), ("N m",) * count, (-np.inf,) * count,
+        {"frequency": frequency},
+        {"frequency": Shape("Hz", frequency - step, frequency + step)},
+        lambda shape: _disturbance(joint, shape["frequency"], step, names, among),
+        rows=(joint,), among=among, prior=RARE, by_run=True, listed=False,
+    )  # fmt: skip
+
+
+def _names(runs: int) -> tuple[str, ...]:
+    return tuple(f"{wave}{run + 1}" for run in range(runs) for wave in ("cos", "sin"))
+
+
+def _waves(time: np.ndarray, frequency: float) -> np.ndarray:
+    """Cosine and sine at times (t,) [s], shape (t, 2)."""
+    angle = 2 * np.pi * frequency * time
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def _strongest(left: Sequence[np.ndarray], rate: float) -> tuple[float, float, int]:
+    """Frequency of most power in what is left of each run [Hz], the step to the next, and among how many."""
+    longest, shortest = (extreme(map(len, left)) for extreme in (max, min))
+    size = FINE * 2 ** int(np.ceil(np.log2(longest)))
+    power = sum(np.abs(np.fft.rfft(own * np.hanning(len(own)), size)) ** 2 for own in left)
+    frequency = np.arange(size // 2 + 1) * rate / size
+    inside = frequency > SLOWEST * rate / shortest
+    place = int(np.argmax(np.where(inside, power, 0.0)))
+    among = max(int(np.count_nonzero(inside) * longest / size), 1)
+    return (float(frequency[place]) if inside[place] else 0.0), rate / longest, among
+
+
+def _moving(run: Driven) -> np.ndarray:
+    """Position, velocity, its sign and acceleration of all joints at the rows, shape (r, 4 n + 1)."""
+    motion, at = run.motion, run.centres
+    every = motion.position, motion.velocity, np.sign(motion.velocity), motion.acceleration
+    return np.concatenate([*(values[at] for values in every), np.ones((len(at), 1))], axis=1)
+
+
+def _left(columns: np.ndarray, values: np.ndarray) -> float:
+    """Sum of squares that columns (r, p) leave of values (r, m)."""
+    return float(np.sum((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2))
+
+
+def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Its amplitude, the root mean square over its runs."""
+    runs = sum(name.startswith("cos") for name in finding.candidate.names)
+    value, std, unit = length(finding.parameters, *_names(runs))
+    return {"size": Formatted(value / np.sqrt(runs), std / np.sqrt(runs), unit)}
+
+
+KINDS = {
+    NAME: Kind(
+        family="time",
+        sentence="{joint} has torque that is unexplained and depends on time: it is periodic[, at "
+        "{frequency:bare} Hz], whatever the arm does, with an amplitude of {size}",
+        drawn_against=("time", "position"),
+        ask=lambda model: iter(()),
+        ask_of_rest=disturbances,
+        derived=_derived,
+        sensor=True,
+    )
+}
+"""Name -> what is known of it."""
