@@ -1,15 +1,18 @@
-"""Model: a robot and the effects that make its torque."""
+"""Model: a robot, the effects that make its torque, and what lies between it and its recordings."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
 import numpy as np
+import pinocchio as pin
 
 from .arm.motion import Motion
 from .arm.robot import Robot
+from .arm.tangent import tangent
 from .effects import Effect, MotionGradient, Parameter, Prior
-from .errors import RobotError
+from .errors import RobotError, WrongShape
+from .measurements import Gear, Measurement
 
 CHUNK = 2000
 """Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
@@ -24,14 +27,19 @@ class Model:
         effects: What makes torque; order is the order of the columns.
         stated: Priors about parameters by name, beyond the robot's inertias.
         bounded: Names of those that are certain to be within the square root of three deviations.
+        measurements: What makes a recording differ from the motion and torque of rigid joints: delays, gears
+            that give way, clipped currents. A fit takes it out of recordings, and a simulation puts it in.
     """
 
     robot: Robot
     effects: tuple[Effect, ...]
     stated: Mapping[str, Prior] = field(default_factory=dict)
     bounded: frozenset[str] = frozenset()
+    measurements: tuple[Measurement, ...] = ()
 
     def __post_init__(self) -> None:
+        for measurement in self.measurements:
+            measurement.check(self.robot)
         names = [parameter.name for parameter in self.parameters]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -39,6 +47,11 @@ class Model:
 
     def __add__(self, effect: Effect) -> "Model":
         return replace(self, effects=(*self.effects, effect))
+
+    def at(self, values: np.ndarray) -> "Model":
+        """The same model whose nominal values are these (p,), with the deviations that it has."""
+        priors = zip(self.names, values, self.priors, strict=True)
+        return replace(self, stated={name: Prior(float(value), prior.std) for name, value, prior in priors})
 
     @property
     def parameters(self) -> list[Parameter]:
@@ -82,6 +95,23 @@ class Model:
         """Bodies that runs may carry on the flange, by name."""
         return {effect.payload: effect for effect in self.effects if effect.payload}
 
+    @property
+    def delay(self) -> np.ndarray:
+        """Time by which the effort of each joint is recorded later than its position, shape (n,) [s]."""
+        return sum((one.delay(self.robot) for one in self.measurements), np.zeros(self.robot.dof))
+
+    @property
+    def ceiling(self) -> np.ndarray:
+        """Largest effort of each joint that is recorded, infinite without a limit, shape (n,) [A, N m]."""
+        return np.min(
+            [np.full(self.robot.dof, np.inf), *(m.ceiling(self.robot) for m in self.measurements)], 0
+        )
+
+    @property
+    def gears(self) -> tuple[Gear, ...]:
+        """Gears that are not rigid."""
+        return tuple(one for one in self.measurements if isinstance(one, Gear))
+
     def shares(self, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
         """Each effect with its own of the parameters (p,)."""
         return [(effect, values[own]) for effect, own in zip(self.effects, self.columns, strict=True)]
@@ -121,6 +151,45 @@ class Model:
         """Joint torque for given parameter values (p,), shape (t, n) [N m]."""
         return self.regressor(motion) @ values + self.known_torque(motion)
 
+    def bodies_apart(
+        self, values: np.ndarray, payload: str
+    ) -> tuple[pin.Model, list[tuple[Effect, np.ndarray]]]:
+        """The joints with the bodies that parameters (p,) give them, and other effects with their parameters.
+
+        Raises:
+            WrongShape: Not a value a parameter.
+        """
+        kinematics, others = self.robot.kinematics.copy(), []
+        kinematics.armature = np.zeros(kinematics.nv)
+        for link in range(kinematics.njoints):
+            kinematics.inertias[link] = pin.Inertia.Zero()
+        values = np.asarray(values, float)
+        if values.shape != (len(self.parameters),):
+            raise WrongShape(
+                f"{self.robot.name}: values have shape {values.shape}, expected ({len(self.parameters)},), "
+                "one a parameter of the model"
+            )
+        for effect, own in self.shares(values):
+            bodies = effect.bodies(self.robot, own, payload)
+            for link, body in bodies.items():
+                kinematics.inertias[link + 1] += body
+            if not bodies:
+                others.append((effect, own))
+        return kinematics, others
+
+    def gear_torque(self, motion: Motion) -> np.ndarray:
+        """Torque of the joints beyond that of rigid gears, along a whole run, shape (t, n) [N m].
+
+        The load of the gears is nominal.
+        """
+        if not self.gears:
+            return np.zeros_like(motion.position)
+        pieces = (motion[start : start + CHUNK] for start in range(0, len(motion), CHUNK))
+        load = np.concatenate([self._gear_load(piece) for piece in pieces])
+        along = tangent(self.bodies_apart(self.nominal_values, motion.payload)[0], motion)
+        step = float(np.median(np.diff(motion.time)))
+        return np.sum([gear.torque(self.robot, along, load, step) for gear in self.gears], axis=0)
+
     def motion_gradient(
         self, motion: Motion, weights: np.ndarray, known: np.ndarray | None = None
     ) -> MotionGradient:
@@ -135,12 +204,12 @@ class Model:
             total = total + effect.motion_gradient(self.robot, motion, weights[:, :, own], known)
         if not np.any(total.load):
             return total
-        gears = self._gears
+        gears = self._transmitted
         by_load = gears.motion_gradient(motion, total.load[:, :, None] * gears.nominal_values, total.load)
         return replace(total, load=np.zeros_like(total.load)) + by_load
 
     @property
-    def _gears(self) -> "Model":
+    def _transmitted(self) -> "Model":
         """The part of the model whose torque the gears transmit."""
         return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
 
@@ -148,5 +217,9 @@ class Model:
         """The motion with the nominal torque that gears transmit; unchanged if no effect needs it."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
-        gears = self._gears
-        return replace(motion, load=gears.torque(motion, gears.nominal_values))
+        return replace(motion, load=self._gear_load(motion))
+
+    def _gear_load(self, motion: Motion) -> np.ndarray:
+        """Nominal torque that gears transmit, shape (t, n) [N m]."""
+        part = self._transmitted
+        return part.torque(motion, part.nominal_values)

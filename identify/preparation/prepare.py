@@ -5,12 +5,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from . import cutoffs
 from .even import Even, torque_off
-from .filters import Decimation, differentiate, low_pass
+from .filters import Decimation, low_pass
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
 
 REST, ABOVE = "rest", "high frequencies"
@@ -18,6 +19,8 @@ SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
 """Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
 SHORTEST = 30.0
 """Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
+CLIPPED = 0.01
+"""Share of the largest current within which a sample counts as clipped [-]: noise and steps of a sensor."""
 FROM_DATA = "leave it out to have it chosen from the data"
 
 
@@ -72,7 +75,7 @@ class Prepared:
         name: Name of the run.
         motion: Filtered motion at full rate, edges dropped.
         current: Motor currents at full rate, unfiltered, shape (t, n) [A]; torque [N m] where the
-            controller gives that instead.
+            controller gives that instead. Without what gears of the model that give way add.
         measures: "current" or "torque".
         gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
@@ -172,10 +175,12 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
     motion, current = even.motion(cutoff), even.signal(even.measures)
+    model = recording.model
     driven = ~np.isin(recording.robot.joints, recording.robot.passive)
     off = torque_off(current, motion.position, even.rate) & driven
-    # All samples that the decimation filter takes from where a drive was off.
-    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1)))
+    clipped = np.abs(current) >= (1.0 - CLIPPED) * model.ceiling
+    # All samples that the decimation filter takes from where a drive was off, or its current clipped.
+    near = ndimage.binary_dilation(off | clipped, np.ones((len(decimation.taps), 1)))
     # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
     usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
     sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)) & ~near
@@ -193,7 +198,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     return Prepared(
         name=recording.name,
         motion=motion[inside],
-        current=current[inside],
+        current=(current - model.gear_torque(motion) @ model.robot.to_motors.T / even.gain)[inside],
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],

@@ -21,7 +21,7 @@ from exidyn.identify.effects import (
 )
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.effect_rows import ROW_KEYS as EFFECT_KEYS
+from exidyn.identify.robot_files.effect_rows import EFFECT_KEYS
 from exidyn.identify.robot_files.effect_rows import key_of
 from exidyn.identify.robot_files.kinematics import LINK_KEYS
 from exidyn.identify.robot_files.mdh import ROW_KEYS as MDH_KEYS
