@@ -101,11 +101,23 @@ class Model:
         return sum((one.delay(self.robot) for one in self.measurements), np.zeros(self.robot.dof))
 
     @property
-    def ceiling(self) -> np.ndarray:
+    def current_limit(self) -> np.ndarray:
         """Largest effort of each joint that is recorded, infinite without a limit, shape (n,) [A, N m]."""
         return np.min(
-            [np.full(self.robot.dof, np.inf), *(m.ceiling(self.robot) for m in self.measurements)], 0
+            [np.full(self.robot.dof, np.inf), *(m.current_limit(self.robot) for m in self.measurements)], 0
         )
+
+    def recorded(self, torque: np.ndarray) -> np.ndarray:
+        """Drive gains times the currents that are recorded at motor torques (..., n), as many [N m]."""
+        for measurement in self.measurements:
+            torque = measurement.recorded(self.robot, torque)
+        return torque
+
+    def restored(self, shown: np.ndarray) -> np.ndarray:
+        """Motor torques for drive gains times recorded currents (t, n), as many [N m]."""
+        for measurement in reversed(self.measurements):
+            shown = measurement.restored(self.robot, shown)
+        return shown
 
     @property
     def gears(self) -> tuple[Gear, ...]:

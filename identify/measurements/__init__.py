@@ -2,6 +2,7 @@
 
 from .backlash import Backlash
 from .current_clipping import CurrentClipping
+from .drive_gain_saturation import DriveGainSaturation
 from .gear import Gear
 from .joint_elasticity import JointElasticity
 from .measurement import Measurement
@@ -11,6 +12,7 @@ MEASUREMENTS: dict[str, type[Measurement]] = {
     "time_delay": TimeDelay,
     "joint_elasticity": JointElasticity,
     "backlash": Backlash,
+    "drive_gain_saturation": DriveGainSaturation,
     "current_clipping": CurrentClipping,
 }
 """Name in robot files and in the diagnosis -> class."""

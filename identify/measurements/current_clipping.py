@@ -20,7 +20,7 @@ class CurrentClipping(Measurement):
     limit: float
     joints: tuple[str, ...] | None = None
 
-    def ceiling(self, robot: Robot) -> np.ndarray:
+    def current_limit(self, robot: Robot) -> np.ndarray:
         return on_joints(robot, self.joints, self.limit, np.inf)
 
     def check(self, robot: Robot) -> None:

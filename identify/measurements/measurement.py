@@ -21,9 +21,17 @@ class Measurement:
         """Time by which the effort of each joint is recorded later than its position, shape (n,) [s]."""
         return np.zeros(robot.dof)
 
-    def ceiling(self, robot: Robot) -> np.ndarray:
+    def current_limit(self, robot: Robot) -> np.ndarray:
         """Largest effort of each joint that is recorded, shape (n,) [A; N m where torque is recorded]."""
         return np.full(robot.dof, np.inf)
+
+    def recorded(self, robot: Robot, torque: np.ndarray) -> np.ndarray:
+        """Drive gains times the currents that are recorded at motor torques (..., n), as many [N m]."""
+        return torque
+
+    def restored(self, robot: Robot, shown: np.ndarray) -> np.ndarray:
+        """Motor torques for drive gains times recorded currents (t, n), as many [N m]."""
+        return shown
 
     def check(self, robot: Robot) -> None:
         """Raise an error where a number or a joint cannot be.
@@ -33,7 +41,7 @@ class Measurement:
             RobotError: A number is outside of its range.
         """
         self.delay(robot)
-        self.ceiling(robot)
+        self.current_limit(robot)
 
 
 def require(effect: str, name: str, value: float, above: bool = True) -> None:

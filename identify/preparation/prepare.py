@@ -75,7 +75,7 @@ class Prepared:
         name: Name of the run.
         motion: Filtered motion at full rate, edges dropped.
         current: Motor currents at full rate, unfiltered, shape (t, n) [A]; torque [N m] where the
-            controller gives that instead. Without what gears of the model that give way add.
+            controller gives that instead; as of rigid gears and constant drive gains, and not delayed.
         measures: "current" or "torque".
         gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
@@ -178,7 +178,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     model = recording.model
     driven = ~np.isin(recording.robot.joints, recording.robot.passive)
     off = torque_off(current, motion.position, even.rate) & driven
-    clipped = np.abs(current) >= (1.0 - CLIPPED) * model.ceiling
+    clipped = np.abs(current) >= (1.0 - CLIPPED) * model.current_limit
     # All samples that the decimation filter takes from where a drive was off, or its current clipped.
     near = ndimage.binary_dilation(off | clipped, np.ones((len(decimation.taps), 1)))
     # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
@@ -198,7 +198,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     return Prepared(
         name=recording.name,
         motion=motion[inside],
-        current=(current - model.gear_torque(motion) @ model.robot.to_motors.T / even.gain)[inside],
+        current=_of_rigid_arm(even, motion, current)[inside],
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],
@@ -212,6 +212,16 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
         off=off[inside].sum(axis=0) / even.rate,
     )
+
+
+def _of_rigid_arm(even: Even, motion: Motion, current: np.ndarray) -> np.ndarray:
+    """Currents (t, n) as of an arm with rigid gears and constant drive gains, in the same unit."""
+    model = even.recording.model
+    if not model.measurements:
+        return current
+    return (
+        model.restored(even.gain * current) - model.gear_torque(motion) @ model.robot.to_motors.T
+    ) / even.gain
 
 
 def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:

@@ -19,7 +19,12 @@ FIELD_KEYS = {"name": "label"}
 JOINT_FIELDS = ("joint", "other", "joints")
 """Fields that hold names of joints."""
 Kind = TypeVar("Kind", Effect, Measurement)
-SCALARS: dict[object, Callable[[object, str], Any]] = {float: number, str: string, bool: boolean}
+SCALARS: dict[object, Callable[[object, str], Any]] = {
+    float: number,
+    str: string,
+    bool: boolean,
+    float | None: number,
+}
 
 
 def key_of(field: "Field[Any]") -> str:

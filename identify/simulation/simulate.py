@@ -75,8 +75,8 @@ def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Mo
     """Motor current without noise as it is recorded, shape (t, n) [A], formed in pieces to spare memory."""
     torque = np.concatenate([columns @ values + known for columns, known in plant.pieces(motion)])
     torque = torque + plant.at(values).gear_torque(motion)
-    current = torque @ plant.robot.to_motors.T / gain
-    return np.clip(earlier(motion.time, current, -plant.delay), -plant.ceiling, plant.ceiling)
+    current = plant.recorded(torque @ plant.robot.to_motors.T) / gain
+    return np.clip(earlier(motion.time, current, -plant.delay), -plant.current_limit, plant.current_limit)
 
 
 USUAL = 0.1

@@ -19,6 +19,7 @@ class Arm:
     values: np.ndarray  # its parameters, shape (p,)
     gain: np.ndarray  # its drive gains, shape (n,) [N m/A]
     left_out: tuple[int, ...] = ()  # findings, by their place, that are no part of it
+    peak: np.ndarray | None = None  # largest torque of each motor in the runs, shape (n,) [N m]
 
     @property
     def by_name(self) -> dict[str, float]:

@@ -17,12 +17,12 @@ FOUND = "found.toml"
 
 def as_nominal(known: Evidence) -> Arm:
     """The nominal arm, with friction and offsets as fitted."""
-    return Arm(known.model, known.before, known.gain_before)
+    return Arm(known.model, known.before, known.gain_before, peak=known.peak)
 
 
 def as_found(known: Evidence, findings: Sequence[Finding]) -> Arm:
     """The arm with all that was found, its parameters fitted within their tolerances beside it."""
-    arm = Arm(known.model, known.after, known.gain_after)
+    arm = Arm(known.model, known.after, known.gain_after, peak=known.peak)
     for place, finding in enumerate(findings):
         more = with_finding(arm, finding)
         arm = replace(arm, left_out=(*arm.left_out, place)) if more is None else more

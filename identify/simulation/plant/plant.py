@@ -88,7 +88,7 @@ class Plant:
         sensors, thermal = sensors or Sensors.exact(n), thermal or Thermal.constant(n)
         transmission = transmission or Transmission.of(model)
         model, values = with_motors(model, values, transmission.elastic)
-        self.joints = robot.joints
+        self.joints, self._recorded = robot.joints, model.recorded
         self._payload, self._gain, self._control, self._thermal = payload, gain, control, thermal
         self._integration, self._cuts = integration, dict[float, Cut]()
         self._motors, self._links = transmission.motors, transmission.links
@@ -101,7 +101,7 @@ class Plant:
         self._path = CommandPath(asked)
         self._reference = self._servo.reference(asked, np.zeros(n))
         self._make_ready()
-        limit = np.minimum(sensors.current_limit, model.ceiling)
+        limit = np.minimum(sensors.current_limit, model.current_limit)
         late = sensors.current_delay + model.delay
         older = max(0.0, -float(np.min(late)))  # by which positions are shown later than the newest current
         self._past = Past(np.append(np.full(len(self._state.position), older), late + older), self._now())
@@ -213,7 +213,7 @@ class Plant:
         return np.append(self._state.position, self._motor_current())
 
     def _motor_current(self) -> np.ndarray:
-        return self._control.current(self._torque(), self._gain)
+        return self._control.current(self._recorded(self._torque()), self._gain)
 
     def _cut(self, seconds: float) -> Cut:
         if seconds not in self._cuts:

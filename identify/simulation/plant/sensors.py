@@ -103,7 +103,7 @@ class Readings:
         white = self._random.normal(size=(3, n))
         self._drift = sensors.current_drift * white[0]
         self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
-        self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+        self.current = self._current(current + self._drift + sensors.current_noise * white[2])
         self._fading(0.0, self._drift, white)  # does not count, but compiles it: not in a tick of real time
 
     def see(
@@ -118,13 +118,17 @@ class Readings:
             position = position + sensors.encoder_noise * white[:, 0]
             current = current + drift + sensors.current_noise * white[:, 2]
             self._drift = drift[-1]
-        position = self._counts(position)
-        current = np.clip(self._samples(current), -sensors.current_limit, sensors.current_limit)
+        position, current = self._counts(position), self._current(current)
         before = np.concatenate([self.position[None], position[:-1]])
         share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
         velocity = fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
         self.position, self.velocity, self.current = position[-1], velocity[-1], current[-1]
         return position, velocity, current
+
+    def _current(self, current: np.ndarray) -> np.ndarray:
+        """What the sensor shows of a current, any shape [A]."""
+        limit = self._sensors.current_limit
+        return np.clip(self._samples(current), -limit, limit)
 
 
 def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
