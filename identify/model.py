@@ -196,8 +196,7 @@ class Model:
         """
         if not self.gears:
             return np.zeros_like(motion.position)
-        pieces = (motion[start : start + CHUNK] for start in range(0, len(motion), CHUNK))
-        load = np.concatenate([self._gear_load(piece) for piece in pieces])
+        load = self.gear_load(motion)
         along = tangent(self.bodies_apart(self.nominal_values, motion.payload)[0], motion)
         step = float(np.median(np.diff(motion.time)))
         return np.sum([gear.torque(self.robot, along, load, step) for gear in self.gears], axis=0)
@@ -229,9 +228,10 @@ class Model:
         """The motion with the nominal torque that gears transmit; unchanged if no effect needs it."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
-        return replace(motion, load=self._gear_load(motion))
+        return replace(motion, load=self.gear_load(motion))
 
-    def _gear_load(self, motion: Motion) -> np.ndarray:
-        """Nominal torque that gears transmit, shape (t, n) [N m]."""
+    def gear_load(self, motion: Motion) -> np.ndarray:
+        """Nominal torque that gears transmit, formed in pieces to spare memory, shape (t, n) [N m]."""
         part = self._transmitted
-        return part.torque(motion, part.nominal_values)
+        values, starts = part.nominal_values, range(0, len(motion), CHUNK)
+        return np.concatenate([part.torque(motion[start : start + CHUNK], values) for start in starts])

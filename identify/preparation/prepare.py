@@ -10,6 +10,7 @@ from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from . import cutoffs
+from .clipped import filled, is_clipped
 from .even import Even, torque_off
 from .filters import Decimation, low_pass
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
@@ -19,8 +20,6 @@ SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
 """Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
 SHORTEST = 30.0
 """Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
-CLIPPED = 0.01
-"""Share of the largest current within which a sample counts as clipped [-]: noise and steps of a sensor."""
 FROM_DATA = "leave it out to have it chosen from the data"
 
 
@@ -178,9 +177,9 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     model = recording.model
     driven = ~np.isin(recording.robot.joints, recording.robot.passive)
     off = torque_off(current, motion.position, even.rate) & driven
-    clipped = np.abs(current) >= (1.0 - CLIPPED) * model.current_limit
-    # All samples that the decimation filter takes from where a drive was off, or its current clipped.
-    near = ndimage.binary_dilation(off | clipped, np.ones((len(decimation.taps), 1)))
+    clipped = is_clipped(model, current, decimation.factor)
+    # All samples that the decimation filter takes from where a drive was off.
+    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1))) | clipped
     # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
     usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
     sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)) & ~near
@@ -198,7 +197,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     return Prepared(
         name=recording.name,
         motion=motion[inside],
-        current=_of_rigid_arm(even, motion, current)[inside],
+        current=_of_rigid_arm(even, motion, current, clipped)[inside],
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],
@@ -214,14 +213,13 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     )
 
 
-def _of_rigid_arm(even: Even, motion: Motion, current: np.ndarray) -> np.ndarray:
+def _of_rigid_arm(even: Even, motion: Motion, current: np.ndarray, clipped: np.ndarray) -> np.ndarray:
     """Currents (t, n) as of an arm with rigid gears and constant drive gains, in the same unit."""
     model = even.recording.model
     if not model.measurements:
         return current
-    return (
-        model.restored(even.gain * current) - model.gear_torque(motion) @ model.robot.to_motors.T
-    ) / even.gain
+    torque = model.restored(even.gain * filled(model, motion, current, even.gain, clipped))
+    return (torque - model.gear_torque(motion) @ model.robot.to_motors.T) / even.gain
 
 
 def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:

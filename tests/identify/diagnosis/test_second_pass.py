@@ -31,7 +31,7 @@ CASES = {
     "joint_elasticity": JointElasticity("elbow", 600.0, 1.0),
     "backlash": Backlash("elbow", 0.01, 0.4),
     "drive_gain_saturation": DriveGainSaturation("shoulder", 0.8, 20.0, 10.0),
-    "current_clipping": CurrentClipping(1.2, ("shoulder",)),
+    "current_clipping": CurrentClipping(0.9, ("shoulder",)),
 }
 
 
