@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import RotorInertia
+from exidyn.identify.effects import Prior, RotorInertia
 from exidyn.identify.errors import ExidynError
 from exidyn.identify.export import FORMATS, Portable
 from exidyn.identify.fit.fit_file import fit_text
@@ -42,7 +42,11 @@ RATE = 500.0
 
 
 def arm(*measurements):
-    return replace(two_joints.model(), measurements=measurements)
+    """With friction that is a tenth short of the true one, as where filters reach over clipped samples."""
+    model = two_joints.model()
+    friction = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0}
+    stated = {name: Prior(0.9 * value) for name, value in friction.items()}
+    return replace(model, stated=stated, measurements=measurements)
 
 
 def recording(*measurements, seed=0):
@@ -51,7 +55,7 @@ def recording(*measurements, seed=0):
     plant, sensors = arm(*measurements), Noise(1e-4, 0.0, 0.0)
     motion = path.at(np.arange(0.0, 12.0, 1.0 / RATE))
     return simulate(
-        plant, two_joints.true_values(plant), two_joints.GAIN, motion, arm(), sensors, name=f"run{seed}"
+        plant, two_joints.true_values(two_joints.model()), two_joints.GAIN, motion, arm(), sensors, name=f"run{seed}"
     )
 
 
@@ -106,7 +110,8 @@ def test_a_wrong_row_is_refused(row, words):
 def test_a_fit_takes_it_out_of_recordings(name):
     rigid, with_it, without = fitted(arm()), fitted(arm(EVERY[name]), EVERY[name]), fitted(arm(), EVERY[name])
     np.testing.assert_allclose(with_it.estimate.values, rigid.estimate.values, rtol=0.03, atol=0.02)
-    assert np.all(residual(with_it) < 1.5 * residual(rigid))
+    # What stands for clipped samples reaches by 5 mN m into rows beside them.
+    assert np.all(residual(with_it) < np.maximum(1.5 * residual(rigid), 0.01))
     assert np.max(residual(without) / residual(with_it)) > 5.0
 
 
