@@ -189,17 +189,22 @@ class Model:
                 others.append((effect, own))
         return kinematics, others
 
-    def gear_torque(self, motion: Motion) -> np.ndarray:
-        """Torque of the joints beyond that of rigid gears, along a whole run, shape (t, n) [N m].
+    def gear_torque(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Torque of the joints beyond that of rigid gears, and how far motors lead their links, along a run.
 
-        The load of the gears is nominal.
+        The load of the gears is nominal. Shapes (t, n) [N m] and (t, n) [rad].
         """
+        torque, lead = np.zeros((2, *motion.position.shape))
         if not self.gears:
-            return np.zeros_like(motion.position)
-        load = self.gear_load(motion)
+            return torque, lead
+        load, step = self.gear_load(motion), float(np.median(np.diff(motion.time)))
         along = tangent(self.bodies_apart(self.nominal_values, motion.payload)[0], motion)
-        step = float(np.median(np.diff(motion.time)))
-        return np.sum([gear.torque(self.robot, along, load, step) for gear in self.gears], axis=0)
+        for gear in self.gears:
+            joint = self.robot.index(gear.joint)
+            twist = gear.twist(along, load[:, joint], joint, step)
+            torque -= along.torque(joint, *twist)
+            lead[:, joint] += twist.value
+        return torque, lead
 
     def motion_gradient(
         self, motion: Motion, weights: np.ndarray, known: np.ndarray | None = None

@@ -45,11 +45,6 @@ class Gear(Measurement, ABC):
     def spring(self, inertia: float) -> Spring:
         """What it is in a simulated arm, for a mean inertia of the link [kg m^2]."""
 
-    def torque(self, robot: Robot, tangent: Tangent, load: np.ndarray, step: float) -> np.ndarray:
-        """Torque of all joints beyond that of a rigid gear, shape (t, n) [N m], for their loads (t, n)."""
-        joint = robot.index(self.joint)
-        return -tangent.torque(joint, *self.twist(tangent, load[:, joint], joint, step))
-
     def check(self, robot: Robot) -> None:
         super().check(robot)
         robot.index(self.joint)

@@ -86,8 +86,8 @@ class Prepared:
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
-        link_position: Positions behind the gears, unfiltered, shape (t, n) [rad]; NaN where a joint has no
-            second encoder, None if none was recorded.
+        link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
+            (t, n) [rad]; NaN where a joint has no second encoder, None if none was recorded.
         off: For how long each joint moved with its drive off, which does not count, shape (n,) [s].
     """
 
@@ -192,12 +192,13 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise, source = noise_above(current, decimation), ABOVE
     if smoothed(measured, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
+    rigid, behind = _of_rigid_arm(even, motion, current, clipped)
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
     return Prepared(
         name=recording.name,
         motion=motion[inside],
-        current=_of_rigid_arm(even, motion, current, clipped)[inside],
+        current=rigid[inside],
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],
@@ -208,18 +209,23 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
-        link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
+        link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
     )
 
 
-def _of_rigid_arm(even: Even, motion: Motion, current: np.ndarray, clipped: np.ndarray) -> np.ndarray:
-    """Currents (t, n) as of an arm with rigid gears and constant drive gains, in the same unit."""
+def _of_rigid_arm(
+    even: Even, motion: Motion, current: np.ndarray, clipped: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Currents (t, n), and positions behind the gears, as of an arm with rigid gears and constant gains."""
     model = even.recording.model
+    behind = even.signal("link_position") if "link_position" in even.recording.signals else None
     if not model.measurements:
-        return current
+        return current, behind
     torque = model.restored(even.gain * filled(model, motion, current, even.gain, clipped))
-    return (torque - model.gear_torque(motion) @ model.robot.to_motors.T) / even.gain
+    more, lead = model.gear_torque(motion)
+    current = (torque - more @ model.robot.to_motors.T) / even.gain
+    return current, None if behind is None else behind + lead
 
 
 def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:

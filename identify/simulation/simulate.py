@@ -74,7 +74,7 @@ def simulate(
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:
     """Motor current without noise as it is recorded, shape (t, n) [A], formed in pieces to spare memory."""
     torque = np.concatenate([columns @ values + known for columns, known in plant.pieces(motion)])
-    torque = torque + plant.at(values).gear_torque(motion)
+    torque = torque + plant.at(values).gear_torque(motion)[0]
     current = plant.recorded(torque @ plant.robot.to_motors.T) / gain
     return np.clip(earlier(motion.time, current, -plant.delay), -plant.current_limit, plant.current_limit)
 

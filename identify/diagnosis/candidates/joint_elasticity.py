@@ -1,7 +1,7 @@
 """Joint elasticity: a gear that gives way, on which its link lags behind the motor, and swings.
 
-How motors feel that is in `parts/gears.py`. The stiffness shapes it: little matters below the resonance but
-the load over the stiffness, and near it the link's own swing.
+How motors feel that is in `measurements/twist.py`. The stiffness shapes it: little matters below the
+resonance but the load over the stiffness, and near it the link's own swing.
 
 Where encoders behind the gears were recorded, the twist is measured: it is the load over the stiffness,
 beside a zero in each run, what the gear's own friction holds back, and the time by which one encoder is read

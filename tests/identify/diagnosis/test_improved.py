@@ -122,7 +122,7 @@ def test_a_gear_that_was_found_takes_the_torque_that_the_search_found(effect):
     arm = as_found(evidence(), [one])
     expected = candidate.columns(run())[:, :, 0]
     assert np.max(np.abs(expected)) > 0.0
-    torque = arm.model.gear_torque(run().motion)
+    torque, _ = arm.model.gear_torque(run().motion)
     np.testing.assert_allclose(torque, expected, atol=1e-6 * np.max(np.abs(expected)))
 
 

@@ -19,6 +19,7 @@ from exidyn.identify.measurements import (
     JointElasticity,
     TimeDelay,
 )
+from exidyn.identify.preparation.prepare import prepare
 from exidyn.identify.robot_files.commented import commented_text
 from exidyn.identify.robot_files.robot_file import parse_model
 from exidyn.identify.robot_files.robot_text import model_text
@@ -55,7 +56,13 @@ def recording(*measurements, seed=0):
     plant, sensors = arm(*measurements), Noise(1e-4, 0.0, 0.0)
     motion = path.at(np.arange(0.0, 12.0, 1.0 / RATE))
     return simulate(
-        plant, two_joints.true_values(two_joints.model()), two_joints.GAIN, motion, arm(), sensors, name=f"run{seed}"
+        plant,
+        two_joints.true_values(two_joints.model()),
+        two_joints.GAIN,
+        motion,
+        arm(),
+        sensors,
+        name=f"run{seed}",
     )
 
 
@@ -205,6 +212,17 @@ def test_a_fit_of_a_swinging_link_finds_its_friction():
     )
     assert np.all(held.validation[0].residual_rms < 0.5 * rigid.validation[0].residual_rms)
     assert held.value("Fc2") == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_second_encoder_shows_no_twist_beside_the_gear_that_a_model_holds():
+    gear = JointElasticity("elbow", 900.0, 1.5)
+    made = replace(recording(), signals=followed(gear))
+    rotors = two_joints.model(RotorInertia())
+    held, rigid = (
+        prepare(replace(made, model=replace(rotors, measurements=gears))) for gears in ((gear,), ())
+    )
+    twists = [np.ptp((run.motion.position - run.link_position)[:, 1]) for run in (held, rigid)]
+    assert twists[0] < 0.1 * twists[1]
 
 
 def test_an_export_says_what_it_cannot_hold():
