@@ -29,6 +29,8 @@ SCATTER = 0.15
 STIFF = 60.0
 """Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
 it, is in proportion to their compliance."""
+NOTHING = 0.01
+"""Compliance of teeth over that expected, up to which they are rigid [-]: it explains nothing."""
 SHIFT = 0.05
 """Share of a joint's usual load by which the nominal load may be wrong [-]; a few thousandths, where it
 changes slowly, make a link float sooner or later by the time that it floats."""
@@ -100,7 +102,8 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     [joint], known = finding.joints, {name: quantity.value for name, quantity in finding.parameters.items()}
     name, compliance = arm.model.robot.joints[joint], known["compliance"]
     arm = arm.with_measurement(Backlash(name, known["gap"], known["damping_ratio"], known["load_shift"]))
-    if not compliance > 0.0:
+    inertia = float(link_size(arm.model)[0][joint])
+    if not compliance * inertia * (2 * np.pi * STIFF) ** 2 > NOTHING:
         return arm
     damping = 2 * RATIO / (compliance * 2 * np.pi * STIFF)
     return arm.with_measurement(JointElasticity(name, 1.0 / compliance, damping))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import RobotError
 from ...model import Model
 from ..candidates import kind_of
 from ..findings.arm import Arm
@@ -33,7 +34,10 @@ def with_finding(arm: Arm, finding: Finding) -> Arm | None:
     """The arm with one finding; None where no model can hold it."""
     kind, effect = kind_of(finding.effect), finding.candidate.instance
     if kind.held is not None:
-        return kind.held(arm, finding)
+        try:
+            return kind.held(arm, finding)
+        except RobotError:  # numbers that no arm has, as those of an alternative may be
+            return None
     if effect is None:
         return None
     names = [parameter.name for parameter in effect.parameters(arm.model.robot)]
