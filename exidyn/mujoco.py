@@ -29,7 +29,7 @@ def attach(
         temperature: Of the joints, one number or one a joint [degC].
 
     Warns:
-        RobotWarning: found.toml lacks some of what was found, as elastic gears and backlash.
+        RobotWarning: The arm has elastic gears or backlash, or found.toml lacks some of what was found.
 
     Raises:
         RobotError: The model differs from the arm, or an effect cannot be attached; the message names it.
@@ -37,11 +37,15 @@ def attach(
     if isinstance(arm, Fit):
         arm = identified(arm)
     found = arm if isinstance(arm, Model) else _read(Path(arm))
+    if found.gears:
+        joints = ", ".join(dict.fromkeys(gear.joint for gear in found.gears))
+        words = f"not attached: gears that give way or have play, of {joints}; exidyn gap writes those"
+        warnings.warn(words, RobotWarning, stacklevel=2)
     return Attached(model, data, found, payload, temperature)
 
 
 def _read(path: Path) -> Model:
-    """The arm of a file; warns of findings that it does not hold, such as backlash."""
+    """The arm of a file; warns of findings that it does not hold, such as a hose."""
     arm = read_arm(str(path))
     if path.suffix == ".toml" and path.is_file():
         first = path.read_text(encoding="utf-8").partition("\n")[0]

@@ -1,15 +1,18 @@
-"""Model: a robot and the effects that make its torque."""
+"""Model: a robot, the effects that make its torque, and what lies between it and its recordings."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 
 import numpy as np
+import pinocchio as pin
 
 from .arm.motion import Motion
 from .arm.robot import Robot
+from .arm.tangent import tangent
 from .effects import Effect, MotionGradient, Parameter, Prior
-from .errors import RobotError
+from .errors import RobotError, WrongShape
+from .measurements import Gear, Measurement
 
 CHUNK = 2000
 """Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
@@ -24,14 +27,19 @@ class Model:
         effects: What makes torque; order is the order of the columns.
         stated: Priors about parameters by name, beyond the robot's inertias.
         bounded: Names of those that are certain to be within the square root of three deviations.
+        measurements: What makes a recording differ from the motion and torque of rigid joints: delays, gears
+            that give way, clipped currents. A fit takes it out of recordings, and a simulation puts it in.
     """
 
     robot: Robot
     effects: tuple[Effect, ...]
     stated: Mapping[str, Prior] = field(default_factory=dict)
     bounded: frozenset[str] = frozenset()
+    measurements: tuple[Measurement, ...] = ()
 
     def __post_init__(self) -> None:
+        for measurement in self.measurements:
+            measurement.check(self.robot)
         names = [parameter.name for parameter in self.parameters]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -39,6 +47,11 @@ class Model:
 
     def __add__(self, effect: Effect) -> "Model":
         return replace(self, effects=(*self.effects, effect))
+
+    def at(self, values: np.ndarray) -> "Model":
+        """The same model whose nominal values are these (p,), with the deviations that it has."""
+        priors = zip(self.names, values, self.priors, strict=True)
+        return replace(self, stated={name: Prior(float(value), prior.std) for name, value, prior in priors})
 
     @property
     def parameters(self) -> list[Parameter]:
@@ -82,6 +95,35 @@ class Model:
         """Bodies that runs may carry on the flange, by name."""
         return {effect.payload: effect for effect in self.effects if effect.payload}
 
+    @property
+    def delay(self) -> np.ndarray:
+        """Time by which the effort of each joint is recorded later than its position, shape (n,) [s]."""
+        return sum((one.delay(self.robot) for one in self.measurements), np.zeros(self.robot.dof))
+
+    @property
+    def current_limit(self) -> np.ndarray:
+        """Largest effort of each joint that is recorded, infinite without a limit, shape (n,) [A, N m]."""
+        return np.min(
+            [np.full(self.robot.dof, np.inf), *(m.current_limit(self.robot) for m in self.measurements)], 0
+        )
+
+    def recorded(self, torque: np.ndarray) -> np.ndarray:
+        """Drive gains times the currents that are recorded at motor torques (..., n), as many [N m]."""
+        for measurement in self.measurements:
+            torque = measurement.recorded(self.robot, torque)
+        return torque
+
+    def restored(self, shown: np.ndarray) -> np.ndarray:
+        """Motor torques for drive gains times recorded currents (t, n), as many [N m]."""
+        for measurement in reversed(self.measurements):
+            shown = measurement.restored(self.robot, shown)
+        return shown
+
+    @property
+    def gears(self) -> tuple[Gear, ...]:
+        """Gears that are not rigid."""
+        return tuple(one for one in self.measurements if isinstance(one, Gear))
+
     def shares(self, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
         """Each effect with its own of the parameters (p,)."""
         return [(effect, values[own]) for effect, own in zip(self.effects, self.columns, strict=True)]
@@ -121,6 +163,49 @@ class Model:
         """Joint torque for given parameter values (p,), shape (t, n) [N m]."""
         return self.regressor(motion) @ values + self.known_torque(motion)
 
+    def bodies_apart(
+        self, values: np.ndarray, payload: str
+    ) -> tuple[pin.Model, list[tuple[Effect, np.ndarray]]]:
+        """The joints with the bodies that parameters (p,) give them, and other effects with their parameters.
+
+        Raises:
+            WrongShape: Not a value a parameter.
+        """
+        kinematics, others = self.robot.kinematics.copy(), []
+        kinematics.armature = np.zeros(kinematics.nv)
+        for link in range(kinematics.njoints):
+            kinematics.inertias[link] = pin.Inertia.Zero()
+        values = np.asarray(values, float)
+        if values.shape != (len(self.parameters),):
+            raise WrongShape(
+                f"{self.robot.name}: values have shape {values.shape}, expected ({len(self.parameters)},), "
+                "one a parameter of the model"
+            )
+        for effect, own in self.shares(values):
+            bodies = effect.bodies(self.robot, own, payload)
+            for link, body in bodies.items():
+                kinematics.inertias[link + 1] += body
+            if not bodies:
+                others.append((effect, own))
+        return kinematics, others
+
+    def gear_torque(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Torque of the joints beyond that of rigid gears, and how far motors lead their links, along a run.
+
+        The load of the gears is nominal. Shapes (t, n) [N m] and (t, n) [rad].
+        """
+        torque, lead = np.zeros((2, *motion.position.shape))
+        if not self.gears:
+            return torque, lead
+        load, step = self.gear_load(motion), float(np.median(np.diff(motion.time)))
+        along = tangent(self.bodies_apart(self.nominal_values, motion.payload)[0], motion)
+        for gear in self.gears:
+            joint = self.robot.index(gear.joint)
+            twist = gear.twist(along, load[:, joint], joint, step)
+            torque -= along.torque(joint, *twist)
+            lead[:, joint] += twist.value
+        return torque, lead
+
     def motion_gradient(
         self, motion: Motion, weights: np.ndarray, known: np.ndarray | None = None
     ) -> MotionGradient:
@@ -135,12 +220,12 @@ class Model:
             total = total + effect.motion_gradient(self.robot, motion, weights[:, :, own], known)
         if not np.any(total.load):
             return total
-        gears = self._gears
+        gears = self._transmitted
         by_load = gears.motion_gradient(motion, total.load[:, :, None] * gears.nominal_values, total.load)
         return replace(total, load=np.zeros_like(total.load)) + by_load
 
     @property
-    def _gears(self) -> "Model":
+    def _transmitted(self) -> "Model":
         """The part of the model whose torque the gears transmit."""
         return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
 
@@ -148,5 +233,10 @@ class Model:
         """The motion with the nominal torque that gears transmit; unchanged if no effect needs it."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
-        gears = self._gears
-        return replace(motion, load=gears.torque(motion, gears.nominal_values))
+        return replace(motion, load=self.gear_load(motion))
+
+    def gear_load(self, motion: Motion) -> np.ndarray:
+        """Nominal torque that gears transmit, formed in pieces to spare memory, shape (t, n) [N m]."""
+        part = self._transmitted
+        values, starts = part.nominal_values, range(0, len(motion), CHUNK)
+        return np.concatenate([part.torque(motion[start : start + CHUNK], values) for start in starts])

@@ -72,7 +72,7 @@ tick = valid_if(
             (Option("--payload NAME", "of a payload of the model", default=""), *BODY),
         ),
         Group(
-            "gears that give way: one number, or one a joint, seen from the joint",
+            "gears that give way, beside those of the arm: one number, or one a joint, seen from the joint",
             (
                 Option("--stiffness NM/RAD...", "inf for rigid, the default", any_number, [np.inf]),
                 Option("--damping NMS/RAD...", "of the same spring", any_number, [0.0]),

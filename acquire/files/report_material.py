@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.findings.finding import Trace
 from exidyn.identify.diagnosis.runs.usable import HELD_OUT
 from exidyn.identify.errors import DifferentRobot, NotAFile
@@ -54,12 +53,9 @@ def material(
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    # Where the improved fit was made of runs whose faults were taken back, it predicts none as it is.
-    altered = diagnosis is not None and any(kind_of(one.effect).undo for one in diagnosis.file.findings)
-    known = () if altered else recordings
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
     added = diagnosis is not None and bool(diagnosis.file.findings)
-    improved = [_improved(*one, known, progress) for one in read if added and one[0].resolve() in beside]
+    improved = [_improved(*one, recordings, progress) for one in read if added and one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,

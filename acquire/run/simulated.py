@@ -52,7 +52,7 @@ def simulated(
         plan: The motion.
         loaded: The arm with what hangs on its flange.
         payload: What hangs there, as it is described in the recording.
-        gears: Between motors and links.
+        gears: Between motors and links, beside those of the arm.
         speed: Over the planned one [-].
         tick: From sample to sample [s].
         seed: Seed of the sensors' noise.
@@ -73,6 +73,7 @@ def simulated(
             f"{arm.robot.name}: no payload '{carried}'. Payloads of the model: "
             f"{', '.join(sorted(bodies)) or 'none'}"
         )
+    gears = Transmission.of(loaded).softened(gears.stiffness, gears.damping, gears.backlash)
     position, velocity = commands(plan.trajectory, speed, arm, tick)
     control, sensors, thermal = typical_parts(loaded)
     sensors = Sensors.exact(loaded.robot.dof) if exact else sensors

@@ -9,15 +9,13 @@ from ..fit.identification import identify
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
-from .candidates import kind_of
-from .findings.finding import Diagnosis, Finding
+from .findings.finding import Diagnosis
 from .improved.improved import as_found
 from .runs.usable import HELD_OUT
 from .words.measures import by_kind, slides
 from .words.sentences import sentence
 
-RIGID = "a fit has rigid gears, so that this is no part of it"
-NOT_THE_ARM = "no part of this fit, which is of the arm and not of how it was measured"
+NOT_HELD = "no part of this fit, as no model can hold it"
 
 
 def refit(
@@ -43,7 +41,7 @@ def refit(
         return None
     left_out = as_found(diagnosis.evidence, diagnosis.findings).left_out
     asked = {trace.name for trace in diagnosis.evidence.traces}
-    used = [(role, undone(run, diagnosis.findings)) for role, run in recordings if run.name in asked]
+    used = [(role, run) for role, run in recordings if run.name in asked]
     fit = identify(
         [run for role, run in used if role != HELD_OUT],
         [run for role, run in used if role == HELD_OUT],
@@ -52,12 +50,11 @@ def refit(
         as_recorded=True,  # asked before the diagnosis
         progress=progress,
     )
-    warnings = []
-    for place, finding in enumerate(by_kind(diagnosis).findings):
-        kind = kind_of(finding.effect)
-        if kind.gear or kind.undo or place in left_out:
-            why = kind.undo.words if kind.undo else RIGID if kind.gear else NOT_THE_ARM
-            warnings.append(f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {why}")
+    every = by_kind(diagnosis).findings
+    warnings = [
+        f"{sentence(every[place], diagnosis.joints, slides(diagnosis, every[place]))}: {NOT_HELD}"
+        for place in left_out
+    ]
     return replace(fit, warnings=(*warnings, *fit.warnings))
 
 
@@ -74,11 +71,3 @@ def model_to_fit(diagnosis: Diagnosis) -> Model:
     return replace(
         arm.model, robot=replace(robot, drive_gain=robot.drive_gain * share, inertial_tolerance=held)
     )
-
-
-def undone(recording: Recording, findings: Sequence[Finding]) -> Recording:
-    """The recording without those faults that can be taken back before a fit."""
-    for finding in findings:
-        if (undo := kind_of(finding.effect).undo) is not None:
-            recording = undo.undone(recording, finding)
-    return recording

@@ -3,8 +3,8 @@
 Linear unknowns are regressor columns. Nonlinear unknowns are fields declared with `shape`. A choice
 (which joint, which harmonic) is a plain field. Code that sums effects does not depend on which one it holds.
 
-What is not an effect: faults of the measurement (delay, gain, encoder zero), which are corrections of
-the data, and elasticity or backlash, which have a state of their own.
+What is not an effect: what lies between the arm and its recordings (delays, clipped currents) and gears
+that give way, which have a state of their own; see `measurements`.
 """
 
 from abc import ABC, abstractmethod

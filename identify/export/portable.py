@@ -6,7 +6,7 @@ positive definite; that is the triangle inequality of the principal moments of i
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
 from ..fit.base_parameters import rich_motion
 from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
+from ..measurements import measurement_name
 from ..model import Model
 
 
@@ -79,7 +80,8 @@ def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:
     effects = tuple(e for e in model.effects if not payload or e.payload != payload)
     left = [one.name for effect in effects if not effect.of_links for one in effect.parameters(robot)]
     stated = {name: prior for name, prior in model.stated.items() if name in left}
-    return Model(with_bodies(robot, bodies), effects, stated), remarks
+    solid = Model(with_bodies(robot, bodies), effects, stated, measurements=model.measurements)
+    return solid, remarks
 
 
 def _carried(model: Model, payload: str) -> np.ndarray:
@@ -204,6 +206,22 @@ def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
         yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
 
 
+def _measurements(portable: Portable) -> list[str]:
+    """What lies between arm and recordings, with its numbers."""
+    found = []
+    for one in portable.model.measurements:
+        numbers = (f"{f.name} {_plain(getattr(one, f.name))}" for f in fields(one))
+        found.append(f"{measurement_name(one)}: {', '.join(numbers)}")
+    return found
+
+
+def _plain(value: object) -> str:
+    """A field in words."""
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    return "of all" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def _bodies(portable: Portable) -> list[str]:
     kinematics = portable.robot.kinematics
     masses = ", ".join(
@@ -269,6 +287,7 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "constant": _of_joints("constant", "constant torque of current_offset and joint_spring", "N m"),
     "balancers": _balancers,
     "effects": _others,
+    "measurements": _measurements,
     "gains": _gains,
     "servos": _servos,
     "coupling": _coupling,

@@ -13,6 +13,7 @@ from exidyn.quoting import json_text, one_line, xml_document
 from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
 from ..effects import Effect, name_of
+from ..measurements import measurement_name
 from ..model import Model
 from ..robot_files.effect_rows import key_of
 from ..robot_files.robot_text import model_text, urdf_text
@@ -33,6 +34,10 @@ def json(portable: Portable) -> str:
         "coupling": robot.coupling,
         "flange": _placement(robot.flange),
         "effects": [_effect(model, effect) for effect in model.effects],
+        "measurements": [
+            {"name": measurement_name(one)} | {f.name: getattr(one, f.name) for f in fields(one)}
+            for one in model.measurements
+        ],
     }
     return json_text(_plain(table)) + "\n"
 

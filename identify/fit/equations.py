@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import RecordingError
 from ..model import Model
-from ..preparation.filters import Decimation, differentiate, low_pass
+from ..preparation.filters import Decimation, low_pass
 from ..preparation.prepare import Prepared
 from .base_parameters import BaseParameters
 

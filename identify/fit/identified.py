@@ -179,4 +179,4 @@ def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarr
             continue
         priors = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
         stated |= {name: Prior(*one) for name, one in zip(model.names[own], priors, strict=True)}
-    return Model(robot, model.effects, stated)
+    return Model(robot, model.effects, stated, measurements=model.measurements)

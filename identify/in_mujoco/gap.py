@@ -12,8 +12,7 @@ from threadpoolctl import threadpool_limits
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.diagnose import diagnosed
 from ..diagnosis.findings.finding import Diagnosis, Finding
-from ..diagnosis.improved.improved import as_nominal, with_finding
-from ..diagnosis.refit import undone
+from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.runs.usable import HELD_OUT
 from ..diagnosis.words.sentences import sentence
 from ..errors import RecordingError
@@ -95,7 +94,9 @@ def gap(
     ).diagnosis
     diagnosis = replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions))
     held, faults, beyond = _sorted(diagnosis)
-    runs = tuple(Run.of(undone(one, faults), filtering) for role, one in recordings if role == HELD_OUT)
+    runs = tuple(
+        Run.of(_without(one, diagnosis, faults), filtering) for role, one in recordings if role == HELD_OUT
+    )
     commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
     progress("simulate the file as it is")
     before = simulated(source, source.text, model, runs, commands, attach=False)
@@ -132,13 +133,21 @@ def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Fi
     nominal = None if diagnosis.evidence is None else as_nominal(diagnosis.evidence)
     for finding in diagnosis.findings:
         kind = kind_of(finding.effect)
-        if kind.undo is not None:
-            faults.append(finding)
-        elif nominal is None or with_finding(nominal, finding) is None:
+        if nominal is None or with_finding(nominal, finding) is None:
             beyond.append(finding)
+        elif kind.sensor:
+            faults.append(finding)
         else:
             held.append(finding)
     return held, faults, beyond
+
+
+def _without(recording: Recording, diagnosis: Diagnosis, faults: Sequence[Finding]) -> Recording:
+    """The recording with a model that takes these findings out of it."""
+    if diagnosis.evidence is None:
+        return recording
+    held = as_found(diagnosis.evidence, faults).model.measurements
+    return replace(recording, model=replace(recording.model, measurements=held))
 
 
 def _compiled(source: Source) -> object:

@@ -21,9 +21,9 @@ from ..fit.identified import identified, standard_parameters
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
+from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
 from .distances import Distances, distances
-from .gear_torque import without_gears
 from .replay import Run, Simulator
 
 NUMBERS = "numbers that MJCF has: masses, inertia, armature, damping, friction"
@@ -124,14 +124,11 @@ class Ladder:
 
     def _step(self, findings: Sequence[Finding]) -> Step:
         """Numbers fitted beside findings, and the file with what it can hold."""
-        evidence, recordings = self.diagnosis.evidence, self.recordings
-        if evidence is not None:
-            recordings = [(role, without_gears(one, role, evidence, findings)) for role, one in recordings]
         diagnosis = replace(self.diagnosis, findings=(*self.faults, *findings))
-        fit = refit(diagnosis, recordings, filtering=self.filtering)
+        fit = refit(diagnosis, self.recordings, filtering=self.filtering)
         if fit is None:
             raise ExidynError("the diagnosis has no evidence")
-        arm = identified(fit)
+        arm = replace(identified(fit), measurements=())  # gears are added below, sensors are not simulated
         source = self.source
         made = patch(Portable.of(arm), standard_parameters(fit), source.text, source.folder, source.where)
         gears = gears_of(self.diagnosis, findings)
@@ -143,7 +140,7 @@ def gears_of(diagnosis: Diagnosis, findings: Sequence[Finding]) -> list[Gear]:
     """Gears that give way by some of a diagnosis' findings."""
     if diagnosis.evidence is None:
         return []
-    gears = as_found(diagnosis.evidence, findings).transmission
+    gears = Transmission.of(as_found(diagnosis.evidence, findings).model)
     return [
         Gear(
             diagnosis.joints[joint],

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
-from ..preparation.filters import differentiate, low_pass, uniform
+from ..preparation.filters import low_pass, uniform
 
 CUTOFF = 5.0
 """Low-pass of positions and efforts [Hz]: arms move below it."""

@@ -13,9 +13,9 @@ that reverses slowly: hysteresis.
 import numpy as np
 from scipy import linalg, signal
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..model import Model
-from .filters import differentiate
 from .noise import smoothed
 
 LOWEST = 5.0

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import NotRecorded, RecordingError
 from ..recordings.recording import EFFORT, Recording
-from .filters import differentiate, low_pass, uniform
+from .filters import low_pass, uniform
+from .undelayed import without_delay
 
 if TYPE_CHECKING:
     from .prepare import Prepared
@@ -48,6 +50,7 @@ class Even:
             NotRecorded: Neither currents nor torques.
             RecordingError: Too few samples.
         """
+        recording = without_delay(recording)
         signal = recording.signals["position"]
         if len(signal) < FEWEST:
             raise RecordingError(

@@ -1,4 +1,4 @@
-"""Zero-phase filters: band-pass differentiation and parallel decimation (paper, section III)."""
+"""Zero-phase filters: low-pass and parallel decimation (paper, section III)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -6,11 +6,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy import interpolate, signal
-
-# Central differences of sixth order. Three-point differences are 4 % short at a twelfth of the sample
-# rate, which is where 8 Hz of a 100 Hz recording lies; these are 1e-4 short.
-FIRST = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0
-SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
 
 CLOSE = 0.25
@@ -48,13 +43,6 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
     sections = signal.butter(4, cutoff, fs=rate, output="sos")
     pad = min(len(values) - 1, int(3 * rate / cutoff))
     return signal.sosfiltfilt(sections, values, axis=0, padlen=pad)
-
-
-def differentiate(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and second time derivative, shape (t, n); the three samples at each end are not valid."""
-    padded = np.pad(values, ((3, 3), (0, 0)), mode="reflect", reflect_type="odd")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 7, axis=0)
-    return windows @ FIRST * rate, windows @ SECOND * rate**2
 
 
 @dataclass(frozen=True)

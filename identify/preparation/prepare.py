@@ -5,12 +5,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
+from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from . import cutoffs
+from .clipped import filled, is_clipped
 from .even import Even, torque_off
-from .filters import Decimation, differentiate, low_pass
+from .filters import Decimation, low_pass
 from .noise import noise_above, noise_at_rest, quantisation, smoothed
 
 REST, ABOVE = "rest", "high frequencies"
@@ -72,7 +74,7 @@ class Prepared:
         name: Name of the run.
         motion: Filtered motion at full rate, edges dropped.
         current: Motor currents at full rate, unfiltered, shape (t, n) [A]; torque [N m] where the
-            controller gives that instead.
+            controller gives that instead; as of rigid gears and constant drive gains, and not delayed.
         measures: "current" or "torque".
         gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
@@ -84,8 +86,8 @@ class Prepared:
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Motion that was commanded, filtered alike; None if it was not recorded.
         known: What is known of the payload carried: (parameter, value) pairs.
-        link_position: Positions behind the gears, unfiltered, shape (t, n) [rad]; NaN where a joint has no
-            second encoder, None if none was recorded.
+        link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
+            (t, n) [rad]; NaN where a joint has no second encoder, None if none was recorded.
         off: For how long each joint moved with its drive off, which does not count, shape (n,) [s].
     """
 
@@ -172,10 +174,12 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     decimation = Decimation.at(even.rate, float(filtering.torque_cutoff or 0.0))
     inside = _inside(even, cutoff, decimation)
     motion, current = even.motion(cutoff), even.signal(even.measures)
+    model = recording.model
     driven = ~np.isin(recording.robot.joints, recording.robot.passive)
     off = torque_off(current, motion.position, even.rate) & driven
+    clipped = is_clipped(model, current, decimation.factor)
     # All samples that the decimation filter takes from where a drive was off.
-    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1)))
+    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1))) | clipped
     # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
     usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
     sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)) & ~near
@@ -188,12 +192,13 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise, source = noise_above(current, decimation), ABOVE
     if smoothed(measured, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
+    rigid, behind = _of_rigid_arm(even, motion, current, clipped)
     if not np.any(sliding):
         raise NotExcited(f"{recording.name}: no joint moves; record an exciting trajectory")
     return Prepared(
         name=recording.name,
         motion=motion[inside],
-        current=current[inside],
+        current=rigid[inside],
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],
@@ -204,9 +209,23 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
-        link_position=even.signal("link_position")[inside] if "link_position" in recording.signals else None,
+        link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
     )
+
+
+def _of_rigid_arm(
+    even: Even, motion: Motion, current: np.ndarray, clipped: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Currents (t, n), and positions behind the gears, as of an arm with rigid gears and constant gains."""
+    model = even.recording.model
+    behind = even.signal("link_position") if "link_position" in even.recording.signals else None
+    if not model.measurements:
+        return current, behind
+    torque = model.restored(even.gain * filled(model, motion, current, even.gain, clipped))
+    more, lead = model.gear_torque(motion)
+    current = (torque - more @ model.robot.to_motors.T) / even.gain
+    return current, None if behind is None else behind + lead
 
 
 def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:

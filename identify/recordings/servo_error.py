@@ -90,8 +90,10 @@ def clipped_words(signals: Mapping[str, Signal], servo: PositionServo, joints: S
     return warnings
 
 
-def delayed_command(recording: Recording, seconds: float, joints: Sequence[int]) -> Recording | None:
-    """A run in which some servos had their commands so much later [s]; None where it has no servo's error.
+def delayed_command(recording: Recording, seconds: np.ndarray) -> Recording | None:
+    """A run in which servos had their commands later by some time each, shape (n,) [s].
+
+    None where the run has no servo's error.
 
     Of such a run nothing but commands can come at another time than positions: its effort is made of both.
     """
@@ -99,8 +101,8 @@ def delayed_command(recording: Recording, seconds: float, joints: Sequence[int])
     if servo is None or command is None or recording.settings.get(LAW) != servo_words(servo):
         return None
     values = np.array(command.values)
-    for joint in joints:
-        values[:, joint] = np.interp(command.time - seconds, command.time, command.values[:, joint])
+    for joint, later in enumerate(seconds):
+        values[:, joint] = np.interp(command.time - later, command.time, command.values[:, joint])
     signals = {**recording.signals, "command": Signal(command.time, values)}
     return replace(recording, signals=_by_law(signals, servo))
 

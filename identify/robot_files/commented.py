@@ -9,8 +9,11 @@ from collections.abc import Iterator
 from exidyn.quoting import hash_comment, one_line
 
 from ..effects import Effect
+from ..measurements import Measurement
 from ..model import Model
 from .robot_text import RIGID_BODY, model_text
+
+Row = Effect | Measurement
 
 WIDTH = 100
 """Characters of a line of comment, at most."""
@@ -23,6 +26,7 @@ TABLES = {
     "[drive]": "What turns motor currents into joint torques.",
     "[flange]": "Where payloads hang, seen from the last link's frame.",
     "[[link]]": "A joint, and the body that it moves. The keys of the other links mean the same.",
+    "[[measurement]]": "What lies between the arm and its recordings; fits take it out of them.",
     "[prior]": "Single parameters: value, or [value, standard deviation].",
 }
 KEYS = {
@@ -66,17 +70,21 @@ KEYS = {
     ("[[link]]", "center_of_mass"): "its place in the joint's frame [m]",
     ("[[link]]", "inertia"): "XX, XY, XZ, YY, YZ, ZZ about the centre of mass [kg m^2]",
     ("[[effect]]", "name"): "which effect; valid names are in docs/robot-toml.md",
+    ("[[measurement]]", "name"): "which one; valid names are in docs/robot-toml.md",
     ("[[effect]]", "joints"): "names of the joints it acts on; left out: all",
     ("[[effect]]", "std"): "how far each may be off: standard deviation, in the same units",
 }
 """Table and key -> what it is, and its unit."""
+ROWS = ("[[effect]]", "[[measurement]]")
+"""Tables whose rows are objects with fields of their own."""
 FORMULA = re.compile(r"\s*:math:`[^`]*`,?")
 ATTRIBUTE = re.compile(r"^(\w+): (.*(?:\n[ \t]+.*)*)", re.MULTILINE)
 
 
 def commented_text(model: Model) -> str:
     """What `model_text` writes, with a comment above each key; it reads back to the same model."""
-    rows = [effect for effect in model.effects if not effect.of_links or _stated(effect, model)]
+    effects = [effect for effect in model.effects if not effect.of_links or _stated(effect, model)]
+    rows: list[Row] = [*effects, *model.measurements]
     return "\n".join([*_comment(HEAD), "", *_lines(model_text(model), model, iter(rows))]) + "\n"
 
 
@@ -85,13 +93,13 @@ def _stated(effect: Effect, model: Model) -> bool:
     return f'name = "{RIGID_BODY}"' in model_text(model)
 
 
-def _lines(text: str, model: Model, effects: Iterator[Effect]) -> Iterator[str]:
+def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
     """The lines of a robot.toml, and those of comment between them."""
     table, seen, effect = "", set(), None
     for line in text.splitlines():
         if line.startswith("["):
             table = line
-            effect = next(effects) if table == "[[effect]]" else None
+            effect = next(effects) if table in ROWS else None
             yield from _comment("" if table in seen else TABLES.get(table, ""))
             yield from _comment(_what(effect) if effect else "")
             explained = table in seen and effect is None
@@ -101,16 +109,16 @@ def _lines(text: str, model: Model, effects: Iterator[Effect]) -> Iterator[str]:
         yield line
 
 
-def _of_key(table: str, key: str, effect: Effect | None, model: Model) -> str:
+def _of_key(table: str, key: str, effect: Row | None, model: Model) -> str:
     """What a key of a table is."""
-    if effect is not None and key == "values":
+    if isinstance(effect, Effect) and key == "values":
         return _parameters(effect, model)
     own = _attributes(effect).get(key, "") if effect is not None else ""
     text = KEYS.get((table, key), "") or own
     return text[:1].upper() + text[1:]
 
 
-def _what(effect: Effect) -> str:
+def _what(effect: Row) -> str:
     """First line on an effect, from the file that has it."""
     return (
         (sys.modules[type(effect).__module__].__doc__ or "")
@@ -127,7 +135,7 @@ def _parameters(effect: Effect, model: Model) -> str:
     return "Nominal values of " + "; ".join(f"{', '.join(names)} [{unit}]" for unit, names in units.items())
 
 
-def _attributes(effect: Effect) -> dict[str, str]:
+def _attributes(effect: Row) -> dict[str, str]:
     """What an effect's docstring says of its fields: up to the first full stop or semicolon."""
     found: dict[str, str] = {}
     for one in reversed(type(effect).__mro__):

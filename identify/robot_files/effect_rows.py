@@ -1,22 +1,30 @@
-"""`[[effect]]` rows of a robot file: any effect of the table, from the fields of its dataclass."""
+"""`[[effect]]` and `[[measurement]]` rows of a robot file, from the fields of the dataclass of each."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 
 from ..arm.robot import Robot
 from ..effects import EFFECTS, Effect, Prior, load_installed
 from ..errors import ExidynError, RobotError, UnknownJoint, listed
+from ..measurements import MEASUREMENTS, Measurement
 from .toml_fields import boolean, check_keys, number, numbers, string
 
-ROW_KEYS = ("name", "values", "tolerance", "std")
+EFFECT_KEYS = ("name", "values", "tolerance", "std")
+"""Keys of an effect's row that are no fields of it."""
 FIELD_KEYS = {"name": "label"}
 """Field of an effect -> its key, where the key of that name already means something else in a row."""
 JOINT_FIELDS = ("joint", "other", "joints")
 """Fields that hold names of joints."""
-SCALARS: dict[object, Callable[[object, str], Any]] = {float: number, str: string, bool: boolean}
+Kind = TypeVar("Kind", Effect, Measurement)
+SCALARS: dict[object, Callable[[object, str], Any]] = {
+    float: number,
+    str: string,
+    bool: boolean,
+    float | None: number,
+}
 
 
 def key_of(field: "Field[Any]") -> str:
@@ -55,17 +63,39 @@ def read_priors(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Pri
     return priors
 
 
+def read_measurements(rows: Iterable[Mapping[str, Any]], robot: Robot) -> tuple[Measurement, ...]:
+    """Measurements of the rows.
+
+    Raises:
+        RobotError: A row is wrong; the message names the key, its value and what is valid.
+    """
+    return tuple(_made(row, "measurement", MEASUREMENTS, ("name",), robot) for row in rows)
+
+
 def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
     """The row's effect and the names of its parameters."""
-    name = string(row.get("name"), "[[effect]] name")
-    if name not in EFFECTS:
+    effect = _made(row, "effect", EFFECTS, EFFECT_KEYS, robot)
+    try:
+        return effect, [parameter.name for parameter in effect.parameters(robot)]
+    except ExidynError:
+        raise
+    except (TypeError, ValueError, LookupError) as error:
+        raise RobotError(f"effect {row['name']}: {error}") from error
+
+
+def _made(
+    row: Mapping[str, Any], table: str, kinds: Mapping[str, type[Kind]], more: Sequence[str], robot: Robot
+) -> Kind:
+    """An object of the kind that a row names, with the row's fields; `more` are keys that are no fields."""
+    name = string(row.get("name"), f"[[{table}]] name")
+    if name not in kinds:
         raise RobotError(
-            f"[[effect]]: there is no effect '{name}'. Effects: {listed(sorted(EFFECTS), name)} "
-            "(docs/effects.md)"
+            f"[[{table}]]: there is no {table} '{name}'. {table.capitalize()}s: "
+            f"{listed(sorted(kinds), name)} (docs/effects.md)"
         )
-    kind, where = EFFECTS[name], f"effect {name}"
-    known = {key_of(f): f for f in fields(kind)}
-    check_keys(row, (*ROW_KEYS, *known), where)
+    kind, where = kinds[name], f"{table} {name}"
+    known: dict[str, Field[Any]] = {key_of(f): f for f in fields(kind)}
+    check_keys(row, (*more, *known), where)
     absent = [key for key, f in known.items() if _required(f) and key not in row]
     if absent:
         raise RobotError(f"{where}: needs {', '.join(absent)}")
@@ -77,8 +107,7 @@ def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
         if key in row
     }
     try:
-        effect = kind(**given)
-        return effect, [parameter.name for parameter in effect.parameters(robot)]
+        return kind(**given)
     except ExidynError:
         raise
     except (TypeError, ValueError, LookupError) as error:

@@ -16,7 +16,7 @@ from ..arm.robot import Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..model import Model
 from .description import NAMED, is_description, read_kinematics
-from .effect_rows import read_effects, read_priors
+from .effect_rows import read_effects, read_measurements, read_priors
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
@@ -54,6 +54,7 @@ KEYS = (
     *TABLES,
     *AROUND,
     "effect",
+    "measurement",
 )
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
@@ -142,7 +143,9 @@ def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str
     robot = _robot(table, kinematics)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
-    return Model(robot, effects, stated), kinematics.doubts
+    rows = table.get("measurement", [])
+    measurements = read_measurements(tables(rows, "measurement") if rows else (), robot)
+    return Model(robot, effects, stated, measurements=measurements), kinematics.doubts
 
 
 def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:

@@ -16,6 +16,7 @@ from exidyn.quoting import xml_document
 from ..arm.newton_euler import Joint, LinkFrame, joints_of, link_frames
 from ..arm.robot import PositionServo, Robot
 from ..effects import Effect, name_of
+from ..measurements import Measurement, measurement_name
 from ..model import Model
 from .effect_rows import key_of
 from .kinematics import INERTIA_PLACES
@@ -32,7 +33,7 @@ TOO_SHORT = 1e-3
 
 
 def model_text(model: Model) -> str:
-    """A robot.toml with the model's kinematics, limits, drives, effects and priors in it."""
+    """A robot.toml with the model's kinematics, limits, drives, effects, measurements and priors in it."""
     robot = model.robot
     head: dict[str, Any] = {
         "format": FORMAT,
@@ -51,6 +52,7 @@ def model_text(model: Model) -> str:
         row = _effect_row(effect, model, written)
         if place or row != {"name": RIGID_BODY}:
             blocks.append(block("[[effect]]", row))
+    blocks += [block("[[measurement]]", _measurement_row(one)) for one in model.measurements]
     single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in written}
     if single:
         blocks.append(block("[prior]", single))
@@ -126,6 +128,12 @@ def _effect_row(effect: Effect, model: Model, written: set[str]) -> dict[str, An
         row["std"] = [model.stated[name].std for name in names]
         written.update(names)
     return row
+
+
+def _measurement_row(measurement: Measurement) -> dict[str, Any]:
+    values = {f.name: getattr(measurement, f.name) for f in fields(measurement)}
+    row = {key: value for key, value in values.items() if value is not None}
+    return {"name": measurement_name(measurement), **row}
 
 
 def urdf_text(model: Model) -> str:

@@ -9,6 +9,7 @@ from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..effects import Prior
 from ..model import Model
+from ..preparation.undelayed import earlier
 from ..recordings.recording import KnownPayload, Recording, Signal
 from .plant import Measured, Plant
 from .plant.plant import Watched
@@ -71,9 +72,11 @@ def simulate(
 
 
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:
-    """Motor current without noise, shape (t, n) [A], formed in pieces to spare memory."""
-    pieces = [columns @ values + known for columns, known in plant.pieces(motion)]
-    return np.concatenate(pieces) @ plant.robot.to_motors.T / gain
+    """Motor current without noise as it is recorded, shape (t, n) [A], formed in pieces to spare memory."""
+    torque = np.concatenate([columns @ values + known for columns, known in plant.pieces(motion)])
+    torque = torque + plant.at(values).gear_torque(motion)[0]
+    current = plant.recorded(torque @ plant.robot.to_motors.T) / gain
+    return np.clip(earlier(motion.time, current, -plant.delay), -plant.current_limit, plant.current_limit)
 
 
 USUAL = 0.1

@@ -9,7 +9,6 @@ import pinocchio as pin
 
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ..trajectory import States
 from .bounds import Bound, Margins, Slopes
@@ -104,8 +103,8 @@ class TorqueBound(Bound):
     def _apart(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
         model, values = self.model, self.model.nominal_values
         if any(effect.needs_load for effect in model.effects):  # which includes that of bodies
-            return bodies_apart(replace(model, effects=()), np.zeros(0), "")[0], model, values
-        kinematics, others = bodies_apart(model, values, payload)
+            return replace(model, effects=()).bodies_apart(np.zeros(0), "")[0], model, values
+        kinematics, others = model.bodies_apart(values, payload)
         rest = replace(model, effects=tuple(effect for effect, _ in others))
         return kinematics, rest, np.concatenate([np.zeros(0), *(own for _, own in others)])
 

@@ -2,11 +2,9 @@
 
 from typing import Any
 
-from exidyn.identify.diagnosis.candidates import kind_of
 from exidyn.identify.diagnosis.diagnose import diagnose
 from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
 from exidyn.identify.diagnosis.improved.improved import found_model, left_out
-from exidyn.identify.diagnosis.refit import undone
 
 from .sets import Case, Runs
 from .sizes import joints_words, size
@@ -15,15 +13,13 @@ from .sizes import joints_words, size
 def again(case: Case, runs: Runs, found: Diagnosis) -> dict[str, Any]:
     """What is named with found.toml for a model, and which of that no model holds.
 
-    As in found.toml, what is undecided is held too. Delays, which are no part of a model, are taken out of
-    the recordings.
+    As in found.toml, what is undecided is held too.
     """
     model = found_model(found)
     if model is None or not (found.findings or found.undecided):
         return {"held": 0, "lost": [], "named": [], "repeated": []}
-    moved = [(role, undone(run, found.findings)) for role, run in runs]
-    lost = [effect for effect in left_out(found) if kind_of(effect).undo is None]
-    second = diagnose(model, moved, case.title, case.filtering)
+    lost = list(left_out(found))
+    second = diagnose(model, runs, case.title, case.filtering)
     return {
         "held": len(found.findings) + len(found.undecided) - len(lost),
         "lost": lost,

@@ -6,30 +6,31 @@ from typing import NamedTuple
 import numpy as np
 
 from ...effects import Shape
+from ...measurements import Backlash, JointElasticity
+from ...measurements.backlash import RATIO, TEETH
+from ...measurements.twist import loose
 from ...model import Model
+from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.kept import kept
-from .gears import bending, link_size, loose
+from .gears import bending
 
 STEP = 1.5
 """From one width to the next that is tried [-]."""
 PLAYS = tuple(1.2e-4 * STEP**step for step in range(16))
 """Whole width of the play [rad], up to 3 degrees: a good gear has 0.3 mrad, a worn one some. How long a link
 floats grows with its cube root, so that each is right within 7 %, some milliseconds."""
-TEETH = 40.0
-"""Resonance of a link on its teeth [Hz]: harder ones strike alike behind a low-pass of 25 Hz, softer ones
-are an elastic gear's."""
-RATIO = 0.5
-"""Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
 SCATTER = 0.15
 """Deviation of the coefficient from 1, since the play gives the size of the effect [-]."""
 STIFF = 60.0
 """Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
 it, is in proportion to their compliance."""
+NOTHING = 0.01
+"""Compliance of teeth over that expected, up to which they are rigid [-]: it explains nothing."""
 SHIFT = 0.05
 """Share of a joint's usual load by which the nominal load may be wrong [-]; a few thousandths, where it
 changes slowly, make a link float sooner or later by the time that it floats."""
@@ -97,12 +98,15 @@ def _play(gear: Gear, play: Play) -> Candidate:
 
 
 def _held(arm: Arm, finding: Finding) -> Arm:
-    """A gear with play, and teeth that spring back."""
-    joint, known = finding.joints[0], finding.parameters
-    angular = 2 * np.pi * TEETH
+    """A gear with play, and the spring that its teeth are."""
+    [joint], known = finding.joints, {name: quantity.value for name, quantity in finding.parameters.items()}
+    name, compliance = arm.model.robot.joints[joint], known["compliance"]
+    arm = arm.with_measurement(Backlash(name, known["gap"], known["damping_ratio"], known["load_shift"]))
     inertia = float(link_size(arm.model)[0][joint])
-    damping = 2 * known["damping_ratio"].value * inertia * angular
-    return arm.with_gear(joint, inertia * angular**2, damping, known["gap"].value)
+    if not compliance * inertia * (2 * np.pi * STIFF) ** 2 > NOTHING:
+        return arm
+    damping = 2 * RATIO / (compliance * 2 * np.pi * STIFF)
+    return arm.with_measurement(JointElasticity(name, 1.0 / compliance, damping))
 
 
 KINDS = {

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...effects import Shape
+from ...measurements import CurrentClipping, DriveGainSaturation
 from ...model import Model
 from ..findings.arm import Arm
 from ..findings.finding import Finding
@@ -30,6 +31,8 @@ beyond what was run."""
 CEILINGS = (1.1, 1.5)
 """Torque over the largest of all runs that no current exceeds [-]: near what was run, or beyond it, where the
 current lost grows with the cube of the torque."""
+SHAPES = ("knee", "width", "ceiling")
+"""Numbers of a drive's saturation that are torques over the largest of all runs."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque over the largest of all runs at which a current ends [-]."""
 ENDS = 0.15
@@ -112,6 +115,16 @@ def _saturation(
     )  # fmt: skip
 
 
+def _saturated(arm: Arm, finding: Finding) -> Arm | None:
+    """A drive that saturates; its shape is over the largest torque of the runs."""
+    known, [joint] = finding.parameters, finding.joints
+    if arm.peak is None:
+        return None
+    torque = {name: known[name].value * float(arm.peak[joint]) for name in SHAPES if name in known}
+    name = arm.model.robot.joints[joint]
+    return arm.with_measurement(DriveGainSaturation(name, known["loss"].value, **torque))
+
+
 def _clips(model: Model) -> Iterator[Candidate]:
     """Each drive's recorded current, which ends while the torque goes on."""
     for joint in range(model.robot.dof):
@@ -130,6 +143,15 @@ def _clip(joint: int, level: float) -> Candidate:
         {"level": Shape("1", 0.3, 0.999)}, lambda given: _clip(joint, given["level"]), rows=(joint,),
         expected=((1.0, ENDS),), loaded=True, reloads=True,
     )  # fmt: skip
+
+
+def _clipped(arm: Arm, finding: Finding) -> Arm | None:
+    """A current sensor that ends at a share of the largest torque of the runs."""
+    [joint] = finding.joints
+    if arm.peak is None:
+        return None
+    limit = finding.parameters["level"].value * float(arm.peak[joint] / abs(arm.gain[joint]))
+    return arm.with_measurement(CurrentClipping(limit, (arm.model.robot.joints[joint],)))
 
 
 def _crosstalks(model: Model) -> Iterator[Candidate]:
@@ -171,6 +193,7 @@ KINDS = {
         "on][, below a ceiling of {ceiling:%} of the largest torque]",
         drawn_against=("torque", "velocity"),
         ask=saturations,
+        held=_saturated,
         sensor=True,
         mistaken_for=("current_clipping", "nonlinear_viscous_friction"),
         settled_by="a faster run with a body of known mass on the flange",
@@ -181,6 +204,7 @@ KINDS = {
         "the torque goes on rising",
         drawn_against=("torque", "time"),
         ask=_clips,
+        held=_clipped,
         sensor=True,
         mistaken_for=("drive_gain_saturation",),
         settled_by="a run at half the speed, in which no current reaches its end",

@@ -9,6 +9,7 @@ import numpy as np
 from ...effects import CoulombFriction, Effect, LoadDependentFriction, Shape
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
+from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
@@ -16,7 +17,6 @@ from ..findings.quantities import TURNING, together
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.rows import REVERSALS
-from .gears import link_size
 from .parts import by_another, of_effect, on_each_joint, on_motors
 from .torque_ripple import MULTIPLES, amplitude
 

@@ -1,7 +1,7 @@
 """Joint elasticity: a gear that gives way, on which its link lags behind the motor, and swings.
 
-How motors feel that is in `parts/gears.py`. The stiffness shapes it: little matters below the resonance but
-the load over the stiffness, and near it the link's own swing.
+How motors feel that is in `measurements/twist.py`. The stiffness shapes it: little matters below the
+resonance but the load over the stiffness, and near it the link's own swing.
 
 Where encoders behind the gears were recorded, the twist is measured: it is the load over the stiffness,
 beside a zero in each run, what the gear's own friction holds back, and the time by which one encoder is read
@@ -18,7 +18,9 @@ import numpy as np
 
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
+from ...measurements import JointElasticity
 from ...model import Model
+from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
 from ..findings.finding import Finding
@@ -30,7 +32,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from .gears import bending, link_size
+from .gears import bending
 
 STEP = 1.3
 """From one resonance to the next that is tried [-]."""
@@ -180,7 +182,8 @@ def _held(arm: Arm, finding: Finding) -> Arm:
     known = {name: quantity.value for name, quantity in finding.parameters.items()}
     stiffness = known["stiffness"] / max(known["share"], 0.1)
     damping = 2 * known["damping_ratio"] * stiffness / (2 * np.pi * known["resonance"])
-    return arm.with_gear(finding.joints[0], stiffness, damping, 0.0)
+    joint = arm.model.robot.joints[finding.joints[0]]
+    return arm.with_measurement(JointElasticity(joint, stiffness, damping))
 
 
 KINDS = {

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...arm.newton_euler import joints_of
+from ...arm.tangent import knots, over_knots
 from ...effects import Effect, JointSpring, SpringBalancer
 from ...model import Model
 from ..findings.arm import Arm
@@ -20,7 +21,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
-from ..runs.driven import Driven, knots, over_knots
+from ..runs.driven import Driven
 from ..runs.kept import kept
 from .parts import RARE, on_motors
 

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ...effects import Effect, SpringBalancer
 from ...model import Model
+from ...simulation.plant.link_size import link_size
 from ...text_table import NORMAL_95, digits
 from ..findings.finding import Finding
 from ..findings.kind import Kind
@@ -16,7 +17,6 @@ from ..findings.quantities import Formatted
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from .contact_event import jacobian
-from .gears import link_size
 from .parts import RARE, of_effect, on_each_joint, on_motors
 
 BALANCED = 0.05

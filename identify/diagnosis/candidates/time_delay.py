@@ -11,11 +11,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ...effects import Shape
+from ...measurements import TimeDelay
 from ...model import Model
-from ...recordings.recording import EFFORT, Recording, Signal
-from ...recordings.servo_error import delayed_command
+from ..findings.arm import Arm
 from ..findings.finding import Finding
-from ..findings.kind import Kind, Undo
+from ..findings.kind import Kind
+from ..findings.size import sign_known
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
 from ..runs.rows import torque_rate
@@ -119,24 +120,16 @@ def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
     return np.where(own, torque, 0.0)[:, :, None]
 
 
-def earlier(recording: Recording, finding: Finding) -> Recording:
-    """The recording with currents, or torques, moved to where they were earlier by the delay.
-
-    Where the error of servos stands for the current, their commands are moved.
-    """
-    signals, common = dict(recording.signals), finding.parameters["delay"].value
-    joints = finding.joints or range(recording.robot.dof)
-    commanded = delayed_command(recording, -common, joints)
-    if commanded is not None:
-        return commanded
-    for name in set(EFFORT) & set(signals):
-        time, values = signals[name].time, np.array(signals[name].values)
-        for joint in joints:
-            deviation = finding.parameters.get(f"{DEVIATION}{joint + 1}")
-            seconds = common + (deviation.value if deviation else 0.0)
-            values[:, joint] = np.interp(time + seconds, time, signals[name].values[:, joint])
-        signals[name] = Signal(time, values)
-    return replace(recording, signals=signals)
+def _held(arm: Arm, finding: Finding) -> Arm:
+    """Efforts of some drives, or of all, that are recorded late; of a drive that surely deviates, its own."""
+    names, parameters = arm.model.robot.joints, finding.parameters
+    joints = tuple(names[joint] for joint in finding.joints) or None
+    arm = arm.with_measurement(TimeDelay(parameters["delay"].value, joints))
+    for joint, name in enumerate(names):
+        deviation = parameters.get(f"{DEVIATION}{joint + 1}")
+        if deviation is not None and sign_known(deviation.value, deviation.std):
+            arm = arm.with_measurement(TimeDelay(deviation.value, (name,)))
+    return arm
 
 
 KINDS = {
@@ -146,7 +139,7 @@ KINDS = {
         drawn_against=("acceleration", "velocity"),
         ask=delays,
         sensor=True,
-        undo=Undo(earlier, "currents were moved back by that before they were fitted"),
+        held=_held,
         mistaken_for=("joint_elasticity", "viscous_friction"),
         settled_by="a swept sine (exidyn excite --kind chirp)",
     )

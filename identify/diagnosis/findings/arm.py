@@ -1,19 +1,14 @@
-"""Arm: a model with values, gains and gears, that can be simulated."""
+"""Arm: a model with values and gains, that can be simulated."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from ...arm.robot import Robot
-from ...effects import Effect, RotorInertia
+from ...effects import Effect
+from ...measurements import Measurement
 from ...model import Model
-from ...simulation.plant import Transmission
-from ...simulation.plant.typical import typical_size
-
-LIGHT = 0.01
-"""Share of what a joint moves that its motor has where the model gives it no inertia [-]: too little to be
-seen in a torque."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +18,8 @@ class Arm:
     model: Model  # robot and effects
     values: np.ndarray  # its parameters, shape (p,)
     gain: np.ndarray  # its drive gains, shape (n,) [N m/A]
-    transmission: Transmission  # what is between motors and links
     left_out: tuple[int, ...] = ()  # findings, by their place, that are no part of it
+    peak: np.ndarray | None = None  # largest torque of each motor in the runs, shape (n,) [N m]
 
     @property
     def by_name(self) -> dict[str, float]:
@@ -53,27 +48,15 @@ class Arm:
         """This arm with another robot."""
         return replace(self, model=replace(self.model, robot=robot))
 
-    def with_gear(self, joint: int, stiffness: float, damping: float, play: float) -> "Arm":
-        """With one gear that is not rigid; of two findings the softer spring and the wider play.
+    def with_measurement(self, measurement: Measurement) -> "Arm":
+        """This arm with one more thing between it and its recordings; delays of a joint add up."""
+        model = self.model
+        return replace(self, model=replace(model, measurements=(*model.measurements, measurement)))
 
-        Stiffness is in N m/rad, damping in N m s/rad, play the whole width [rad].
-        """
-        old, place = self.transmission, np.arange(len(self.gain)) == joint
-        gears = Transmission(
-            np.where(place, np.minimum(old.stiffness, stiffness), old.stiffness),
-            np.where(place, np.maximum(old.damping, damping), old.damping),
-            np.where(place, np.maximum(old.backlash, play), old.backlash),
-        )
-        return replace(self._with_rotor(joint), transmission=gears)
-
-    def _with_rotor(self, joint: int) -> "Arm":
-        """With a motor that can be moved apart from its link, be the model without rotor inertia."""
-        name, effect = f"Ia{joint + 1}", RotorInertia((self.model.robot.joints[joint],))
-        if self.by_name.get(name, 0.0) > 0.0:
-            return self
-        model = self.model if name in self.by_name else self.model + effect
-        light = LIGHT * float(typical_size(self.model)[0][joint])
-        return replace(self, model=model).with_values({name: light})
+    def without(self, measurements: Sequence[Measurement]) -> "Arm":
+        """This arm without the first of its measurements, which are these."""
+        left = self.model.measurements[len(measurements) :]
+        return replace(self, model=replace(self.model, measurements=left))
 
 
 def _same_shape(one: Effect, other: Effect) -> bool:

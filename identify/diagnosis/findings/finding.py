@@ -47,6 +47,7 @@ class Evidence:
     noise: np.ndarray  # noise floor of each joint's torque behind the filter, shape (n,) [N m]
     traces: tuple[Trace, ...]  # runs held out first
     filtering: Filtering = Filtering()  # noqa: RUF009  # of all runs
+    peak: np.ndarray | None = None  # largest torque of each motor in the fitted runs, shape (n,) [N m]
 
 
 class Quantity(NamedTuple):

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...effects import Shape
 from ...model import Model
-from ...recordings.recording import Recording
 from ..blocks.prediction import Prediction
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
@@ -20,13 +19,6 @@ AskOfRest = Callable[[Model, Prediction, Sequence[Driven]], Iterator[Candidate]]
 Measure = Callable[[Model, Prediction, Sequence[Driven]], Iterator[tuple[Answer, Answer]]]
 Derive = Callable[[Finding, Mapping[str, Any]], Mapping[str, Any]]
 Hold = Callable[[Arm, Finding], Arm | None]
-
-
-class Undo(NamedTuple):
-    """How a fault of a recording is taken back before it is fitted."""
-
-    undone: Callable[[Recording, Finding], Recording]  # the recording without it
-    words: str  # what was done, for a warning of the fit
 
 
 @dataclass(frozen=True)
@@ -55,9 +47,8 @@ class Kind:
     mistaken_for: tuple[str, ...] = ()  # what it is taken for most easily
     settled_by: str = ""  # the run in which it looks least like anything else
     held: Hold | None = None  # how an arm holds it, if not as an effect of the model
-    gear: bool = False  # whether it is between motor and link: no model can hold it
+    gear: bool = False  # whether it is between motor and link
     sensor: bool = False  # whether it changes what is recorded of the arm, and nothing in it
-    undo: Undo | None = None  # how it is taken back out of a recording
     of_body: bool = False  # whether its units are those of a body, whatever its joint does
     # parameter -> name and unit of what the data know of it
     determined_as: Mapping[str, tuple[str, str]] = field(default_factory=dict)

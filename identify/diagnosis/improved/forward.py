@@ -74,7 +74,8 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     arms = as_nominal(known), as_found(known, findings)
     # An arm that diverges ends in infinity; what follows is no number, and reported as none.
     with np.errstate(over="ignore", invalid="ignore"):
-        before, after = (_followed(arm, run) for arm in arms)
+        # The run is without the measurements that the nominal model holds.
+        before, after = (_followed(arm.without(known.model.measurements), run) for arm in arms)
         torques = [run.thinned(run.prepared.gain * one["current"].values) for one in (before, after)]
         missed = run.motion.position - after["position"].values
     wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]
@@ -105,7 +106,6 @@ def _followed(arm: Arm, run: Driven) -> dict[str, Signal]:
         arm.gain,
         run.motion.position[0],
         DriveControl.tuned(inertia, BANDWIDTH, np.full(len(inertia), np.inf), feed_forward=1.0),
-        transmission=arm.transmission,
         thermal=Thermal.constant(len(inertia), float(warmth)),
         payload=run.motion.payload,
     )

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects import Prior
+from ...errors import RobotError
 from ...model import Model
-from ...simulation.plant import Transmission
 from ..candidates import kind_of
 from ..findings.arm import Arm
 from ..findings.finding import Alternative, Diagnosis, Evidence, Finding, Quantity
@@ -19,12 +18,12 @@ FOUND = "found.toml"
 
 def as_nominal(known: Evidence) -> Arm:
     """The nominal arm, with friction and offsets as fitted."""
-    return Arm(known.model, known.before, known.gain_before, Transmission.rigid(known.model.robot.dof))
+    return Arm(known.model, known.before, known.gain_before, peak=known.peak)
 
 
 def as_found(known: Evidence, findings: Sequence[Finding]) -> Arm:
     """The arm with all that was found, its parameters fitted within their tolerances beside it."""
-    arm = Arm(known.model, known.after, known.gain_after, Transmission.rigid(known.model.robot.dof))
+    arm = Arm(known.model, known.after, known.gain_after, peak=known.peak)
     for place, finding in enumerate(findings):
         more = with_finding(arm, finding)
         arm = replace(arm, left_out=(*arm.left_out, place)) if more is None else more
@@ -32,10 +31,13 @@ def as_found(known: Evidence, findings: Sequence[Finding]) -> Arm:
 
 
 def with_finding(arm: Arm, finding: Finding) -> Arm | None:
-    """The arm with one finding; None where neither model nor transmission can hold it."""
+    """The arm with one finding; None where no model can hold it."""
     kind, effect = kind_of(finding.effect), finding.candidate.instance
     if kind.held is not None:
-        return kind.held(arm, finding)
+        try:
+            return kind.held(arm, finding)
+        except RobotError:  # numbers that no arm has, as those of an alternative may be
+            return None
     if effect is None:
         return None
     names = [parameter.name for parameter in effect.parameters(arm.model.robot)]
@@ -115,14 +117,7 @@ def as_finding(alternative: Alternative) -> Finding:
 
 
 def _model(evidence: Evidence, findings: Sequence[Finding]) -> tuple[Model, tuple[int, ...]]:
-    """The nominal model with findings at their values, and the places of those that it does not hold.
-
-    A model has rigid gears: play and elasticity are no part of it, and neither is what a sensor does.
-    """
-    rigid = [place for place, one in enumerate(findings) if not kind_of(one.effect).gear]
-    arm = as_found(evidence, [findings[place] for place in rigid])
-    held = {place for number, place in enumerate(rigid) if number not in arm.left_out}
-    named = zip(arm.by_name.items(), arm.model.priors, strict=True)
-    stated = {name: Prior(value, prior.std) for (name, value), prior in named}
-    model = replace(arm.model, robot=replace(arm.model.robot, drive_gain=arm.gain), stated=stated)
-    return model, tuple(place for place in range(len(findings)) if place not in held)
+    """The nominal model with findings at their values, and the places of those that it does not hold."""
+    arm = as_found(evidence, findings)
+    robot = replace(arm.model.robot, drive_gain=arm.gain)
+    return replace(arm.model.at(arm.values), robot=robot), arm.left_out

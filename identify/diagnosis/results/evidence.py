@@ -33,6 +33,7 @@ def evidence(found: SearchResult, noise: np.ndarray) -> Evidence:
         noise=noise,
         traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
         filtering=found.problem.runs[0].filtering,
+        peak=np.max([run.most for run in found.problem.fitted], axis=0),
     )
 
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arm.derivatives import differentiate
 from ...effects import JointEffect, Prior
 from ...effects.hysteresis import Hysteresis
 from ...effects.smooth_sign import smooth_sign
 from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
-from ...preparation.filters import differentiate
 from .driven import Driven, slices
 
 

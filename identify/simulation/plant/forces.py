@@ -13,7 +13,6 @@ import pinocchio as pin
 from ...arm.motion import Motion
 from ...arm.robot import Robot
 from ...effects import Effect
-from ...errors import WrongShape
 from ...model import Model
 from .gears import Transmission
 from .steps import Forces
@@ -151,33 +150,6 @@ def _motion_at_rest(rows: int, joints: int, payload: str) -> Motion:
     return Motion.of(np.zeros(rows), position, velocity, acceleration, payload=payload)
 
 
-def bodies_apart(
-    model: Model, values: np.ndarray, payload: str
-) -> tuple[pin.Model, list[tuple[Effect, np.ndarray]]]:
-    """The joints with the bodies that parameters (p,) give them, and the other effects with their parameters.
-
-    Raises:
-        WrongShape: Not a value a parameter.
-    """
-    kinematics, others = model.robot.kinematics.copy(), []
-    kinematics.armature = np.zeros(kinematics.nv)
-    for link in range(kinematics.njoints):
-        kinematics.inertias[link] = pin.Inertia.Zero()
-    values = np.asarray(values, float)
-    if values.shape != (len(model.parameters),):
-        raise WrongShape(
-            f"{model.robot.name}: values have shape {values.shape}, expected ({len(model.parameters)},), one "
-            "a parameter of the model"
-        )
-    for effect, own in model.shares(values):
-        bodies = effect.bodies(model.robot, own, payload)
-        for link, body in bodies.items():
-            kinematics.inertias[link + 1] += body
-        if not bodies:
-            others.append((effect, own))
-    return kinematics, others
-
-
 class ArmForces:
     """The sum of a model's effects, for one state after the other.
 
@@ -191,7 +163,7 @@ class ArmForces:
     def __init__(self, model: Model, values: np.ndarray, payload: str, transmission: Transmission) -> None:
         self._rigid = len(transmission.elastic) == 0
         self._links, self._motors = transmission.links, transmission.motors
-        self._kinematics, others = bodies_apart(model, values, payload)
+        self._kinematics, others = model.bodies_apart(values, payload)
         groups: dict[bool, list[tuple[Effect, np.ndarray]]] = {True: [], False: []}
         for effect, own in others:
             groups[effect.transmitted].append((effect, own))

@@ -5,8 +5,17 @@ from math import exp
 
 import numpy as np
 
+from ...effects import RotorInertia
 from ...errors import RobotError
+from ...model import Model
+from .link_size import link_size
 from .steps import Elastic
+
+TINY = 1e-9
+"""Least inertia of a link [kg m^2]."""
+LIGHT = 0.01
+"""Inertia of a motor to which the model gives none, over that of its link [-]: too little to be seen in a
+torque, and enough to move apart from the link."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +49,26 @@ class Transmission:
     def rigid(cls, joints: int) -> "Transmission":
         """Gears that do not give way."""
         return cls(np.full(joints, np.inf), np.zeros(joints), np.zeros(joints))
+
+    @classmethod
+    def of(cls, model: Model) -> "Transmission":
+        """Gears of a model."""
+        gears = cls.rigid(model.robot.dof)
+        inertia = link_size(model)[0] if model.gears else ()
+        for gear in model.gears:
+            joint = model.robot.index(gear.joint)
+            place = np.arange(model.robot.dof) == joint
+            spring = gear.spring(max(float(inertia[joint]), TINY))
+            gears = gears.softened(
+                np.where(place, spring.stiffness, np.inf), place * spring.damping, place * spring.backlash
+            )
+        return gears
+
+    def softened(self, stiffness: np.ndarray, damping: np.ndarray, backlash: np.ndarray) -> "Transmission":
+        """These gears with other springs in series, and the larger damping and play of both, each (n,)."""
+        with np.errstate(divide="ignore"):
+            series = 1.0 / (1.0 / self.stiffness + 1.0 / np.asarray(stiffness))
+        return Transmission(series, np.maximum(self.damping, damping), np.maximum(self.backlash, backlash))
 
     @property
     def elastic(self) -> np.ndarray:
@@ -75,6 +104,20 @@ class Transmission:
             damping=self.damping[joints],
             play=0.5 * self.backlash[joints],
         )
+
+
+def with_motors(model: Model, values: np.ndarray, elastic: np.ndarray) -> tuple[Model, np.ndarray]:
+    """The model and its values (p,) with light motors on elastic joints whose motors have no inertia."""
+    stated = dict(zip(model.names, map(float, values), strict=True))
+    lacking = [joint for joint in elastic.tolist() if not stated.get(f"Ia{joint + 1}", 0.0) > 0.0]
+    if not lacking:
+        return model, values
+    inertia = np.maximum(link_size(model)[0], TINY)
+    for joint in lacking:
+        if f"Ia{joint + 1}" not in stated:
+            model = model + RotorInertia((model.robot.joints[joint],))
+        stated[f"Ia{joint + 1}"] = LIGHT * float(inertia[joint])
+    return model, np.array([stated[name] for name in model.names])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Plant: an arm of any model that follows commands as a real one does."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from ...errors import WrongShape
 from ...model import Model
 from .drives import CommandPath, Cut, DriveControl, Servo, State, Steps, stepping
 from .forces import ArmForces, Joints
-from .gears import Thermal, Transmission
+from .gears import Thermal, Transmission, with_motors
 from .sensors import Past, Readings, Sensors
 from .steps import solve, springs
 
@@ -52,13 +52,13 @@ class Plant:
     """A simulated arm with its drives, at rest in equilibrium to begin with.
 
     Args:
-        model: The arm as it is; every effect of it acts.
+        model: The arm as it is; every effect of it acts, and its measurements are those of the sensors.
         values: Its parameters, shape (p,).
         gain: Its drive gains, shape (n,) [N m/A].
         start: Position of the motors, seen from the joints, shape (n,) [rad].
         control: Gains and limits of the drives.
         sensors: What they add; nothing by default.
-        transmission: Rigid by default.
+        transmission: That of the model by default.
         thermal: As warm as it is by default.
         payload: Name of the body that is carried; empty for none.
         integration: Steps.
@@ -86,8 +86,9 @@ class Plant:
         robot, n = model.robot, model.robot.dof
         gain, start = (_one_a_joint(model, what, a) for what, a in (("gain", gain), ("start", start)))
         sensors, thermal = sensors or Sensors.exact(n), thermal or Thermal.constant(n)
-        transmission = transmission or Transmission.rigid(n)
-        self.joints = robot.joints
+        transmission = transmission or Transmission.of(model)
+        model, values = with_motors(model, values, transmission.elastic)
+        self.joints, self._recorded = robot.joints, model.recorded
         self._payload, self._gain, self._control, self._thermal = payload, gain, control, thermal
         self._integration, self._cuts = integration, dict[float, Cut]()
         self._motors, self._links = transmission.motors, transmission.links
@@ -100,8 +101,11 @@ class Plant:
         self._path = CommandPath(asked)
         self._reference = self._servo.reference(asked, np.zeros(n))
         self._make_ready()
-        self._past = Past(sensors.current_delay, self._motor_current())
-        self._readings = Readings(sensors, start, self._past.delayed(), seed)
+        limit = np.minimum(sensors.current_limit, model.current_limit)
+        late = sensors.current_delay + model.delay
+        older = max(0.0, -float(np.min(late)))  # by which positions are shown later than the newest current
+        self._past = Past(np.append(np.full(len(self._state.position), older), late + older), self._now())
+        self._readings = Readings(replace(sensors, current_limit=limit), start, self._motor_current(), seed)
         seen, link = self._readings, self._links @ self._state.position
         warm = seen.warmth(self._temperature)
         self._measured = Measured(seen.position, seen.velocity, seen.current, warm, link)
@@ -179,10 +183,12 @@ class Plant:
             steps, middle, end = cut.split(block)
             self._advance(references[steps], references[middle], cut)
             self._reference = references[end]
-            self._past.add(self._motor_current(), cut.steps * cut.step)
-        heat = self._forces.friction * (self._motors @ self._state.velocity)
-        self._temperature = self._thermal.after(self._temperature, self._past.newest, heat, cut.seconds)
-        return self._state.position, self._past.delayed(), self._temperature
+            self._past.add(self._now(), cut.steps * cut.step)
+        heat, place = self._forces.friction * (self._motors @ self._state.velocity), len(self._state.position)
+        current = self._past.newest[place:]
+        self._temperature = self._thermal.after(self._temperature, current, heat, cut.seconds)
+        position, current = np.split(self._past.delayed(), [place])
+        return position, current, self._temperature
 
     def _advance(self, reference: np.ndarray, middle: np.ndarray, cut: Cut) -> None:
         """Make the steps of one block with references (k, n), and with one in their middle (1, n).
@@ -202,8 +208,12 @@ class Plant:
         """Torque of the motors at this instant, seen from the joints, shape (n,) [N m]."""
         return self._servo.torque(self._reference, self._state)
 
+    def _now(self) -> np.ndarray:
+        """Its coordinates [rad] and the currents of its motors [A], shape (x + n,)."""
+        return np.append(self._state.position, self._motor_current())
+
     def _motor_current(self) -> np.ndarray:
-        return self._control.current(self._torque(), self._gain)
+        return self._control.current(self._recorded(self._torque()), self._gain)
 
     def _cut(self, seconds: float) -> Cut:
         if seconds not in self._cuts:

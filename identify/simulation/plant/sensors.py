@@ -25,7 +25,9 @@ class Sensors:
         drift_time: How long that lasts: time after which 37 % of it is left [s].
         velocity_cutoff: Cut-off of the low-pass that the drive puts behind differences of position [Hz].
         temperature_step: [K].
-        current_delay: By how much currents are older than the positions they come with [s].
+        current_delay: By how much currents are older than the positions they come with, one number or shape
+            (n,) [s]; below zero, positions are older.
+        current_limit: Largest current that is shown, one number or shape (n,) [A].
     """
 
     encoder_step: np.ndarray
@@ -36,7 +38,8 @@ class Sensors:
     drift_time: float = 0.01
     velocity_cutoff: float = 100.0
     temperature_step: float = 0.1
-    current_delay: float = 0.0
+    current_delay: float | np.ndarray = 0.0
+    current_limit: float | np.ndarray = np.inf
 
     @classmethod
     def exact(cls, joints: int, current_delay: float = 0.0) -> "Sensors":
@@ -46,34 +49,35 @@ class Sensors:
 
 
 class Past:
-    """Currents of the last moments, for sensors that are late.
+    """What sensors that are late have yet to show.
 
     Args:
-        delay: [s].
-        current: That has flowed so far, shape (n,) [A].
+        delay: Delay of each number, shape (k,) [s].
+        values: What has been so far, shape (k,).
     """
 
-    def __init__(self, delay: float, current: np.ndarray) -> None:
-        self._delay, self._ages, self._currents = delay, [0.0], [current]
+    def __init__(self, delay: np.ndarray, values: np.ndarray) -> None:
+        self._delay, self._longest, self._ages, self._values = delay, float(np.max(delay)), [0.0], [values]
 
     @property
     def newest(self) -> np.ndarray:
-        """Current that flows now, shape (n,) [A]."""
-        return self._currents[-1]
+        """What is now, shape (k,)."""
+        return self._values[-1]
 
-    def add(self, current: np.ndarray, seconds: float) -> None:
+    def add(self, values: np.ndarray, seconds: float) -> None:
         """Some time has gone by."""
         self._ages = [*(age + seconds for age in self._ages), 0.0]
-        self._currents.append(current)
-        while len(self._ages) > 1 and self._ages[1] >= self._delay:
-            del self._ages[0], self._currents[0]
+        self._values.append(values)
+        while len(self._ages) > 1 and self._ages[1] >= self._longest:
+            del self._ages[0], self._values[0]
 
     def delayed(self) -> np.ndarray:
-        """Current as late as the sensors are, shape (n,) [A], between those that are remembered."""
+        """What is shown, shape (k,), between moments that are remembered."""
         if len(self._ages) == 1:
-            return self._currents[0]
-        share = min((self._ages[0] - self._delay) / (self._ages[0] - self._ages[1]), 1.0)
-        return self._currents[0] + max(share, 0.0) * (self._currents[1] - self._currents[0])
+            return self._values[0]
+        ages, values = np.negative(self._ages), np.array(self._values).T
+        pairs = zip(self._delay, values, strict=True)
+        return np.array([np.interp(-delay, ages, own) for delay, own in pairs])
 
 
 class Readings:
@@ -99,7 +103,7 @@ class Readings:
         white = self._random.normal(size=(3, n))
         self._drift = sensors.current_drift * white[0]
         self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
-        self.current = self._samples(current + self._drift + sensors.current_noise * white[2])
+        self.current = self._current(current + self._drift + sensors.current_noise * white[2])
         self._fading(0.0, self._drift, white)  # does not count, but compiles it: not in a tick of real time
 
     def see(
@@ -114,12 +118,17 @@ class Readings:
             position = position + sensors.encoder_noise * white[:, 0]
             current = current + drift + sensors.current_noise * white[:, 2]
             self._drift = drift[-1]
-        position, current = self._counts(position), self._samples(current)
+        position, current = self._counts(position), self._current(current)
         before = np.concatenate([self.position[None], position[:-1]])
         share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
         velocity = fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
         self.position, self.velocity, self.current = position[-1], velocity[-1], current[-1]
         return position, velocity, current
+
+    def _current(self, current: np.ndarray) -> np.ndarray:
+        """What the sensor shows of a current, any shape [A]."""
+        limit = self._sensors.current_limit
+        return np.clip(self._samples(current), -limit, limit)
 
 
 def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

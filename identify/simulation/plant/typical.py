@@ -47,8 +47,9 @@ def typical_plant(
     """An arm with a cascade, encoders and current sensors as industrial arms have them.
 
     The velocity loops are tuned to the inertia by the model's nominal values. Parameters (p,) and drive gains
-    (n,) [N m/A] are nominal by default, and gears rigid; it stands at `start` (n,) [rad] and carries the
-    named payload, one of the model's effects. For other parts, make a `Plant` with some of `typical_parts`.
+    (n,) [N m/A] are nominal by default, and gears those of the model; it stands at `start` (n,) [rad] and
+    carries the named payload, one of the model's effects. For other parts, make a `Plant` with some of
+    `typical_parts`.
     """
     values = model.nominal_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain

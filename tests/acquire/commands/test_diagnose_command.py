@@ -105,17 +105,17 @@ def test_models_to_distinguish_are_written_where_the_words_state(tmp_path, monke
 
 
 def test_the_model_found_is_written_without_alternatives_and_reports_what_it_cannot_hold(tmp_path):
-    other = instead("time_delay", None)
-    late = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None)
+    other = instead("current_crosstalk", None)
+    leak = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None)
     [spring] = diagnosis().findings
     sure = replace(diagnosis(), findings=(replace(spring, alternatives=()),))
-    for one, lacking in ((sure, False), (late, True)):
+    for one, lacking in ((sure, False), (leak, True)):
         written = write_diagnosis(replace(one, changes=()), None, None, tmp_path)
         assert tmp_path / "found.toml" in written
         assert tmp_path / "instead-1.toml" not in written
         text = (tmp_path / "found.toml").read_text()
         assert (
-            text.startswith("# Found, and no part of this model, which cannot hold it: time delay.")
+            text.startswith("# Found, and no part of this model, which cannot hold it: current crosstalk.")
             == lacking
         )
         assert ("Ks2" in read_model(tmp_path / "found.toml").names) != lacking

@@ -1,14 +1,14 @@
 """Currents that are recorded cycles later than positions are named a delay, and by how much."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis import Quantity, diagnose
-from exidyn.identify.diagnosis.candidates.time_delay import earlier
+from exidyn.identify.diagnosis import diagnose
 from exidyn.identify.diagnosis.runs.rows import CLOCKS
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identify.preparation.undelayed import earlier
+from exidyn.identify.recordings.recording import Recording, Signal
 
 from ...parts.small.small_diagnosis import nominal_model, recordings
 
@@ -16,9 +16,9 @@ pytestmark = pytest.mark.slow
 
 
 def later(run: Recording, seconds: float) -> tuple[str, Recording]:
-    late = SimpleNamespace(joints=(), parameters={"delay": Quantity(-seconds, 0.0, "s")})
-    moved = earlier(run, late)  # type: ignore[arg-type]
-    return run.settings["role"], replace(moved, settings=run.settings)
+    current = run.signals["current"]
+    moved = earlier(current.time, current.values, np.full(2, -seconds))
+    return run.settings["role"], replace(run, signals={**run.signals, "current": Signal(current.time, moved)})
 
 
 @pytest.mark.parametrize("seconds", [0.013, -0.006])

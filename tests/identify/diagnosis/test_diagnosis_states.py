@@ -7,13 +7,13 @@ import pinocchio as pin
 import pytest
 from scipy import signal
 
+from exidyn.identify.arm.tangent import tangent
 from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
-from exidyn.identify.diagnosis.candidates.gears import bent, loose
 from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.runs.driven import Driven, tangent
+from exidyn.identify.diagnosis.runs.driven import Driven
+from exidyn.identify.measurements.twist import bent, loose
 from exidyn.identify.preparation.filters import Decimation
 from exidyn.identify.simulation.plant import Plant, Transmission
-from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ...parts.runs.simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff
 from ...parts.small import two_joints
@@ -87,7 +87,7 @@ def test_a_load_that_keeps_its_sign_lifts_nothing():
 def test_the_tangent_is_that_of_the_torque():
     model, motion = two_joints.model(), two_joints.motion(400, rate=500.0)
     values = two_joints.true_values(model)
-    kinematics, _ = bodies_apart(model, values, "")
+    kinematics, _ = model.bodies_apart(values, "")
     along, row, shift = tangent(kinematics, motion), 201, 1e-6
     data = kinematics.createData()
     state = [motion.position[row], motion.velocity[row], motion.acceleration[row]]
@@ -105,7 +105,7 @@ def recorded(stiffness, play, swing):
     rising = np.minimum(TIME, 0.5) / 0.5
     position = (swing * rising * signal.chirp(TIME, 1.0, TIME[-1], 9.0, phi=-90.0))[:, None]
     run = follow(plant, position, np.gradient(position, STEP, axis=0))
-    bodies, _ = bodies_apart(model, values, "")
+    bodies, _ = model.bodies_apart(values, "")
     driven = Driven("", SimpleNamespace(), run.motion, np.zeros_like(position), bodies).after(model, values)
     return model, driven, run.measured.current[:, 0] - driven.torque[:, 0]
 

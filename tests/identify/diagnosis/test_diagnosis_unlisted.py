@@ -15,7 +15,6 @@ from exidyn.identify.diagnosis.candidates.springs import flange_places
 from exidyn.identify.diagnosis.runs.driven import Driven, link_torque
 from exidyn.identify.effects import RigidBody, ViscousFriction
 from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant.forces import bodies_apart
 
 from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints
@@ -27,7 +26,7 @@ VALUES = two_joints.true_values(MODEL)
 
 def driven() -> Driven:
     motion = two_joints.motion(4000, rate=1000.0)
-    bodies, _ = bodies_apart(MODEL, VALUES, "")
+    bodies, _ = MODEL.bodies_apart(VALUES, "")
     return Driven("", SimpleNamespace(), motion, np.zeros_like(motion.position), bodies).after(MODEL, VALUES)
 
 

@@ -1,7 +1,7 @@
 """The arm with what was found in it, as a model, in simulation, and fitted again."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -14,9 +14,10 @@ from exidyn.identify.diagnosis.findings.finding import Evidence
 from exidyn.identify.diagnosis.improved.forward import forward
 from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
 from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.refit import model_to_fit, refit, undone
+from exidyn.identify.diagnosis.refit import model_to_fit, refit
 from exidyn.identify.diagnosis.runs.driven import Driven
 from exidyn.identify.effects import JointSpring, Payload, Prior, SpringBalancer
+from exidyn.identify.measurements import MEASUREMENTS, TimeDelay
 from exidyn.identify.preparation.prepare import Filtering
 from exidyn.identify.recordings.recording import Signal
 from exidyn.identify.robot_files.robot_file import parse_model
@@ -102,19 +103,35 @@ def test_an_encoders_zero_is_that_of_the_springs_on_its_joint_too(joint):
     np.testing.assert_allclose(shown[1] - shown[0], expected, atol=2e-3 * np.max(np.abs(expected)))
 
 
-@pytest.mark.parametrize("effect", OF_MEASUREMENT)
-def test_faults_of_measurement_are_no_part_of_the_arm(effect):
-    [candidate, *_] = hypotheses(effect, nominal_model())
-    assert as_found(evidence(), [found(candidate)]).left_out == (0,)
+@pytest.mark.parametrize("effect", [*OF_MEASUREMENT, *BETWEEN])
+def test_what_lies_between_arm_and_recordings_is_part_of_the_model(effect):
+    candidates = BETWEEN[effect] if effect in BETWEEN else partial(hypotheses, effect)
+    candidate = [*candidates(nominal_model())][-1]
+    known = replace(evidence(), peak=np.array([60.0, 30.0]))
+    arm = as_found(known, [found(candidate, 1.0)])
+    assert arm.left_out == ()
+    assert arm.model.measurements[0] in parse_model(model_text(arm.model)).measurements
+    assert isinstance(arm.model.measurements[0], MEASUREMENTS[effect])
+    assert arm.without(arm.model.measurements).model.measurements == ()
 
 
 @pytest.mark.parametrize("effect", BETWEEN)
-def test_soft_gears_are_part_of_the_transmission(effect):
+def test_a_gear_that_was_found_takes_the_torque_that_the_search_found(effect):
     candidate = [*BETWEEN[effect](nominal_model())][-1]
-    arm = as_found(evidence(), [found(candidate, 1.0)])
-    assert arm.left_out == ()
-    assert list(arm.transmission.elastic) == [1]
-    assert (arm.transmission.backlash[1] > 0.0) == (effect == "backlash")
+    one = found(candidate, 1.0)
+    if effect == "backlash":
+        one = replace(one, parameters={**one.parameters, "compliance": Quantity(0.0, np.nan, "rad/(N m)")})
+    arm = as_found(evidence(), [one])
+    expected = candidate.columns(run())[:, :, 0]
+    assert np.max(np.abs(expected)) > 0.0
+    torque, _ = arm.model.gear_torque(run().motion)
+    np.testing.assert_allclose(torque, expected, atol=1e-6 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("effect", ["drive_gain_saturation", "current_clipping"])
+def test_a_share_of_an_unknown_torque_is_no_part_of_the_model(effect):
+    [candidate, *_] = hypotheses(effect, nominal_model())
+    assert as_found(evidence(), [found(candidate)]).left_out == (0,)
 
 
 def test_more_of_an_effect_that_the_model_has_adds_to_it():
@@ -153,19 +170,25 @@ def test_refitting_finds_the_spring_and_explains_what_was_held_out():
     assert fit.validation[0].over_noise[1] < 2.0
 
 
-def test_late_currents_are_moved_back_and_the_fit_reports_it():
+def test_a_fit_takes_late_currents_back():
     [candidate, *_] = hypotheses("time_delay", nominal_model())
-    delay = found(candidate, 0.004)
-    [whole, *_] = recordings()
-    current = whole.signals["current"]
-    late = replace(
-        whole, signals={**whole.signals, "current": Signal(current.time, np.roll(current.values, 1, axis=0))}
-    )
-    back = undone(late, [delay]).signals["current"].values
-    np.testing.assert_allclose(back[:-1], current.values[:-1], atol=1e-9)
-    both = replace(diagnosis(), findings=(*diagnosis().findings, delay))
-    fit = refit(both, [(one.settings["role"], one) for one in recordings()])
-    assert "moved back by that before they were fitted" in fit.warnings[0]
+    both = replace(diagnosis(), findings=(*diagnosis().findings, found(candidate, 0.004)))
+    late = [
+        (
+            one.settings["role"],
+            replace(one, signals={**one.signals, "current": rolled(one.signals["current"])}),
+        )
+        for one in recordings()
+    ]
+    fit = refit(both, late)
+    assert fit.model.measurements == (TimeDelay(0.004),)
+    assert fit.value("Ks2") == pytest.approx(STIFFNESS, rel=0.02)
+    assert fit.validation[0].over_noise[1] < 2.0
+
+
+def rolled(signal: Signal) -> Signal:
+    """A sample, 4 ms, later."""
+    return Signal(signal.time, np.roll(signal.values, 1, axis=0))
 
 
 def test_gains_that_were_found_are_those_of_the_model():

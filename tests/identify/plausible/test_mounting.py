@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from exidyn.identify.arm.derivatives import differentiate
 from exidyn.identify.arm.motion import Motion
 from exidyn.identify.arm.rigid_regressor import rigid_regressor
 from exidyn.identify.effects.rigid_body import inertial_parameters
@@ -10,7 +11,6 @@ from exidyn.identify.plausible.changes import with_gravity
 from exidyn.identify.plausible.proposal import one_after_another, propose
 from exidyn.identify.plausible.proposal_text import proposal_text, robot_toml
 from exidyn.identify.plausible.proposed_units import GRAVITY
-from exidyn.identify.preparation.filters import differentiate
 from exidyn.identify.recordings.importers import read_tables
 from exidyn.identify.robot_files.robot_file import read_model
 

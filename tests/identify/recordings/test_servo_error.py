@@ -97,10 +97,10 @@ def test_commands_that_come_earlier_change_the_error(tmp_path):
     signals = with_servo_error({"position": position, "command": command}, servo_arm().robot.servo, "log")
     settings = {"effort": servo_words(servo_arm().robot.servo)}
     run = Recording("run", servo_arm(), signals, settings=settings)
-    found = delayed_command(run, -0.02, range(2))
+    found = delayed_command(run, np.full(2, -0.02))
     assert np.abs(run.signals["current"].values[50:-50]).max() > 0.05
     assert np.abs(found.signals["current"].values[50:-50]).max() < 1e-9
-    assert delayed_command(Recording("run", servo_arm(), signals), -0.02, range(2)) is None
+    assert delayed_command(Recording("run", servo_arm(), signals), np.full(2, -0.02)) is None
 
 
 @pytest.mark.parametrize(

@@ -20,9 +20,9 @@ from exidyn.identify.effects import (
     ViscousFriction,
 )
 from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
+from exidyn.identify.measurements import MEASUREMENTS
 from exidyn.identify.model import Model
-from exidyn.identify.robot_files.effect_rows import ROW_KEYS as EFFECT_KEYS
-from exidyn.identify.robot_files.effect_rows import key_of
+from exidyn.identify.robot_files.effect_rows import EFFECT_KEYS, key_of
 from exidyn.identify.robot_files.kinematics import LINK_KEYS
 from exidyn.identify.robot_files.mdh import ROW_KEYS as MDH_KEYS
 from exidyn.identify.robot_files.robot_file import (
@@ -391,6 +391,7 @@ def test_files_that_are_no_text(tmp_path):
 def test_every_key_is_documented():
     text = DOCUMENT.read_text()
     keys = {*KEYS, *LIMIT_KEYS, *DRIVE_KEYS, *LINK_KEYS, *MDH_KEYS, *EFFECT_KEYS, "degrees"}
+    keys |= {f.name for kind in MEASUREMENTS.values() for f in fields(kind)} | set(MEASUREMENTS)
     keys |= {name for effect in EFFECTS.values() for name in map(key_of, fields(effect))} | set(EFFECTS)
     assert not sorted(key for key in keys if f"`{key}`" not in text)
 

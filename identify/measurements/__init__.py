@@ -1,0 +1,25 @@
+"""What lies between an arm and its recordings: one file a kind, one line in this table."""
+
+from .backlash import Backlash
+from .current_clipping import CurrentClipping
+from .drive_gain_saturation import DriveGainSaturation
+from .gear import Gear
+from .joint_elasticity import JointElasticity
+from .measurement import Measurement
+from .time_delay import TimeDelay
+
+MEASUREMENTS: dict[str, type[Measurement]] = {
+    "time_delay": TimeDelay,
+    "joint_elasticity": JointElasticity,
+    "backlash": Backlash,
+    "drive_gain_saturation": DriveGainSaturation,
+    "current_clipping": CurrentClipping,
+}
+"""Name in robot files and in the diagnosis -> class."""
+
+__all__ = ["MEASUREMENTS", "Gear", "Measurement", *sorted(kind.__name__ for kind in MEASUREMENTS.values())]
+
+
+def measurement_name(measurement: Measurement) -> str:
+    """Key of a measurement effect in `MEASUREMENTS`."""
+    return next(name for name, kind in MEASUREMENTS.items() if kind is type(measurement))

@@ -1,0 +1,20 @@
+"""Size of each link: what its gear bears."""
+
+import numpy as np
+import pinocchio as pin
+
+from ...model import Model
+
+POSES = 64
+"""Over which the inertia of a link is averaged."""
+
+
+def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Inertia [kg m^2] and load of gravity and 1 rad/s^2 [N m] of each joint, means over poses, each (n,)."""
+    kinematics, _ = model.bodies_apart(model.nominal_values, "")
+    data, limits = kinematics.createData(), model.robot.limits
+    lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
+    poses = np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))
+    inertia = np.mean([np.diagonal(pin.crba(kinematics, data, pose)) for pose in poses], axis=0)
+    weights = [pin.computeGeneralizedGravity(kinematics, data, pose) for pose in poses]
+    return inertia, np.mean(np.abs(weights), axis=0) + inertia
