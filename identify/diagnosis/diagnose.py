@@ -20,6 +20,7 @@ from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
+from .results.motor_torque import with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
@@ -108,7 +109,7 @@ def _diagnosed(
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")
-    found = search(problem)
+    found = with_all_torque(search(problem))
     progress("weigh what was found")
     left = discrepancies(found.problem, found.prediction)
     found = beside_unnamed(found, left)

@@ -79,7 +79,7 @@ def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: in
         return None
     runs = found.problem.fitted
     slopes = np.concatenate([_slopes(answer.candidate, own, run) for run in runs])
-    covariance = spread.prediction.covariance[np.ix_(own.unknowns, own.unknowns)]
+    covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     axes = kind_of(answer.candidate.effect).drawn_against
     every = (_over(name, slopes, own, covariance, traces) for name in axes)
     first = next((one for one in every if one is not None), Size(own.joint, (0.0, 0.0)))
@@ -207,7 +207,7 @@ def left_out(
     own, prediction = own_of(found, spread, place), spread.prediction
     rows = sum(run.rows for run in found.problem.fitted)
     columns = prediction.rows.columns[:rows][:, :, own.unknowns]
-    covariance = prediction.covariance[np.ix_(own.unknowns, own.unknowns)]
+    covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     whole = columns[:, :, : len(own.values)] @ own.values
     [torque] = rms_torque(whole[:, :, None])
     uncertain = np.sqrt(np.einsum("rnp,pq,rnq->", columns, covariance, columns) / max(rows, 1))

@@ -83,10 +83,12 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _answered(finding: Finding) -> dict[str, Any]:
     first, *rest = [one for one in possible(finding) if one is finding or one.listed]
+    stated = finding.determined if first is finding else {}
     return {
         **_place(first),
         "confidence": first.probability,
         "alternatives": [_place(one) for one in rest],
+        "parameters": {name: list(numbers(one[:2])) for name, one in stated.items()},
     }
 
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +33,12 @@ class Guess:
 
 @dataclass(frozen=True)
 class Finding:
-    """A guess with its stated probability and what else it might be."""
+    """A guess with its stated probability, what else it might be, and its numbers with standard deviations."""
 
     guess: Guess
     confidence: float
     alternatives: tuple[Guess, ...]
+    numbers: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     def covers(self, truth: Guess) -> bool:
         """Whether the guess or an alternative is right."""
@@ -70,7 +71,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Truth:
-    """What is concealed in a case; `visibility` and `evidence` are NaN where not measured."""
+    """What is concealed in a case; `visibility` and `evidence` are NaN where not measured.
+
+    Parameters are those of each effect, in the plant's own words.
+    """
 
     name: str
     kind: str
@@ -82,6 +86,7 @@ class Truth:
     noise: np.ndarray
     noise_filtered: np.ndarray
     filter_hz: float
+    parameters: tuple[Mapping[str, Any], ...] = ()
 
 
 def _guess(effect: str, joints: Any) -> Guess:
@@ -96,7 +101,8 @@ def _finding(found: Mapping[str, Any]) -> Finding:
         else _guess(other["effect"], other.get("joints", guess.joints))
         for other in found.get("alternatives", ())
     ]
-    return Finding(guess, float(found.get("confidence", np.nan)), tuple(others))
+    confidence = float(found.get("confidence", np.nan))
+    return Finding(guess, confidence, tuple(others), found.get("parameters", {}))
 
 
 def read_answer(case: Mapping[str, Any]) -> Answer:
@@ -128,6 +134,7 @@ def read_truth(path: Path) -> Truth:
         np.array(case["noise_floor"], float),
         np.array(case["noise_floor_filtered"], float),
         float(case["noise_filter_hz"]),
+        tuple(effect.get("parameters", {}) for effect in effects),
     )
 
 
