@@ -213,11 +213,15 @@ def left_out(
     uncertain = np.sqrt(np.einsum("rnp,pq,rnq->", columns, covariance, columns) / max(rows, 1))
     alone = np.sqrt(np.diag(covariance)) * rms_torque(columns)
     unknown = (NORMAL_95 * alone > MUCH * torque) | (TOGETHER * alone**2 > uncertain**2)
-    return {
+    numbers = {
         name: _beside_what(found, spread, own, int(unknown_place))
         for name, open_, unknown_place in zip(own.names, unknown, own.unknowns, strict=True)
-        if open_ and name in parameters and not sign_known(parameters[name].value, parameters[name].std)
+        if open_
     }
+    # What follows from a shape is not determined where its sign is not.
+    numbers |= {name: LeftOut() for name in found.selected[place].answer.candidate.reported}
+    known = {name: sign_known(one.value, one.std) for name, one in parameters.items()}
+    return {name: why for name, why in numbers.items() if name in known and not known[name]}
 
 
 def _beside_what(found: SearchResult, spread: Spread, own: Own, unknown: int) -> LeftOut:
