@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...model import Model
-from ..blocks.prediction import Prediction
+from ...positive_definite import solve
+from ..blocks.prediction import Prediction, factored
 from ..findings.finding import Evidence, Trace
 from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
@@ -150,18 +151,25 @@ def _unlimited(found: SearchResult) -> np.ndarray:
     return std
 
 
+PARTS = 4.0
+"""Independent rows of a contact at least: its window is found to a quarter of its duration, so that what it
+leaves there has as many parts."""
+
+
 def _covariance(found: SearchResult, prediction: Prediction) -> np.ndarray:
-    """Covariance of all unknowns (b, b), that of a contact by the rows that are set aside for it."""
+    """Covariance of all unknowns (b, b), that of a contact by what it leaves of the rows set aside for it."""
     covariance = np.array(prediction.covariance)
     for place, one in enumerate(found.selected):
-        if one.once:
-            own = places_of(found, place)
-            aside = found.problem.base.weight * (prediction.rows.weight == 0.0)
-            weight = aside * prediction.weighting.independent / prediction.weighting.variance
-            columns = prediction.rows.columns[:, :, own]
-            gram = np.einsum("rnp,rn,rnq->pq", columns, weight, columns)
-            if np.linalg.matrix_rank(gram) == len(own):
-                covariance[np.ix_(own, own)] = np.linalg.inv(gram)
+        own = places_of(found, place)
+        columns = prediction.rows.columns[:, :, own]
+        aside = found.problem.base.weight * np.any(columns, axis=2) if one.once else np.zeros((1, 1))
+        if not np.any(aside * (prediction.rows.weight == 0.0)):  # no contact, or measured otherwise
+            continue
+        noise = prediction.weighting.variance / prediction.weighting.independent
+        left = np.sum(aside * found.prediction.residual**2, axis=0) / PARTS  # as if it had that many rows
+        weight = aside / np.maximum(noise, left)
+        gram = np.einsum("rnp,rn,rnq->pq", columns, weight, columns)
+        covariance[np.ix_(own, own)] = solve(factored(gram), np.eye(len(own)))
     return covariance
 
 
