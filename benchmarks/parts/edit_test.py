@@ -1,4 +1,4 @@
-"""Edit tests as tables: the error of a run whose body no run used carries, beside that of the runs held out."""
+"""Edit tests as tables: the error with a body that no run used carries, beside that of the runs held out."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -20,7 +20,7 @@ from .questions.block_answer import Answer
 from .questions.shape import Shaped
 from .results.budget import budget, changes
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
-from .results.motor_torque import with_all_torque
+from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
@@ -122,6 +122,7 @@ def _diagnosed(
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     proof = evidence(found, noise)
     spread, named = with_shapes(found), sum(one.named for one in found.selected)
+    warnings = [*warnings, *undetermined_gains(found, spread)]
     std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]
     every = [
         _sized(found, place, spread, fitted, _finding(found, place, std[place]))

@@ -49,7 +49,7 @@ def edits(held_out: Mapping[str, str], used: Collection[str]) -> dict[str, str]:
 
 
 def edit_tests(fit: Fit) -> list[EditTest]:
-    """The edit tests of a fit; none where no run held out has another body, or it came without comparisons."""
+    """The edit tests of a fit; none where no run held out has another body, or no run was compared."""
     every: Sequence[Agreement | Scores] = fit.validation or [run for run in fit.scores if run.held_out]
     used: Sequence[Agreement | Scores] = fit.agreement or [run for run in fit.scores if not run.held_out]
     same = [run for run in every if run.run not in fit.edits]
@@ -92,6 +92,8 @@ def _undetermined(fit: Fit) -> list[str]:
     parts = [f"{', '.join(open_ones[:NAMED])}{more}"] if open_ones else []
     if fit.measures == "current" and fit.estimate.nominal_gains:
         parts.append("the scale of torque and masses, since drive gains are nominal")
-    elif gains := [fit.model.robot.joints[j] for j in np.flatnonzero(open_gains(fit.estimate, fit.model.robot))]:
+    elif gains := [
+        fit.model.robot.joints[j] for j in np.flatnonzero(open_gains(fit.estimate, fit.model.robot))
+    ]:
         parts.append(f"the drive gain of {', '.join(gains)}")
     return [f"The runs used do not determine: {'; '.join(parts)}."] if parts else []

@@ -140,9 +140,7 @@ def _identify(
         simulations=tuple(run.name for run in runs if run.simulated),
         carried={run.name: run.payload.name for run in runs if run.payload},
         validation=tuple(fit.agree(run) for run in held_out),
-        edits=edits(
-            {run.name: run.motion.payload for run in held_out}, {run.motion.payload for run in used}
-        ),
+        edits=edits({run.name: run.motion.payload for run in held_out}, {run.motion.payload for run in used}),
         exported=exported(fit),
     )
     return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit

@@ -59,8 +59,8 @@ LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
 DRIVE_KEYS = (
-    "gain", "gain_tolerance", "gain_in_inertias", "gear_ratio", "direct_drive", "passive", "servo_gain", "servo_limit",
-    "coupling",
+    "gain", "gain_tolerance", "gain_in_inertias", "gear_ratio", "direct_drive", "passive", "servo_gain",
+    "servo_limit", "coupling",
 )  # fmt: skip
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""

@@ -38,7 +38,8 @@ ABOUT = {
     "ur10e": About(
         "UR10e",
         "Six joints, motor currents at 100 Hz (Mamedov and Mikhel): five runs fitted, two of other "
-        "motions held out. Drive gains are published ones, known to what two published sets differ by: 8 to 23 %.",
+        "motions held out. Drive gains are published ones, known to what two published sets differ by: 8 to "
+        "23 %.",
     ),
     "ur10e_loaded": About(
         "UR10e with a weighed load that is not stated",

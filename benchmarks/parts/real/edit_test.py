@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from exidyn.identify.arm.rigid_regressor import INERTIAL
 from exidyn.identify.fit.fit import Fit
 from exidyn.identify.fit.identification import identify
+from exidyn.identify.model import Model
 from exidyn.identify.recordings.recording import KnownPayload, Recording
 
 from ..edit_test import edit_test_table
@@ -27,20 +28,29 @@ def edits(data: DataSet, quick: bool) -> dict[str, Any]:
     weighed = data.run(name, KnownPayload(BODY, (("M", kilograms),)))
     body = identify([*unloaded, weighed], model=data.model(), filtering=data.filtering, drop=False)
     calibrated = replace(data.model().robot, drive_gain=body.estimate.gain)
-    fits = {}
+    numbers, fits = _numbers(body, kilograms), {}
     for label, robot in (("published gains", data.model().robot), ("calibrated gains", calibrated)):
-        model = replace(data.model(), robot=robot)
-
-        def carrying(run: str, known: bool) -> Recording:
-            return data.run(run, KnownPayload(BODY, _numbers(body, kilograms)) if known else None)
-
-        def fitted(used: Sequence[Recording], *held_out: Recording) -> Fit:
-            return identify(used, held_out, model=model, filtering=data.filtering, as_recorded=True)
-
-        held_out = [data.run(run) for run in data.held_out[:1]]
-        fits[f"put on, {label}"] = fitted(unloaded, *held_out, carrying(WITHOUT, False), carrying(WITH, True))
-        fits[f"taken off, {label}"] = fitted([carrying(name, True)], carrying(WITH, True), carrying(WITHOUT, False))
+        arm = _Arm(data, replace(data.model(), robot=robot), KnownPayload(BODY, numbers))
+        held_out = [data.run(data.held_out[0]), data.run(WITHOUT), arm.carrying(WITH)]
+        fits[f"put on, {label}"] = arm.fit(unloaded, held_out)
+        fits[f"taken off, {label}"] = arm.fit([arm.carrying(name)], [arm.carrying(WITH), data.run(WITHOUT)])
     return edit_test_table("ur10e: edit test, nothing fitted again", fits)
+
+
+class _Arm(NamedTuple):
+    """The arm with drive gains, and the body that is put on and taken off."""
+
+    data: DataSet
+    model: Model
+    body: KnownPayload
+
+    def carrying(self, run: str) -> Recording:
+        """A run with the body."""
+        return self.data.run(run, self.body)
+
+    def fit(self, used: Sequence[Recording], held_out: Sequence[Recording]) -> Fit:
+        """A fit of some runs, which predicts others."""
+        return identify(used, held_out, model=self.model, filtering=self.data.filtering, as_recorded=True)
 
 
 def _numbers(fit: Fit, kilograms: float) -> tuple[tuple[str, float], ...]:

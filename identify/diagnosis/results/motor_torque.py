@@ -11,15 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...text_table import NORMAL_95, digits
 from ..candidates import kind_of
 from ..questions.block_answer import Answer
 from ..runs.driven import Driven
-from ..runs.rows import with_nuisances
+from ..runs.rows import GAIN, with_nuisances
 from ..search.problem import Problem, anew
 from ..search.search import SearchResult
 from ..search.selected import answers_of
-from .evidence import places_of
+from .evidence import Spread, places_of
 
+SHOWN = 0.5
+"""Standard deviation of a gain over its stated tolerance above which the runs show less of it than is stated:
+of two that know the same, one and a half."""
 TURNS = 2
 """Times that torque and gains are fitted in turn: what is wrong after each is smaller by a gain's share of a
 tenth, so that a thousandth is left."""
@@ -38,6 +42,27 @@ def with_all_torque(found: SearchResult) -> SearchResult:
         prediction = problem.prediction(answers, found.prediction)
         found = replace(found, problem=problem, selected=tuple(selected), prediction=prediction)
     return found
+
+
+def undetermined_gains(found: SearchResult, spread: Spread) -> list[str]:
+    """A sentence that names the drive gains of which the runs tell less than is stated; none without any.
+
+    Only of joints on which a finding is: what is said of its size is as uncertain as they are.
+    """
+    names, joints = found.prediction.rows.names, found.problem.model.robot.joints
+    std, half, open_gains = np.sqrt(np.diag(spread.covariance)), [], []
+    for joint in sorted({int(np.argmax(one.answer.by_joint)) for one in found.selected if not one.once}):
+        place = names.index(f"{GAIN}{joint + 1}") if f"{GAIN}{joint + 1}" in names else None
+        if place is not None and std[place] > SHOWN * found.prediction.rows.std[place] > 0.0:
+            half.append(100.0 * NORMAL_95 * float(std[place]))
+            open_gains.append(joints[joint])
+    if not open_gains:
+        return []
+    return [
+        f"these runs do not determine the drive gain of {', '.join(open_gains)}: torques and masses there "
+        f"are as uncertain as stated gains are, \N{PLUS-MINUS SIGN} {digits(max(half), 2)} % (95 %). "
+        "A run with a body of known mass on the flange determines them"
+    ]
 
 
 def _is_missing(answer: Answer) -> bool:

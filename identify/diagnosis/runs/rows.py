@@ -176,9 +176,7 @@ UNDETERMINED = 1e-9
 """Share of a column's square that keeps what no row determines at zero."""
 
 
-def _gains(
-    model: Model, runs: Sequence[Driven], rows: Rows
-) -> tuple[list[str], np.ndarray, np.ndarray]:
+def _gains(model: Model, runs: Sequence[Driven], rows: Rows) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Drive gains that are larger by a share show less current; torque itself has no gain.
 
     Where nominal values were identified with these gains they move with them: what remains is the torque that

@@ -74,7 +74,9 @@ def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_i
     known = identified(identify([run("a"), run("b", 1, 2)], model=tolerance, as_recorded=True))
     known = replace(known, robot=replace(known.robot, inertias_stated=True, inertial_tolerance=0.02))
     # Runs with a body of which nobody says anything.
-    carrying = [replace(run(f"with {seed}", seed, seed, KnownPayload("L")), payload=None) for seed in (3, 4, 5)]
+    carrying = [
+        replace(run(f"with {seed}", seed, seed, KnownPayload("L")), payload=None) for seed in (3, 4, 5)
+    ]
     runs = list(zip(("identify", "identify", "validate"), carrying, strict=True))
     found = diagnosed(known, runs, as_recorded=True).diagnosis
     [mass] = [one.parameters["M"] for one in found.findings if one.effect == "payload"]

@@ -33,7 +33,7 @@ class Guess:
 
 @dataclass(frozen=True)
 class Finding:
-    """A guess with its stated probability, what else it might be, and its numbers with standard deviations."""
+    """A guess with its stated probability, what else it might be, and its numbers (value, std)."""
 
     guess: Guess
     confidence: float

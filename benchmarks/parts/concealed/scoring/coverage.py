@@ -1,4 +1,4 @@
-"""Coverage: how often 95 % intervals of diagnosed numbers contain the truth, where plant and fit mean the same.
+"""Coverage: how often 95 % intervals of diagnosed numbers contain the truth.
 
 The plant has its own formulas. Only numbers with one meaning count: masses, shares, times, angles, and
 coefficients of laws that both have.
@@ -93,7 +93,7 @@ def interval_coverage(every: Sequence[Number]) -> float:
 
 
 def coverage_rows(every: Iterable[Number]) -> list[list[Any]]:
-    """One row a number of an effect: how many, contained [%], median error and half interval [%], error/std."""
+    """One row a number of an effect: count, contained [%], median error and half interval [%], error/std."""
     groups: dict[tuple[str, str], list[Number]] = {}
     for one in every:
         groups.setdefault((one.effect, one.name), []).append(one)
