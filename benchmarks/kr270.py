@@ -7,6 +7,7 @@ noise. The nominal drive gains are the manufacturer's of Table III, 8 to 19 % of
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,15 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 import numpy as np
 from common import parser, save, show
 from parts.coverage import MASS, SECONDS, Arm, coverage
-from parts.kr270 import CATALOGUE, equations_of, gain_error, over_std, plant, record, true_base
+from parts.edit_test import edit_test_table
+from parts.kr270 import BODY, CATALOGUE, equations_of, gain_error, nominal, over_std, plant, record, true_base
 
 from exidyn.identify.fit.base_parameters import base_parameters
 from exidyn.identify.fit.equations import Equations
 from exidyn.identify.fit.estimators import ESTIMATORS, Estimate
+from exidyn.identify.fit.identification import identify
 from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identify.recordings.recording import KnownPayload
 from exidyn.identify.robot_files.robot_file import read_model
 from exidyn.identify.simulation.simulate import Sensors
 
@@ -72,6 +76,19 @@ def paper_table(equations: Equations, estimates: dict[str, Estimate]) -> None:
             row += [e.values[place], 100 * e.std[place] / abs(e.values[place])]
         rows.append(row)
     show("The paper's Table III and the same from simulated runs", header, rows)
+
+
+def edit_test(estimates: dict[str, Estimate]) -> dict[str, Any]:
+    """The payload put on and taken off, with gains of the catalogue and with those found."""
+    unloaded, weighed = record(0, Sensors())
+    [other] = record(1, Sensors(), motion=1)[:1]
+    loaded, fits = replace(weighed, payload=KnownPayload("L", BODY)), {}
+    for label, gain in (("catalogue", CATALOGUE), ("found", estimates["ml"].gain)):
+        model = nominal(BODY)
+        model = replace(model, robot=replace(model.robot, drive_gain=gain))
+        fits[f"put on, gains {label}"] = identify([unloaded], [other, loaded], model=model, as_recorded=True)
+        fits[f"taken off, gains {label}"] = identify([loaded], [other], model=model, as_recorded=True)
+    return edit_test_table("Edit test, nothing fitted again", fits)
 
 
 def literal_and_its_cure() -> dict[str, np.ndarray]:
@@ -145,6 +162,7 @@ def paper(quick: bool) -> dict[str, Any]:
         "k_r_error_over_std": over_std(estimates["ml"], equations, "Kr"),
         "k_0_error_over_std": over_std(estimates["ml"], equations, "K0"),
         "base_parameters_of_arm": len(base_parameters(read_model("kr270")).kept),
+        "edit_test": edit_test(estimates),
         "literal": literal_and_its_cure(),
         "balancer": balancer_motion(*((0.3, 1.0), (0,)) if quick else ((0.15, 0.3, 0.6, 1.0), (0, 1))),
     }

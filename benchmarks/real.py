@@ -25,6 +25,7 @@ import numpy as np
 from common import options, save, show
 from parts.real.choice import LAWS, Compared, choose, in_words
 from parts.real.data import FOLDER, KR300, PANDA, UR10E, DataSet
+from parts.real.edit_test import edits
 from parts.real.payload import payloads
 from parts.real.servo_masses import servo_masses
 
@@ -85,6 +86,7 @@ def study(data: DataSet, quick: bool) -> tuple[str, dict[str, Any]]:
     with contextlib.redirect_stdout(text):
         if data.key == UR10E.key:
             gains, figures = payloads(data, quick)
+            figures["edit_test"] = edits(data, quick)
             model = replace(model, robot=replace(model.robot, drive_gain=gains))
         figures |= residuals(data, model, quick)
     return text.getvalue(), figures

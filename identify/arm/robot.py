@@ -95,6 +95,8 @@ class Robot:
             stands for all.
         drive_gain_bounded: Whether true gains are certain to be within the square root of three of these.
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
+        inertias_by_gain: Whether nominal inertias were identified from currents with the nominal gains, so
+            that both are wrong together.
         inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
         direct_drive: Joints whose motor has no gear that could bend or have play.
@@ -113,6 +115,7 @@ class Robot:
     drive_gain_tolerance: np.ndarray = field(default_factory=lambda: np.array(0.1))
     drive_gain_bounded: bool = False
     inertial_tolerance: float = 0.1
+    inertias_by_gain: bool = False
     inertias_stated: bool = True
     gear_ratio: np.ndarray = field(default_factory=_not_given)
     direct_drive: tuple[str, ...] = ()

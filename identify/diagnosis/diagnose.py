@@ -22,6 +22,7 @@ from .questions.shape import Shaped
 from .results.budget import budget, changes
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.located import hinted, located
+from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
@@ -111,7 +112,7 @@ def _diagnosed(
     progress("form the columns of all candidates")
     problem = Problem.of(model, runs, before)
     progress(f"search among {sum(problem.tried.values())} candidates")
-    found = search(problem)
+    found = with_all_torque(search(problem))
     progress("weigh what was found")
     left = discrepancies(found.problem, found.prediction)
     found = beside_unnamed(found, left)
@@ -125,6 +126,7 @@ def _diagnosed(
     noise = np.sqrt(found.problem.rows.row_variance(noise**2))
     proof = evidence(found, noise)
     spread, named = with_shapes(found), sum(one.named for one in found.selected)
+    warnings = [*warnings, *undetermined_gains(found, spread)]
     std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]
     every = [
         _sized(found, place, spread, fitted, _finding(found, place, std[place]))

@@ -66,6 +66,7 @@ class Fit(InNotebook):
         carried: Run -> name of its payload, of the runs used.
         simulations: Runs used that were simulated.
         apart: Runs that it predicts and that do not judge it: simulated, jogs, with a body it does not know.
+        edits: Run held out -> its payload, empty for none, of runs whose payload no run used carries.
         exported: Base values that export and simulation take, those nearest that an arm can have, shape (b,);
             None where there are none, or in files of before the key.
     """
@@ -93,6 +94,7 @@ class Fit(InNotebook):
     simulations: tuple[str, ...] = ()
     apart: tuple[Agreement, ...] = ()
     exported: np.ndarray | None = None
+    edits: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def gains_unstated(self) -> bool:

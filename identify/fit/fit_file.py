@@ -97,6 +97,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "noise_floor": None if fit.noise is None else _numbers(fit.noise),
         "noise_floor_from": fit.noise_source,
         "carried": dict(fit.carried),
+        "edits": dict(fit.edits),
         "simulations": list(fit.simulations),
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
@@ -191,6 +192,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         noise=None if floor is None else np.array(floor, float),
         noise_source=source,
         carried=file.carried,
+        edits=file.edits,
         simulations=file.simulations,
         # None where there are none, or in files of before the key.
         exported=None if kept[0].exported is None else np.array([row.exported for row in kept], float),

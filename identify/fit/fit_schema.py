@@ -84,6 +84,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     noise_floor: tuple[SizeWritten, ...] | None = None
     noise_floor_from: str | None = None
     carried: dict[str, str] = {}
+    edits: dict[str, str] = {}
     simulations: tuple[str, ...] = ()
     base_parameters: tuple[BaseParameterRow, ...]
     dropped: tuple[str, ...]
@@ -125,6 +126,8 @@ class FitFile(Struct, frozen=True, kw_only=True):
         check_known([one.name for one in self.unclear], "names in unclear", names, "a base parameter")
         check_known(list(self.carried), "runs in carried", self.runs, "one of runs")
         check_known(self.simulations, "simulations", self.runs, "one of runs")
+        held_out = [run.run for run in self.validation]
+        check_known(list(self.edits), "runs in edits", held_out, "a run in validation")
 
     def _check_lengths(self) -> None:
         joints, size = len(self.drive_gain), len(self.kept) + len(self.drive_gain)

@@ -26,6 +26,7 @@ from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .agreement import agreement
 from .base_parameters import BaseParameters, base_parameters
+from .edit_test import edits
 from .equations import Equations, assemble
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit
@@ -139,6 +140,7 @@ def _identify(
         simulations=tuple(run.name for run in runs if run.simulated),
         carried={run.name: run.payload.name for run in runs if run.payload},
         validation=tuple(fit.agree(run) for run in held_out),
+        edits=edits({run.name: run.motion.payload for run in held_out}, {run.motion.payload for run in used}),
         exported=exported(fit),
     )
     return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit

@@ -169,7 +169,7 @@ def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarr
     """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
     model, robot, stated = fit.model, fit.model.robot, dict[str, Prior]()
     if fit.measures == "current":
-        robot = replace(robot, drive_gain=found.gain)
+        robot = replace(robot, drive_gain=found.gain, inertias_by_gain=True)
     if fit.measures == "current" and gains_estimated(fit):
         tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
         robot = replace(robot, drive_gain_tolerance=tolerance)

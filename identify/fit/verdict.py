@@ -11,6 +11,7 @@ from ..plausible.suspicion import CHECK_FIRST, UNLESS
 from ..preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
 from ..text_table import NORMAL_95, digits
 from .agreement import Agreement, Scores
+from .edit_test import edit_sentences
 from .fit import Fit
 from .fit_warnings import OPEN, unknown_scale
 from .settled_gains import cure, open_by_gain, open_gains, settled
@@ -92,6 +93,7 @@ def verdict(fit: Fit) -> list[str]:
         *suspicions,
         *open_gain_sentences(fit),
         *first,
+        *edit_sentences(fit),
         *_noise(fit),
         *_parameters(fit),
         *fit.warnings,

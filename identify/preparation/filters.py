@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 from scipy import interpolate, signal
 
-
 CLOSE = 0.25
 """Gap between two stamps, over the median gap, below which their samples are averaged. A cubic through both
 would extend their noise over a period, and multiply it by one over this share."""

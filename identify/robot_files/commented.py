@@ -48,6 +48,10 @@ KEYS = {
     ("[limits]", "acceleration_lower"): "the same backward, negative [rad/s^2; m/s^2]",
     ("[drive]", "gain"): "joint torque per unit of current, with its sign [N m/A; N/A]",
     ("[drive]", "gain_tolerance"): "how far gains may be off: standard deviation, as a share",
+    (
+        "[drive]",
+        "gain_in_inertias",
+    ): "whether inertias were identified from currents with these gains: both are then wrong together",
     ("[drive]", "gear_ratio"): "turns of the motor per turn of the joint [-]",
     ("[drive]", "direct_drive"): "joints whose motor has no gear",
     ("[drive]", "passive"): "joints without a motor: their torque is zero",

@@ -60,8 +60,8 @@ LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits that are those forward with a minus, unless they are given."""
 DRIVE_KEYS = (
-    "gain", "gain_tolerance", "gear_ratio", "direct_drive", "passive", "servo_gain", "servo_limit",
-    "coupling",
+    "gain", "gain_tolerance", "gain_in_inertias", "gear_ratio", "direct_drive", "passive", "servo_gain",
+    "servo_limit", "coupling",
 )  # fmt: skip
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
@@ -200,6 +200,8 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
         known[name] = numbers(table[key], n, f"[drive] {key}")
         if not np.all(known[name]):
             raise RobotError(f"[drive] {key}: {known[name].tolist()} has a zero; give 1 where it is unknown")
+    if "gain_in_inertias" in table:
+        known["inertias_by_gain"] = boolean(table["gain_in_inertias"], "[drive] gain_in_inertias")
     for key in ("direct_drive", "passive"):
         if key in table:
             known[key] = tuple(strings(table[key], f"[drive] {key}"))

@@ -74,6 +74,7 @@ def _drive(robot: Robot) -> dict[str, Any]:
     return {
         "gain": robot.drive_gain,
         "gain_tolerance": tolerance[0] if np.all(tolerance == tolerance[0]) else tolerance,
+        **({"gain_in_inertias": True} if robot.inertias_by_gain else {}),
         "gear_ratio": robot.gear_ratio,
         **({"direct_drive": robot.direct_drive} if robot.direct_drive else {}),
         **({"passive": robot.passive} if robot.passive else {}),

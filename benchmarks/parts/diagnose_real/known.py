@@ -197,6 +197,7 @@ KNOWN: dict[str, tuple[Known, ...]] = {
     ),
     "ur10e": WORN,
     "ur10e_loaded": (Known("payload", (), "weighed", "2.805 kg", {"M": about(2.805)}), *WORN),
+    "ur10e_calibrated": (Known("payload", (), "weighed", "2.805 kg", {"M": about(2.805)}), *WORN),
     "kscale": (
         rubs_under_load(
             0,
@@ -237,6 +238,7 @@ ABSENT: dict[str, Mapping[str, str]] = {
     "kr300_drawn": {effect: why for effect, why in TORQUE.items() if effect != "payload"},
     "ur10e": STILL,
     "ur10e_loaded": {effect: why for effect, why in STILL.items() if effect != "payload"},
+    "ur10e_calibrated": {effect: why for effect, why in STILL.items() if effect != "payload"},
     "kscale": {effect: why for effect, why in STILL.items() if effect != "time_delay"}
     | {"encoder_offset": "zero hangs down"},
     "bam_xl330": {effect: why for effect, why in STILL.items() if effect != "time_delay"}

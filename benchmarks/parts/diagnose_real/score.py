@@ -35,6 +35,7 @@ def score(answers: Sequence[Answer]) -> dict[str, Any]:
         "known_named_percent": 100.0 * sum(named) / max(len(named), 1),
         "known_family_percent": 100.0 * sum(families) / max(len(families), 1),
         "sizes_off": sum(one.get("right") is False for one in known),
+        **coverage(known),
         "names": len(verdicts),
         "false_names": verdicts.count("false"),
         "unverified": verdicts.count("unverified"),
@@ -42,6 +43,15 @@ def score(answers: Sequence[Answer]) -> dict[str, Any]:
         "worse_held_out": sum(len(worse(one)) for one in answers),
         **fixed_points(answers),
         **cost(answers),
+    }
+
+
+def coverage(known: Sequence[Answer]) -> dict[str, Any]:
+    """Named effects whose size is known, and how many of their intervals contain it [%]."""
+    right = [one["right"] for one in known if one.get("right") is not None]
+    return {
+        "known_sizes": len(right),
+        "interval_coverage": 100.0 * sum(right) / len(right) if right else None,
     }
 
 

@@ -15,10 +15,16 @@ STUCK = 1e-9
 
 
 def size(one: Finding) -> str:
-    """Coefficients and shape of a finding with one standard deviation."""
+    """Coefficients and shape of a finding that are determined, with one standard deviation.
+
+    Where some are not, what no other parameter can take over of its torque, root mean square.
+    """
     units = {name: q.unit for name, q in one.parameters.items()} | DERIVED
-    every = numbers(one).items()
-    return ", ".join(number(name, *pair, units[name]) for name, pair in every if name in units)
+    stated = {name: pair for name, pair in numbers(one).items() if name in units and name not in one.left_out}
+    words = [number(name, *pair, units[name]) for name, pair in stated.items()]
+    if one.left_out and one.size is not None:
+        words.append(number("torque", *one.size.beside, "N m"))
+    return ", ".join(words)
 
 
 def number(name: str, value: float, std: float, unit: str) -> str:

@@ -22,6 +22,8 @@ FOLDER = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shar
 DE_LUCA = np.array([14.87, 13.26, 11.13, 10.62, 11.03, 11.47])
 REPOSITORY = np.array([10.0, 10.70, 8.46, 9.00, 9.48, 10.12])
 """Two published sets of the UR10e's drive gains [N m/A]."""
+PUBLISHED = np.abs(DE_LUCA - REPOSITORY) / np.sqrt(2.0) / DE_LUCA
+"""Relative standard deviation of one such set, by the difference of the two [-]."""
 
 LOADED = (("id_ur-20_02_19_14harm50secLoad", 2.805), ("id_ur-20_01_13-load_2600", 2.6))
 """Runs of the UR10e with a body on the flange, and its mass [kg]."""
@@ -117,7 +119,7 @@ UR10E = DataSet(
     rate=100.0,
     cutoff=8.0,
     moving=0.03,
-    drives={"drive_gain": DE_LUCA},
+    drives={"drive_gain": DE_LUCA, "drive_gain_tolerance": PUBLISHED},
 )
 KR300 = DataSet(
     key="kr300",

@@ -1,16 +1,19 @@
 """Evidence: traces of all runs out of a search's result, and how far the numbers of findings may be off."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ...model import Model
-from ..blocks.prediction import Prediction
+from ...positive_definite import solve
+from ..blocks.prediction import Prediction, factored
 from ..findings.finding import Evidence, Trace
+from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
-from ..runs.rows import CLOCK, Rows
+from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
 
 
@@ -58,10 +61,11 @@ def explained(found: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray
 
 
 def _gains(found: SearchResult, values: np.ndarray) -> np.ndarray:
-    """Drive gains out of the shares by which they are off, among all unknowns (b,)."""
+    """Drive gains out of the shares of torque that lack in nominal ones, among all unknowns (b,)."""
     nominal = found.problem.runs[0].prepared.gain
     places = dict(zip(found.prediction.rows.names, values, strict=True))
-    return nominal * (1.0 + np.array([places.get(f"gain{joint + 1}", 0.0) for joint in range(len(nominal))]))
+    lacking = np.array([places.get(f"{GAIN}{joint + 1}", 0.0) for joint in range(len(nominal))])
+    return nominal / (1.0 - lacking)
 
 
 def _trace(
@@ -96,10 +100,12 @@ class Spread(NamedTuple):
     Attributes:
         prediction: Of all findings, with the torque by a little more of each shape's number as a column.
         shapes: Finding and name of each such number; their unknowns are the last.
+        covariance: Of all unknowns, shape (b, b).
     """
 
     prediction: Prediction
     shapes: tuple[tuple[int, str], ...]
+    covariance: np.ndarray
 
     def of(self, found: SearchResult, place: int) -> tuple[np.ndarray, tuple[str, ...]]:
         """Places of a finding's unknowns, coefficients first, and the names of those of its shape."""
@@ -110,7 +116,10 @@ class Spread(NamedTuple):
 
 
 def with_shapes(found: SearchResult) -> Spread:
-    """The prediction of a search, with unknowns for the numbers of all shapes that may be refined."""
+    """The prediction of a search, with unknowns for the numbers of all shapes that may be refined.
+
+    What a limit of physics holds is as uncertain as it is without the limit: beyond that its interval ends.
+    """
     ranges = [one.answer.candidate.bounds for one in found.selected]
     every = tuple(
         (place, name)
@@ -118,15 +127,51 @@ def with_shapes(found: SearchResult) -> Spread:
         for name, (_, low, high) in shape.items()
         if high > low  # a preload of a joint that bears no load is none
     )
-    prediction = found.prediction
+    prediction, std = found.prediction, _unlimited(found)
+    rows = replace(prediction.rows, std=std)
     if every:
         columns = np.stack([_more(found, place, name) for place, name in every], axis=2)
         # Anywhere within its bounds is as likely beforehand.
         bounds = [ranges[place][name] for place, name in every]
         spread = np.array([(one.high - one.low) / np.sqrt(12.0) for one in bounds])
-        rows = prediction.rows.plus([name for _, name in every], columns, spread)
+        rows = rows.plus([name for _, name in every], columns, spread)
+    if every or not np.array_equal(std, prediction.rows.std):
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    return Spread(prediction, every)
+    return Spread(prediction, every, _covariance(found, prediction))
+
+
+def _unlimited(found: SearchResult) -> np.ndarray:
+    """How far each unknown may be from its mean, shape (b,): as far where a limit of physics holds it."""
+    std = np.array(found.prediction.rows.std)
+    for place, one in enumerate(found.selected):
+        answer = one.answer
+        if one.once:  # its time is set aside
+            continue
+        held = places_of(found, place)[~answer.free]
+        std[held] = prior_std(answer.candidate, answer.columns)[~answer.free]
+    return std
+
+
+PARTS = 4.0
+"""Independent rows of a contact at least: its window is found to a quarter of its duration, so that what it
+leaves there has as many parts."""
+
+
+def _covariance(found: SearchResult, prediction: Prediction) -> np.ndarray:
+    """Covariance of all unknowns (b, b), that of a contact by what it leaves of the rows set aside for it."""
+    covariance = np.array(prediction.covariance)
+    for place, one in enumerate(found.selected):
+        own = places_of(found, place)
+        columns = prediction.rows.columns[:, :, own]
+        aside = found.problem.base.weight * np.any(columns, axis=2) if one.once else np.zeros((1, 1))
+        if not np.any(aside * (prediction.rows.weight == 0.0)):  # no contact, or measured otherwise
+            continue
+        noise = prediction.weighting.variance / prediction.weighting.independent
+        left = np.sum(aside * found.prediction.residual**2, axis=0) / PARTS  # as if it had that many rows
+        weight = aside / np.maximum(noise, left)
+        gram = np.einsum("rnp,rn,rnq->pq", columns, weight, columns)
+        covariance[np.ix_(own, own)] = solve(factored(gram), np.eye(len(own)))
+    return covariance
 
 
 def deviations(
@@ -134,7 +179,7 @@ def deviations(
 ) -> list[tuple[np.ndarray, dict[str, float]]]:
     """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
     spread = spread or with_shapes(found)
-    std = np.sqrt(np.diag(spread.prediction.covariance))
+    std = np.sqrt(np.diag(spread.covariance))
     shapes = [dict.fromkeys(one.answer.candidate.bounds, 0.0) for one in found.selected]
     behind = std[len(std) - len(spread.shapes) :]
     for (place, name), deviation in zip(spread.shapes, behind, strict=True):

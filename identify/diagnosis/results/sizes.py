@@ -79,7 +79,7 @@ def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: in
         return None
     runs = found.problem.fitted
     slopes = np.concatenate([_slopes(answer.candidate, own, run) for run in runs])
-    covariance = spread.prediction.covariance[np.ix_(own.unknowns, own.unknowns)]
+    covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     axes = kind_of(answer.candidate.effect).drawn_against
     every = (_over(name, slopes, own, covariance, traces) for name in axes)
     first = next((one for one in every if one is not None), Size(own.joint, (0.0, 0.0)))
@@ -207,17 +207,21 @@ def left_out(
     own, prediction = own_of(found, spread, place), spread.prediction
     rows = sum(run.rows for run in found.problem.fitted)
     columns = prediction.rows.columns[:rows][:, :, own.unknowns]
-    covariance = prediction.covariance[np.ix_(own.unknowns, own.unknowns)]
+    covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     whole = columns[:, :, : len(own.values)] @ own.values
     [torque] = rms_torque(whole[:, :, None])
     uncertain = np.sqrt(np.einsum("rnp,pq,rnq->", columns, covariance, columns) / max(rows, 1))
     alone = np.sqrt(np.diag(covariance)) * rms_torque(columns)
     unknown = (NORMAL_95 * alone > MUCH * torque) | (TOGETHER * alone**2 > uncertain**2)
-    return {
+    numbers = {
         name: _beside_what(found, spread, own, int(unknown_place))
         for name, open_, unknown_place in zip(own.names, unknown, own.unknowns, strict=True)
-        if open_ and name in parameters and not sign_known(parameters[name].value, parameters[name].std)
+        if open_
     }
+    # What follows from a shape is not determined where its sign is not.
+    numbers |= {name: LeftOut() for name in found.selected[place].answer.candidate.reported}
+    known = {name: sign_known(one.value, one.std) for name, one in parameters.items()}
+    return {name: why for name, why in numbers.items() if name in known and not known[name]}
 
 
 def _beside_what(found: SearchResult, spread: Spread, own: Own, unknown: int) -> LeftOut:

@@ -12,6 +12,7 @@ from ...effects.smooth_sign import smooth_sign
 from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
+from ...positive_definite import factored, solve
 from .driven import Driven, slices
 
 
@@ -135,7 +136,7 @@ def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.
     """The rows with low-speed friction, drive gains and clocks as unknowns too; values (p,) are a fit's."""
     turning = reversals(model, runs, dry(model, values))
     rows = rows.plus(*turning)
-    rows = rows.plus(*_gains(model, runs), bounded=model.robot.drive_gain_bounded)
+    rows = rows.plus(*_gains(model, runs, rows), bounded=model.robot.drive_gain_bounded)
     return rows.plus(*_clock(model, runs))
 
 
@@ -181,16 +182,44 @@ def _turns(model: Model, run: Driven) -> np.ndarray:
     return np.concatenate([np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]], axis=2)
 
 
-def _gains(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Drive gains that are larger by a share show less current; torque itself has no gain."""
+ENOUGH = 4000
+"""Rows, evenly spread, by which it is found how nominal values move with a gain: tens a parameter."""
+UNDETERMINED = 1e-9
+"""Share of a column's square that keeps what no row determines at zero."""
+
+
+def _gains(model: Model, runs: Sequence[Driven], rows: Rows) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Drive gains that are larger by a share show less current; torque itself has no gain.
+
+    Where nominal values were identified with these gains they move with them: what remains is the torque that
+    the nominal model does not have.
+    """
     if runs[0].prepared.measures != "current":
         return [], np.zeros((sum(run.rows for run in runs), model.robot.dof, 0)), np.zeros(0)
     torque = np.concatenate([run.thinned(run.torque) for run in runs])
     names = [f"{GAIN}{joint + 1}" for joint in range(model.robot.dof)]
     columns = -torque[:, :, None] * np.eye(model.robot.dof)
+    if model.robot.inertias_by_gain:
+        columns = columns + _identified_with(model, rows)
     unknown = bool(np.all(model.robot.drive_gain == 1.0))
     tolerance = np.full(len(names), UNKNOWN_GAIN) if unknown else model.robot.drive_gain_tolerance
     return names, columns, tolerance
+
+
+def _identified_with(model: Model, rows: Rows) -> np.ndarray:
+    """Torque of the nominal model that moves with each drive gain, shape (r, n, n) [N m].
+
+    An identification with a gain that is larger by a share finds the values that fit that joint's torque,
+    larger by this share, and those of the others as they are, best: each weighed by its usual torque.
+    """
+    count = len(model.names)  # the first unknowns of any rows
+    torque = rows.columns[:, :, :count] @ model.nominal_values
+    some = slice(None, None, max(1, len(torque) // ENOUGH))
+    weight = rows.weight[some] / np.maximum(np.sqrt(np.mean(torque**2, axis=0)), np.finfo(float).tiny)
+    own = (rows.columns[some, :, :count] * weight[:, :, None]).reshape(-1, count)
+    targets = (torque[some] * weight)[:, :, None] * np.eye(torque.shape[1])
+    moved = solve(factored(own.T @ own, UNDETERMINED), own.T @ targets.reshape(len(own), -1))
+    return np.asarray(rows.columns[:, :, :count] @ moved)
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:

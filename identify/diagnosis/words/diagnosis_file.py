@@ -90,11 +90,13 @@ def _answered(finding: Finding) -> dict[str, Any]:
         return {}
     first, *rest = names
     family = {"family": finding.family, "family_confidence": finding.family_probability}
+    stated = finding.determined if first is finding else {}
     return {
         **_place(first),
         "confidence": first.probability,
         "alternatives": [_place(one) for one in rest],
         **(family if finding.family else {}),
+        "parameters": {name: list(numbers(one[:2])) for name, one in stated.items()},
     }
 
 

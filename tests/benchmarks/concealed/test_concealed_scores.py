@@ -7,6 +7,7 @@ import pytest
 from parts.concealed.effects.outside import OUTSIDE
 from parts.concealed.effects.vocabulary import VOCABULARY
 from parts.concealed.scoring.answers import Guess, Truth, read_answer
+from parts.concealed.scoring.coverage import numbers
 from parts.concealed.scoring.half_way import half_way
 from parts.concealed.scoring.score import Pair, figures, simulated_share
 from parts.concealed.scoring.tables import outside, print_scores, sensitivity
@@ -137,3 +138,35 @@ def test_answers_without_values_stand_beside_the_others(capsys):
     assert both.split()[:3] == ["figure", "product", "bare"]
     assert ["top1", "1", "0"] in [line.split() for line in both.splitlines()]
     assert ["top1", "0"] in [line.split() for line in single.splitlines()]
+
+
+def sized(true: float, value: float | None, std: float | None) -> Pair:
+    """A joint's friction by load, concealed and diagnosed."""
+    truth = replace(truth_of("single", ("load_dependent_friction", {2})), parameters=({"mu": true},))
+    found = {"effect": "load_dependent_friction", "joints": [2], "confidence": 1.0}
+    return Pair(truth, read_answer({"findings": [found | {"parameters": {"mu2": [value, std]}}]}))
+
+
+def test_intervals_of_diagnosed_numbers_are_held_against_the_truth():
+    cases = [sized(0.10, 0.11, 0.01), sized(0.10, 0.13, 0.01), sized(0.10, 0.13, None)]
+    found = figures(cases)
+    assert (found["intervals"], found["interval_coverage"]) == (2, 50.0)
+    [row] = print_scores({"product": cases})["coverage"]
+    assert row[:4] == ["load_dependent_friction", "mu", 2, 50.0]
+    assert row[4:] == pytest.approx([20.0, 19.6, np.sqrt(5.0)])
+
+
+def test_numbers_of_a_wrong_name_do_not_count():
+    truth = replace(truth_of("single", ("payload", set())), parameters=({"mass": 3.0},))
+    found = figures([Pair(truth, sized(0.10, 0.11, 0.01).answer)])
+    assert found["intervals"] == 0
+    assert np.isnan(found["interval_coverage"])
+
+
+def test_the_truth_is_in_the_names_of_the_diagnosis():
+    lean = {"degrees": 2.0, "heading": np.pi / 2}
+    stated = {"tilt_x": [0.0, 0.001], "tilt_y": [0.035, 0.001]}
+    found = numbers(Guess("base_tilt", frozenset()), lean, stated)
+    assert [(one.name, one.held) for one in found] == [("tilt_x", True), ("tilt_y", True)]
+    assert not numbers(Guess("rotor_inertia", frozenset({1})), {"missing": False}, {"Ia1": [1.0, 0.1]})
+    assert not numbers(Guess("hysteresis", frozenset({1})), {"torque": 1.0}, {"Fh1": [1.0, 0.1]})

@@ -22,6 +22,7 @@ from exidyn.identify.diagnosis.search.ranking import _by_hypothesis
 from exidyn.identify.diagnosis.search.selected import Selected, contradicted, keys_of, log_prior, odds_of
 from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
 from exidyn.identify.recordings.recording import Signal
+from exidyn.identify.text_table import NORMAL_95
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
@@ -124,6 +125,9 @@ def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
     found = searched(runs)
     assert names(found) == [("contact_event", ())]
     assert found.selected[0].once
+    force, [(std, _)] = found.prediction.values[places_of(found, 0)], deviations(found)
+    assert np.all(np.abs(force - FORCE)[[0, 2]] < NORMAL_95 * std[[0, 2]])
+    assert np.all(std[[0, 2]] < 0.2 * np.linalg.norm(FORCE))
     values = found.selected[0].answer.candidate.reported
     assert values["start"][0] == pytest.approx(3.0, abs=0.3)
     at = problem(runs)

@@ -511,6 +511,7 @@ def test_answers_count_joints_from_one():
                 "joints": [3],
                 "confidence": 0.9995,
                 "alternatives": [{"effect": "torque_ripple", "joints": [2]}],
+                "parameters": {"mu3": [0.12, 0.006]},
             }
         ],
         "unexplained": False,

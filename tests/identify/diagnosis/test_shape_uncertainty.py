@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
+from exidyn.identify.diagnosis.blocks.prediction import CERTAIN
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
 from exidyn.identify.diagnosis.results.evidence import deviations
@@ -88,3 +89,16 @@ def test_a_number_without_a_range_has_no_uncertainty():
     assert shape["speed"] == 0.0
     expected = 1.0 / np.sqrt(np.sum(np.exp(-2 * SPEED / 0.3))) * NOISE
     assert coefficients[0] == pytest.approx(expected, rel=0.35)
+
+
+def test_what_a_limit_of_physics_holds_is_as_uncertain_as_without_it():
+    torque = noise(3)
+    found = searched(fading(0.3), torque)
+    [one] = found.selected
+    answer = replace(one.answer, values=np.zeros(1), free=np.zeros(1, bool))
+    held = replace(found.prediction.rows, std=np.array([CERTAIN]), mean=np.zeros(1))
+    found.selected = (one._replace(answer=answer),)
+    found.prediction = predicted(held, found.prediction.blocks)
+    [(coefficients, _)] = deviations(found)
+    fixed = 1.0 / np.sqrt(np.sum(np.exp(-2 * SPEED / 0.3))) * NOISE
+    assert coefficients[0] == pytest.approx(fixed, rel=0.35)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -46,13 +46,14 @@ class Guess:
 
 @dataclass(frozen=True)
 class Finding:
-    """A guess with its stated probability and what else it might be."""
+    """A guess with its stated probability, what else it might be, and its numbers (value, std)."""
 
     guess: Guess
     confidence: float
     alternatives: tuple[Guess, ...]
     family: str = ""
     family_confidence: float = float("nan")
+    numbers: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     def related(self, truth: Guess) -> bool:
         """Whether it depends on what the truth depends on, by the family that it names, or by its name."""
@@ -90,7 +91,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Truth:
-    """What is concealed in a case; `visibility` and `evidence` are NaN where not measured."""
+    """What is concealed in a case; `visibility` and `evidence` are NaN where not measured.
+
+    Parameters are those of each effect, in the plant's own words.
+    """
 
     name: str
     kind: str
@@ -102,6 +106,7 @@ class Truth:
     noise: np.ndarray
     noise_filtered: np.ndarray
     filter_hz: float
+    parameters: tuple[Mapping[str, Any], ...] = ()
 
 
 def _guess(effect: str, joints: Any) -> Guess:
@@ -122,6 +127,7 @@ def _finding(found: Mapping[str, Any]) -> Finding:
         tuple(others),
         found.get("family", ""),
         float(found.get("family_confidence", np.nan)),
+        found.get("parameters", {}),
     )
 
 
@@ -154,6 +160,7 @@ def read_truth(path: Path) -> Truth:
         np.array(case["noise_floor"], float),
         np.array(case["noise_floor_filtered"], float),
         float(case["noise_filter_hz"]),
+        tuple(effect.get("parameters", {}) for effect in effects),
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .answers import Answer, Truth
+from .coverage import Number, interval_coverage, numbers
 
 DETECTABLE = 50.0
 """Gain in chi-squared from which an oracle can distinguish an effect from hundreds on other joints."""
@@ -72,6 +73,17 @@ def alarmed(case: Pair) -> bool:
     return bool(case.answer.findings) or case.answer.unexplained
 
 
+def diagnosed_numbers(case: Pair) -> list[Number]:
+    """Numbers of findings that are right, beside their truth."""
+    return [
+        number
+        for truth, parameters in zip(case.truth.effects, case.truth.parameters, strict=False)
+        for found in case.answer.findings
+        if found.guess.meets(truth)
+        for number in numbers(truth, parameters, found.numbers)
+    ]
+
+
 def concerned(truth: Truth) -> list[int]:
     """Joints that effects are on, or that they move most, from 1."""
     return sorted({joint for effect in truth.effects for joint in effect.joints} | set(truth.loudest))
@@ -121,6 +133,7 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
     simulated = [simulated_share(case) for case in single + double if top1(case)]
     simulated = [value for value in simulated if np.isfinite(value)]
     seconds = [case.answer.seconds for case in cases]
+    sizes = [number for case in cases for number in diagnosed_numbers(case)]
     return {
         "cases": len(cases),
         "detectable": len(seen),
@@ -136,6 +149,8 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
         "double_precision": share(right for case in double for right in precise(case)),
         "outside_misnamed": share(bool(case.answer.findings) for case in outside),
         "outside_unexplained": share(case.answer.unexplained for case in outside),
+        "intervals": len(sizes),
+        "interval_coverage": interval_coverage(sizes),
         "residual_over_noise": float(np.median(left)) if left else float("nan"),
         "residual_over_noise_max": max(left, default=float("nan")),
         "simulated": len(simulated),

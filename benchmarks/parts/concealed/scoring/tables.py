@@ -10,8 +10,21 @@ from common import show
 from exidyn.identify.diagnosis.candidates import kinds
 
 from .answers import NOTHING, UNEXPLAINED
+from .coverage import coverage_rows
 from .half_way import half_way
-from .score import Pair, alarmed, covered, figures, of_kind, precise, recalled, share, top1, visible
+from .score import (
+    Pair,
+    alarmed,
+    covered,
+    diagnosed_numbers,
+    figures,
+    of_kind,
+    precise,
+    recalled,
+    share,
+    top1,
+    visible,
+)
 
 STRENGTHS = (0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 CONFIDENCES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9)
@@ -107,6 +120,11 @@ def outside(cases: list[Pair]) -> list[list[Any]]:
     return rows if every else []
 
 
+def coverage(cases: list[Pair]) -> list[list[Any]]:
+    """Diagnosed numbers whose truth is known: how many, whose 95 % interval contains it, and their errors."""
+    return coverage_rows(number for case in cases for number in diagnosed_numbers(case))
+
+
 class Table(NamedTuple):
     """One table of scores, by what its rows are made."""
 
@@ -132,6 +150,11 @@ TABLES = {
     "calibration": Table("stated probabilities", ("from", "to", "findings", "stated", "right"), calibration),
     "families": Table(
         "stated probabilities of families", ("from", "to", "findings", "stated", "right"), family_calibration
+    ),
+    "coverage": Table(
+        "95 % intervals of diagnosed numbers (medians; error over std is a root mean square)",
+        ("effect", "number", "count", "contained %", "error %", "half interval %", "error / std"),
+        coverage,
     ),
     "confusion": Table("called otherwise", ("truth", "called", "times"), confusion),
 }
