@@ -107,8 +107,13 @@ def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> flo
     A prior is one row, and may be wrong as a block may be strange. A bound is no more likely to be exceeded
     than the normal distribution of its variance states.
     """
+    return float(np.sum(strains(apart, bounded)))
+
+
+def strains(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> np.ndarray:
+    """The same for each unknown, in the shape of `apart`."""
     strange = 0.5 * (FREEDOM + 1.0) * np.log1p(np.square(apart) / FREEDOM)
-    return float(np.sum(np.where(bounded, 0.5 * np.square(apart), strange)))
+    return np.where(bounded, 0.5 * np.square(apart), strange)
 
 
 SHARES = 40

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import positive_definite
-from ...positive_definite import Factor, solve
+from ...positive_definite import Factor, solve, whitening
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .blocks import Blocks, BlockSums
@@ -127,6 +127,21 @@ class Prediction:
     def factors(self) -> list[Factor]:
         """Factors of the normal matrix without each block."""
         return [factored(self.normal[0] - gram) for gram in self._whole[0]]
+
+    @cached_property
+    def root(self) -> np.ndarray:
+        """Root W (b, b) of the inverse of the normal matrix, which is W' W."""
+        return whitening(self.factor)
+
+    @cached_property
+    def roots(self) -> np.ndarray:
+        """The same of the normal matrix without each block, shape (k, b, b)."""
+        return np.array([whitening(factor) for factor in self.factors])
+
+    @cached_property
+    def root_of_blocks(self) -> np.ndarray:
+        """The same of the normal matrix without priors that leave unknowns open."""
+        return whitening(self.factor_of_blocks)
 
     @cached_property
     def limited_std(self) -> np.ndarray:
