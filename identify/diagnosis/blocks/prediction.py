@@ -209,6 +209,11 @@ class Prediction:
         wrong = LINEAR**2 * np.maximum(nominal - errors, 0.0)
         return log_probability(independent * (errors + wrong), independent * self.sums.counts)
 
+    @cached_property
+    def log_probability_now(self) -> np.ndarray:
+        """Log probability of the blocks as they are predicted, by the rows that its residual has, (k, n)."""
+        return self.log_probability(self.errors, self.weighting.independent)
+
     def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Variance that predicted errors (..., k, n) share, of whose rows so many are independent (n,)."""
         return common_variance(independent * errors, independent * self.sums.counts)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import KINDS
-from ..questions.block_answer import Answer
+from ..questions.block_answer import Answer, scattered
 from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import competing, levelled
 from ..questions.question import ask
@@ -102,6 +102,8 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
     groups: dict[object, list[Answer]] = {}
     for one in answers:
         groups.setdefault(one.candidate.key, []).append(one)
+    chosen = [group for group in groups.values() if len(group) > 1 and max(one.gain for one in group) > 0.0]
+    scattered([one for group in chosen for one in group])
     found = [_chosen(group) for group in groups.values()]
     return sorted(found, key=lambda one: -one.gain)
 
