@@ -109,20 +109,24 @@ class Decimation:
     def apply(self, values: np.ndarray) -> np.ndarray:
         """Filter and thin out along time, shape (t, ...) -> (centres, ...)."""
         taps, stride = self.taps, self.stride
-        centres = self.centres(len(values))
-        flat = values.reshape(len(values), -1)
-        out = np.empty((len(centres), flat.shape[1]))
+        count = len(self.centres(len(values)))
+        flat = np.ascontiguousarray(values.reshape(len(values), -1))
+        out = np.empty((count, flat.shape[1]))
+        if not count:
+            return out.reshape(0, *values.shape[1:])
         # A block of outputs is one small matrix product; the block's matrix is the same everywhere.
-        block = max(1, len(taps) // stride)
+        block = min(max(1, len(taps) // stride), count)
         matrix = np.zeros((block, (block - 1) * stride + len(taps)))
         for row in range(block):
             matrix[row, row * stride : row * stride + len(taps)] = taps
-        for start in range(0, len(centres), block):
-            rows = min(block, len(centres) - start)
-            first = start * stride
-            width = (rows - 1) * stride + len(taps)
-            out[start : start + rows] = matrix[:rows, :width] @ flat[first : first + width]
-        return out.reshape(len(centres), *values.shape[1:])
+        blocks = count // block
+        inputs = np.lib.stride_tricks.sliding_window_view(flat, matrix.shape[1], axis=0)
+        inputs = inputs[: blocks * block * stride : block * stride].transpose(0, 2, 1)
+        np.matmul(matrix, inputs, out=out[: blocks * block].reshape(blocks, block, -1))
+        if rest := count - blocks * block:
+            last = flat[blocks * block * stride :][: (rest - 1) * stride + len(taps)]
+            out[blocks * block :] = matrix[:rest, : len(last)] @ last
+        return out.reshape(count, *values.shape[1:])
 
     def stream(self, pieces: Iterable[np.ndarray]) -> np.ndarray:
         """`apply` to consecutive pieces of a signal, each (t, ...), as if they were one."""

@@ -1,10 +1,10 @@
 """Time delay: currents that are recorded later than positions, or earlier, of all drives or of one."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from ...effects import Shape
 from ...model import Model
@@ -14,6 +14,7 @@ from ..findings.finding import Finding
 from ..findings.kind import Kind, Undo
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
+from ..runs.kept import at_any_load, kept
 from ..runs.rows import torque_rate
 from .parts import RARE
 
@@ -31,11 +32,11 @@ OWN_CLOCK = ((0.0, 5e-3),)
 
 def delays(model: Model) -> Iterator[Candidate]:
     """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
-    drives = range(model.robot.dof)
+    drives, between = range(model.robot.dof), kept(_between, at_any_load)
     for joints in [(), *((joint,) for joint in drives)] if len(drives) > 1 else [()]:
         yield _little(joints)
         for delay in DELAYS:
-            yield _whole(joints, delay)
+            yield _whole(joints, delay, between)
 
 
 def _little(joints: tuple[int, ...]) -> Candidate:
@@ -50,7 +51,9 @@ def _little(joints: tuple[int, ...]) -> Candidate:
     )  # fmt: skip
 
 
-def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
+def _whole(
+    joints: tuple[int, ...], delay: float, between: Callable[[Driven], PPoly]
+) -> Candidate:
     """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
 
     That moves the recording to where it belongs, its noise with it; a part of it would take noise away.
@@ -58,16 +61,26 @@ def _whole(joints: tuple[int, ...], delay: float) -> Candidate:
 
     def columns(run: Driven) -> np.ndarray:
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
-        # Between samples a straight line would take noise away, which favours any delay but whole samples.
-        later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
-        return _of_drives(joints, recorded - later)
+        drives, change = list(joints) or slice(None), np.zeros_like(recorded)
+        spline = between(run)
+        later = PPoly(spline.c[:, :, drives], spline.x)(np.clip(time + delay, time[0], time[-1]))
+        change[:, drives] = recorded[:, drives] - later
+        return change[:, :, None]
 
     bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
-        lambda given: _whole(joints, given["delay"]), expected=((1.0, WHOLE),),
+        lambda given: _whole(joints, given["delay"], between), expected=((1.0, WHOLE),),
         everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=RARE if joints else 1.0,
     )  # fmt: skip
+
+
+def _between(run: Driven) -> PPoly:
+    """Recorded torque of all drives between the samples of a run [N m].
+
+    A straight line would take noise away there, which favours any delay but whole samples.
+    """
+    return CubicSpline(run.motion.time, run.prepared.gain * run.prepared.current)
 
 
 def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:

@@ -50,10 +50,12 @@ class Known:
         carried = tuple((one.candidate, values) for one, values in pairs if one.candidate.carried)
         return cls(model, model.nominal_values + unknowns[: len(model.names)], not found, carried)
 
-    def of(self, runs: Sequence[Driven]) -> "Known":
-        """This with the largest torques of some runs."""
-        torques = [np.max(np.abs(run.torque), axis=0) for run in map(self.on, runs)]
-        return replace(self, peak=np.max(torques, axis=0))
+    def of(self, runs: Sequence[Driven]) -> "tuple[Known, tuple[Driven, ...]]":
+        """This with the largest torques of the runs that are fitted, and the runs with their torque and load."""
+        fresh = [self.on(run) for run in runs]
+        torques = [np.max(np.abs(run.torque), axis=0) for run in fresh if run.role != HELD_OUT]
+        peak = np.max(torques, axis=0)
+        return replace(self, peak=peak), tuple(replace(run, peak=peak) for run in fresh)
 
     def on(self, run: Driven) -> Driven:
         """A run with that torque and load."""
@@ -98,8 +100,7 @@ class Problem:
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
         first = Known.after(model, _predicted(base, blocks, runs).values)
-        values, known = first.values, first.of([run for run in runs if run.role != HELD_OUT])
-        loaded = tuple(known.on(run) for run in runs)
+        values, (known, loaded) = first.values, first.of(runs)
         grid = list(candidates(model))
         every = [*grid, *asked_again(grid, before)]
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in every]
@@ -189,8 +190,7 @@ class Problem:
         unsettled = any(one.candidate.carried or one.candidate.loaded for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
-        known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)
-        runs = tuple(known.on(run) for run in self.runs)
+        known, runs = Known.after(self.model, self.prediction(found).values, found).of(self.runs)
         if alike(self.runs, runs):
             return self, list(found)
         fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]
