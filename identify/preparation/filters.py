@@ -12,6 +12,9 @@ from scipy import interpolate, signal
 FIRST = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0
 SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
+BLOCK = 8
+"""Outputs of a filter that are formed by one matrix product: more would mostly be products with zeros."""
+
 
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Even time axis from the first of increasing stamps (t,) [s] to the last, at a rate [Hz], and values.
@@ -115,13 +118,17 @@ class Decimation:
         if not count:
             return out.reshape(0, *values.shape[1:])
         # A block of outputs is one small matrix product; the block's matrix is the same everywhere.
-        block = min(max(1, len(taps) // stride), count)
+        block = min(BLOCK, count)
         matrix = np.zeros((block, (block - 1) * stride + len(taps)))
         for row in range(block):
             matrix[row, row * stride : row * stride + len(taps)] = taps
-        blocks = count // block
-        inputs = np.lib.stride_tricks.sliding_window_view(flat, matrix.shape[1], axis=0)
-        inputs = inputs[: blocks * block * stride : block * stride].transpose(0, 2, 1)
+        blocks, (along, across) = count // block, flat.strides
+        inputs = np.lib.stride_tricks.as_strided(
+            flat,
+            (blocks, matrix.shape[1], flat.shape[1]),
+            (block * stride * along, along, across),
+            writeable=False,
+        )
         np.matmul(matrix, inputs, out=out[: blocks * block].reshape(blocks, block, -1))
         if rest := count - blocks * block:
             last = flat[blocks * block * stride :][: (rest - 1) * stride + len(taps)]

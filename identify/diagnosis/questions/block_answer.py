@@ -96,7 +96,7 @@ class Answer:
         """How much of the predicted effect the blocks have."""
         return amplitude(self.along[self.fitted], self.size[self.fitted])
 
-    @property
+    @cached_property
     def whole(self) -> bool:
         """Whether it is there as predicted or not at all, since physics gives its size."""
         return bool(np.any(self.columns.mean != 0.0))

@@ -101,8 +101,9 @@ def _base(sums: BlockSums, joint: int) -> int:
 
 def _weighted(prediction: Prediction, every: Sequence[Thinned], place: int) -> np.ndarray:
     """Columns of all candidates on one of their joints as they count, shape (r, i p)."""
-    values = np.concatenate([one.values[:, place] for one in every], axis=1)
-    return values * prediction.rows.weight[:, every[0].joints[place], None]
+    rows = np.concatenate([one.values[:, place].T for one in every])
+    rows *= prediction.rows.weight[:, every[0].joints[place]]
+    return rows.T  # columns lie in a row each, as in `Thinned`
 
 
 def _mixed(

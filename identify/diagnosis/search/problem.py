@@ -5,6 +5,7 @@ from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -114,6 +115,27 @@ class Problem:
         """This problem with further candidates."""
         asked = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
         return replace(self, asked=[*self.asked, *asked]) if asked else self
+
+    def columns_of(self, candidate: Candidate) -> Thinned:
+        """Columns of a candidate; those of one that is found among what is left again and again are kept."""
+        name = (candidate.key, tuple(candidate.shape.items()))
+        if name not in self._columns:
+            self._columns[name] = Thinned.of(candidate, self.runs)
+        return self._columns[name]
+
+    def columns_anew(self, candidate: Candidate, columns: Thinned) -> Thinned:
+        """Columns of a candidate at the load of these runs, worked out once."""
+        if candidate not in self._anew:
+            self._anew[candidate] = anew(candidate, columns, self.runs)
+        return self._anew[candidate]
+
+    @cached_property
+    def _columns(self) -> dict[object, Thinned]:
+        return {}
+
+    @cached_property
+    def _anew(self) -> WeakKeyDictionary[Candidate, Thinned]:
+        return WeakKeyDictionary()
 
     @property
     def fitted(self) -> tuple[Driven, ...]:

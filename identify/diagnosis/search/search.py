@@ -188,8 +188,10 @@ def _material(one: Answer, prediction: Prediction) -> bool:
     """Whether an effect explains more of what is left than the formulas of others may be wrong by.
 
     On the joint that shows it best, by the variance that blocks share. A smooth torque must also be more than
-    the sensors' error of the joint's usual torque.
+    the sensors' error of the joint's usual torque. What predicts blocks worse explains nothing.
     """
+    if one.gain <= 0.0:
+        return False
     joint = int(np.argmax(one.by_joint))
     variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
     before, after = variance[:, joint]
