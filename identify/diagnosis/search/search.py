@@ -126,7 +126,7 @@ def _added(
         problem, selected = only_once(problem, selected)
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
-        open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
+        open_ = [one for one in _material_answers(best, prediction) if one.candidate.key not in out]
         one = judged(open_, total, partial(by_blocks, prediction))
         if one is None and (joints is None or len(joints) == prediction.joints):
             break
@@ -160,7 +160,7 @@ def _chosen_anew(
         again = in_shape(problem, prediction, one.answer)
         shapes[again.candidate.key] = again
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
-        best = [rival for rival in best if _material(rival, prediction)]
+        best = _material_answers(best, prediction)
         chosen = judged(best, total, partial(by_blocks, prediction))
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
@@ -184,14 +184,17 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
     return float(gain.sum()) < 0.0
 
 
+def _material_answers(answers: Sequence[Answer], prediction: Prediction) -> list[Answer]:
+    """The answers that make blocks more probable, and whose effect is material."""
+    return [answer for answer in answers if answer.gain > 0.0 and _material(answer, prediction)]
+
+
 def _material(one: Answer, prediction: Prediction) -> bool:
     """Whether an effect explains more of what is left than the formulas of others may be wrong by.
 
     On the joint that shows it best, by the variance that blocks share. A smooth torque must also be more than
-    the sensors' error of the joint's usual torque. What predicts blocks worse explains nothing.
+    the sensors' error of the joint's usual torque.
     """
-    if one.gain <= 0.0:
-        return False
     joint = int(np.argmax(one.by_joint))
     variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
     before, after = variance[:, joint]
