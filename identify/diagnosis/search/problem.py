@@ -165,6 +165,11 @@ class Problem:
         self._recent.appendleft((tuple(found), prediction))
         return prediction
 
+    def forget(self) -> None:
+        """Give back the memory of predictions and products, once another problem has taken the place of this."""
+        self._recent.clear()
+        self._sums.known.clear()
+
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
         """The latest predictions, with their findings: a search asks for most of them again at once."""

@@ -57,6 +57,8 @@ def search(problem: Problem) -> SearchResult:
     for _ in range(PASSES):
         at, added, left = _added(problem, selected, total, shapes)
         problem, added = _bearing(at, added)
+        if problem is not at:
+            at.forget()
         changed = _changed(before, added, without_findings.joints) | (problem is not at)
         before = selected = _chosen_anew(problem, added, total, changed, shapes)
         keys = keys_of(selected)
@@ -138,6 +140,8 @@ def _added(
         if gone and _less_probable(settled, stay, selected):
             out.add(one.answer.candidate.key)  # it takes out what explains more
             continue
+        if settled is not problem:
+            problem.forget()
         problem, selected = settled, stay
         out |= gone  # in this pass: it would come and go
     return problem, selected, best
