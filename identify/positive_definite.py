@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
+from scipy.linalg import lapack
 
 from .errors import FitError
 
@@ -47,12 +48,10 @@ def factored(matrix: np.ndarray, ridge: float = 0.0) -> Factor:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), NOTHING))
     scaled = matrix * scale[:, None] * scale
     scaled[np.diag_indices_from(scaled)] += ridge
-    try:
-        triangle = linalg.cho_factor(scaled, check_finite=False)[0]
-    except linalg.LinAlgError:
-        return _singular(scaled, scale)
+    # LAPACK itself: thousands of matrices are factored, and what SciPy adds takes as long as many of them.
+    triangle, failed = lapack.dpotrf(scaled, clean=0)
     # LAPACK lets NaN pass, which is not above anything.
-    if np.min(np.diagonal(triangle)) > np.sqrt(ROUNDING):
+    if not failed and np.min(np.diagonal(triangle)) > np.sqrt(ROUNDING):
         return Factor(triangle, scale, np.zeros((len(scale), 0)))
     return _singular(scaled, scale)
 
@@ -61,7 +60,7 @@ def solve(factor: Factor, right: np.ndarray) -> np.ndarray:
     """Solution for one right-hand side (n,) or several (n, m)."""
     triangle, scale, _ = factor
     wide = scale if right.ndim == 1 else scale[:, None]
-    return wide * linalg.cho_solve((triangle, False), wide * right, check_finite=False)
+    return np.asarray(wide * lapack.dpotrs(triangle, wide * right)[0])
 
 
 def root(matrix: np.ndarray) -> np.ndarray:
@@ -94,10 +93,8 @@ def covariance(factor: Factor) -> np.ndarray:
 
 def whitening(factor: Factor) -> np.ndarray:
     """Rows W (n, n) that make unknowns of this covariance M independent, of deviation one: W M W^T = 1."""
-    rows = linalg.solve_triangular(
-        factor.triangle, np.diag(factor.scale), trans=1, lower=False, check_finite=False
-    )
-    return np.asarray(rows)
+    inverse, _ = lapack.dtrtri(np.triu(factor.triangle))
+    return np.asarray(inverse.T * factor.scale)
 
 
 def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,6 +11,9 @@ CLOSE = 0.25
 """Gap between two stamps, over the median gap, below which their samples are averaged. A cubic through both
 would extend their noise over a period, and multiply it by one over this share."""
 
+BLOCK = 8
+"""Outputs of a filter that are formed by one matrix product: more would mostly be products with zeros."""
+
 
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Even time axis from the first of increasing stamps (t,) [s] to the last, at a rate [Hz], and values.
@@ -112,20 +115,28 @@ class Decimation:
     def apply(self, values: np.ndarray) -> np.ndarray:
         """Filter and thin out along time, shape (t, ...) -> (centres, ...)."""
         taps, stride = self.taps, self.stride
-        centres = self.centres(len(values))
-        flat = values.reshape(len(values), -1)
-        out = np.empty((len(centres), flat.shape[1]))
+        count = len(self.centres(len(values)))
+        flat = np.ascontiguousarray(values.reshape(len(values), -1))
+        out = np.empty((count, flat.shape[1]))
+        if not count:
+            return out.reshape(0, *values.shape[1:])
         # A block of outputs is one small matrix product; the block's matrix is the same everywhere.
-        block = max(1, len(taps) // stride)
+        block = min(BLOCK, count)
         matrix = np.zeros((block, (block - 1) * stride + len(taps)))
         for row in range(block):
             matrix[row, row * stride : row * stride + len(taps)] = taps
-        for start in range(0, len(centres), block):
-            rows = min(block, len(centres) - start)
-            first = start * stride
-            width = (rows - 1) * stride + len(taps)
-            out[start : start + rows] = matrix[:rows, :width] @ flat[first : first + width]
-        return out.reshape(len(centres), *values.shape[1:])
+        blocks, (along, across) = count // block, flat.strides
+        inputs = np.lib.stride_tricks.as_strided(
+            flat,
+            (blocks, matrix.shape[1], flat.shape[1]),
+            (block * stride * along, along, across),
+            writeable=False,
+        )
+        np.matmul(matrix, inputs, out=out[: blocks * block].reshape(blocks, block, -1))
+        if rest := count - blocks * block:
+            last = flat[blocks * block * stride :][: (rest - 1) * stride + len(taps)]
+            out[blocks * block :] = matrix[:rest, : len(last)] @ last
+        return out.reshape(count, *values.shape[1:])
 
     def stream(self, pieces: Iterable[np.ndarray]) -> np.ndarray:
         """`apply` to consecutive pieces of a signal, each (t, ...), as if they were one."""

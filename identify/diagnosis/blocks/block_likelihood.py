@@ -38,10 +38,15 @@ def common_variance(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     Of sums of squares (..., k, n) [(N m)^2] over so many independent rows (k, n).
     """
     total = np.maximum(rows.sum(axis=0), 1e-12)
-    variance = np.sum(errors, axis=-2) / total + 1e-30
+    errors = np.ascontiguousarray(np.moveaxis(errors, -2, 0))  # blocks first: sums over them are fast
+    rows = rows.reshape(len(rows), *(1,) * (errors.ndim - 2), -1)
+    variance = np.sum(errors, axis=0) / total + 1e-30
+    weighted, share = (rows + FREEDOM) * errors / total, np.empty_like(errors)
     for _ in range(TURNS):
-        share = (rows + FREEDOM) / (FREEDOM + errors / variance[..., None, :])
-        variance = np.sum(share * errors, axis=-2) / total + 1e-30
+        np.divide(errors, variance, out=share)
+        share += FREEDOM
+        np.divide(weighted, share, out=share)
+        variance = np.sum(share, axis=0) + 1e-30
     return np.asarray(variance)
 
 
@@ -107,8 +112,13 @@ def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> flo
     A prior is one row, and may be wrong as a block may be strange. A bound is no more likely to be exceeded
     than the normal distribution of its variance states.
     """
+    return float(np.sum(strains(apart, bounded)))
+
+
+def strains(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> np.ndarray:
+    """The same for each unknown, in the shape of `apart`."""
     strange = 0.5 * (FREEDOM + 1.0) * np.log1p(np.square(apart) / FREEDOM)
-    return float(np.sum(np.where(bounded, 0.5 * np.square(apart), strange)))
+    return np.where(bounded, 0.5 * np.square(apart), strange)
 
 
 SHARES = 40
@@ -128,33 +138,58 @@ NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
 
 
 class _Shares(NamedTuple):
-    """Amplitudes of the blocks, by each of s shares of the formula's error in their scatter."""
+    """Amplitudes of the blocks of i effects, by each of s shares of the formula's error in their scatter."""
 
-    own: np.ndarray  # amplitude of each block, (k,)
-    weight: np.ndarray  # of each block, (s, k)
-    total: np.ndarray  # of the weights, (s,)
-    mean: np.ndarray  # (s,)
-    left: np.ndarray  # weighted sum of squares about the mean, (s,)
+    own: np.ndarray  # amplitude of each block, (i, 1, k)
+    sees: np.ndarray  # whether a block sees the effect, (i, 1, k)
+    weight: np.ndarray  # of each block that does, (i, s, k)
+    total: np.ndarray  # of the weights, (i, s)
+    mean: np.ndarray  # (i, s)
+    left: np.ndarray  # weighted sum of squares about the mean, (i, s)
 
     @classmethod
-    def of(cls, along: np.ndarray, size: np.ndarray) -> "_Shares | None":
-        """None where fewer than two blocks see it."""
-        sees = size > 1e-9 * np.max(size, initial=0.0)
-        if np.count_nonzero(sees) < 2:
-            return None
-        own, noise = along[sees] / size[sees], 1.0 / size[sees]
-        ratio = np.append(0.0, np.geomspace(0.01 * noise.min(), 10.0 * noise.max(), SHARES))
-        weight = 1.0 / (noise + ratio[:, None])
-        total = weight.sum(axis=1)
-        mean = weight @ own / total
-        left = np.sum(weight * (own - mean[:, None]) ** 2, axis=1) + np.finfo(float).tiny
-        return cls(own, weight, total, mean, left)
+    def of(cls, along: np.ndarray, size: np.ndarray) -> "_Shares":
+        """Of effects (i, k), each of which at least two blocks see."""
+        sees = seen(size)
+        noise = 1.0 / np.where(sees, size, 1.0)
+        low, high = (
+            np.min(noise, axis=1, where=sees, initial=np.inf),
+            np.max(noise, axis=1, where=sees, initial=0),
+        )
+        ratio = np.geomspace(0.01 * low, 10.0 * high, SHARES, axis=1)
+        ratio = np.concatenate([np.zeros((len(ratio), 1)), ratio], axis=1)
+        weight = np.where(sees[:, None], 1.0 / (noise[:, None] + ratio[:, :, None]), 0.0)
+        own = (along * noise)[:, None]
+        total = weight.sum(axis=2)
+        mean = np.sum(weight * own, axis=2) / total
+        left = np.sum(weight * (own - mean[:, :, None]) ** 2, axis=2) + np.finfo(float).tiny
+        return cls(own, sees[:, None], weight, total, mean, left)
 
-    def log_probability(self, mean: float) -> float:
-        """Logarithm of the probability of all blocks at a common amplitude, but for a constant."""
+    @property
+    def count(self) -> np.ndarray:
+        """Number of blocks that see each effect, shape (i, 1)."""
+        return np.asarray(self.sees.sum(axis=2))
+
+    @property
+    def log_weight(self) -> np.ndarray:
+        """Sum of the logarithms of the weights, shape (i, s)."""
+        return np.asarray(np.log(np.where(self.sees, self.weight, 1.0)).sum(axis=2))
+
+    def log_probability(self, mean: float) -> np.ndarray:
+        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, shape (i,)."""
         left = self.left + self.total * (self.mean - mean) ** 2
-        each = 0.5 * (np.log(self.weight).sum(axis=1) - len(self.own) * np.log(left))
-        return float(special.logsumexp(each))
+        return log_sum(0.5 * (self.log_weight - self.count * np.log(left)))
+
+
+def log_sum(logs: np.ndarray, share: np.ndarray | float = 1.0) -> np.ndarray:
+    """Logarithm of the sum over the last axis of shares of what has these logarithms."""
+    most = np.max(logs, axis=-1, keepdims=True)
+    return np.asarray(np.log(np.sum(share * np.exp(logs - most), axis=-1)) + most[..., 0])
+
+
+def seen(size: np.ndarray) -> np.ndarray:
+    """Which blocks see an effect, by its squares over noise, shape (..., k)."""
+    return np.asarray(size > 1e-9 * np.max(size, axis=-1, initial=0.0, keepdims=True))
 
 
 def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
@@ -162,8 +197,16 @@ def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
 
     Arguments are those of `amplitude`.
     """
-    shares = _Shares.of(along, size)
-    return 0.0 if shares is None else shares.log_probability(1.0) - shares.log_probability(0.0)
+    return float(all_or_nothing_of_each(along[None], size[None])[0])
+
+
+def all_or_nothing_of_each(along: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """The same of several effects, each argument of shape (i, k): shape (i,)."""
+    found, enough = np.zeros(len(along)), np.count_nonzero(seen(size), axis=1) >= 2
+    if np.any(enough):
+        shares = _Shares.of(along[enough], size[enough])
+        found[enough] = shares.log_probability(1.0) - shares.log_probability(0.0)
+    return found
 
 
 def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
@@ -179,17 +222,27 @@ def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
         along: Residual of each block along the predicted effect, over noise, shape (k,).
         size: Square of the predicted effect, over noise, shape (k,).
     """
-    shares = _Shares.of(along, size)
-    if shares is None:
-        return NOTHING
-    own, weight, total, mean, left = shares
+    return amplitudes(along[None], size[None])[0]
+
+
+def amplitudes(along: np.ndarray, size: np.ndarray) -> list[Amplitude]:
+    """Those of several effects, each argument of shape (i, k)."""
+    found, enough = [NOTHING] * len(along), np.flatnonzero(np.count_nonzero(seen(size), axis=1) >= 2)
+    if not len(enough):
+        return found
+    shares = _Shares.of(along[enough], size[enough])
     # Weighted means of known relative weights are distributed so, whatever the weights.
-    freedom = len(own) - 1.0
-    likelihood = 0.5 * (np.log(weight).sum(axis=1) - np.log(total) - freedom * np.log(left))
-    share = np.exp(likelihood - special.logsumexp(likelihood))
-    t = mean / np.sqrt(left / freedom / total)
-    effective = total**2 / np.sum(weight**2, axis=1)
-    tails = (np.log(np.maximum(special.stdtr(freedom, x), np.finfo(float).tiny)) for x in (t, -t))
-    above, below = (special.logsumexp(tail, b=share) for tail in tails)
-    best = int(np.argmax(share))
-    return Amplitude(float(mean[best]), float(t[best]), float(share @ effective), float(above - below))
+    freedom = shares.count - 1.0
+    likelihood = 0.5 * (shares.log_weight - np.log(shares.total) - freedom * np.log(shares.left))
+    share = np.exp(likelihood - log_sum(likelihood)[:, None])
+    t = shares.mean / np.sqrt(shares.left / freedom / shares.total)
+    effective = np.sum(share * shares.total**2 / np.sum(shares.weight**2, axis=2), axis=1)
+    above, below = (
+        log_sum(np.log(np.maximum(special.stdtr(freedom, x), np.finfo(float).tiny)), share) for x in (t, -t)
+    )
+    best = np.argmax(share, axis=1)
+    for place, (number, first) in enumerate(zip(enough, best, strict=True)):
+        odds = float(above[place] - below[place])
+        mean, steps = float(shares.mean[place, first]), float(t[place, first])
+        found[number] = Amplitude(mean, steps, float(effective[place]), odds)
+    return found

@@ -1,7 +1,9 @@
 """Blocks: pieces of runs, each of which can be left out and predicted, and sums of products over them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -62,6 +64,10 @@ class BlockSums:
     gram: list[np.ndarray]  # products of columns of each block, (k, a, a)
     right: list[np.ndarray]  # products of columns and torque of each block, (k, a)
     counts: np.ndarray  # rows that count, shape (k, n)
+    base: int = 0  # number of unknowns that `known` is about: those without any finding
+    # products of candidates with the columns of those unknowns, by candidate columns; all sums that are made
+    # of these by `plus` share them
+    known: WeakKeyDictionary[Any, Any] = field(default_factory=WeakKeyDictionary)
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
@@ -76,7 +82,7 @@ class BlockSums:
             [np.zeros((len(pieces), 0)) for _ in joints],
             np.array([rows.weight[piece].sum(axis=0) for piece in pieces]),
         )
-        return nothing.plus(rows, 0)
+        return replace(nothing.plus(rows, 0), base=len(rows.std))
 
     def plus(self, rows: Rows, count: int) -> "BlockSums":
         """Products of rows with more unknowns behind the first `count`, which these are of."""

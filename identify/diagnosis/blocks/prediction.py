@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import positive_definite
-from ...positive_definite import Factor, solve
+from ...positive_definite import Factor, solve, whitening
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .blocks import Blocks, BlockSums
@@ -129,6 +129,21 @@ class Prediction:
         return [factored(self.normal[0] - gram) for gram in self._whole[0]]
 
     @cached_property
+    def root(self) -> np.ndarray:
+        """Root W (b, b) of the inverse of the normal matrix, which is W' W."""
+        return whitening(self.factor)
+
+    @cached_property
+    def roots(self) -> np.ndarray:
+        """The same of the normal matrix without each block, shape (k, b, b)."""
+        return np.array([whitening(factor) for factor in self.factors])
+
+    @cached_property
+    def root_of_blocks(self) -> np.ndarray:
+        """The same of the normal matrix without priors that leave unknowns open."""
+        return whitening(self.factor_of_blocks)
+
+    @cached_property
     def limited_std(self) -> np.ndarray:
         """Standard deviations of the unknowns that physics limits, shape (l,)."""
         places = self.rows.limited
@@ -197,6 +212,11 @@ class Prediction:
             passive, scatter = list(self.rows.passive), self.rows.row_variance(self.power(nominal))
             wrong[..., passive] += scatter[passive] * counts[:, passive]
         return log_probability(independent * (errors + wrong), independent * counts)
+
+    @cached_property
+    def log_probability_now(self) -> np.ndarray:
+        """Log probability of the blocks as they are predicted, by the rows that its residual has, (k, n)."""
+        return self.log_probability(self.errors, self.weighting.independent)
 
     def common_variance(self, errors: np.ndarray, independent: np.ndarray) -> np.ndarray:
         """Variance that predicted errors (..., k, n) share, of whose rows so many are independent (n,)."""

@@ -4,11 +4,11 @@ One controller reads all drives. So they share one delay, from which each may de
 of a single joint is asked for only beside no common one, and of two delays one is no shift of the recording.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from ...effects import Shape
 from ...measurements import TimeDelay
@@ -19,6 +19,7 @@ from ..findings.kind import Kind
 from ..findings.size import sign_known
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
+from ..runs.kept import at_any_load, kept
 from ..runs.rows import torque_rate
 from .parts import RARE
 
@@ -42,21 +43,21 @@ TELEGRAM = 5e-3
 
 def delays(model: Model) -> Iterator[Candidate]:
     """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
-    robot = model.robot
+    robot, between = model.robot, kept(_between, at_any_load)
     drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
     if len(drives) < 2:  # what a single motor has is no more than that of its joint
-        yield from _of(tuple(drives) if robot.dof > 1 else (), 1.0)
+        yield from _of(tuple(drives) if robot.dof > 1 else (), 1.0, between)
         return
     yield _little((), 1.0)
-    yield from (_common(drives, delay) for delay in DELAYS)
+    yield from (_common(drives, delay, between) for delay in DELAYS)
     for joint in drives:
-        yield from _of((joint,), RARE)
+        yield from _of((joint,), RARE, between)
 
 
-def _of(joints: tuple[int, ...], prior: float) -> Iterator[Candidate]:
+def _of(joints: tuple[int, ...], prior: float, between: Callable[[Driven], PPoly]) -> Iterator[Candidate]:
     """A delay of some drives together, short or long."""
     yield _little(joints, prior)
-    yield from (_whole(joints, delay, prior) for delay in DELAYS)
+    yield from (_whole(joints, delay, prior, between) for delay in DELAYS)
 
 
 def _little(joints: tuple[int, ...], prior: float) -> Candidate:
@@ -71,7 +72,9 @@ def _little(joints: tuple[int, ...], prior: float) -> Candidate:
     )  # fmt: skip
 
 
-def _whole(joints: tuple[int, ...], delay: float, prior: float = 1.0) -> Candidate:
+def _whole(
+    joints: tuple[int, ...], delay: float, prior: float, between: Callable[[Driven], PPoly]
+) -> Candidate:
     """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
 
     That moves the recording to where it belongs, its noise with it; a part of it would take noise away.
@@ -79,21 +82,23 @@ def _whole(joints: tuple[int, ...], delay: float, prior: float = 1.0) -> Candida
 
     def columns(run: Driven) -> np.ndarray:
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
-        # Between samples a straight line would take noise away, which favours any delay but whole samples.
-        later = CubicSpline(time, recorded)(np.clip(time + delay, time[0], time[-1]))
-        return _of_drives(joints, recorded - later)
+        drives, change = list(joints) or slice(None), np.zeros_like(recorded)
+        spline = between(run)
+        later = PPoly(spline.c[:, :, drives], spline.x)(np.clip(time + delay, time[0], time[-1]))
+        change[:, drives] = recorded[:, drives] - later
+        return change[:, :, None]
 
     bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
-        lambda shape: _whole(joints, shape["delay"], prior), expected=((1.0, WHOLE),),
+        lambda shape: _whole(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
         everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
     )  # fmt: skip
 
 
-def _common(drives: Sequence[int], delay: float) -> Candidate:
+def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPoly]) -> Candidate:
     """The delay of all drives, and by how much later than the others each one comes."""
-    whole = _whole((), delay)
+    whole = _whole((), delay, 1.0, between)
 
     def columns(run: Driven) -> np.ndarray:
         deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
@@ -110,8 +115,16 @@ def _common(drives: Sequence[int], delay: float) -> Candidate:
         whole, columns=columns, names=(UNNAMED, *(f"{DEVIATION}{joint + 1}" for joint in drives)),
         units=("1", *("s",) * count), lower=(0.0, *(-np.inf,) * count),
         expected=((1.0, WHOLE), *((0.0, TELEGRAM),) * count), covers=True, reported_as=from_mean,
-        reshape=lambda shape: _common(drives, shape["delay"]),
+        reshape=lambda shape: _common(drives, shape["delay"], between),
     )  # fmt: skip
+
+
+def _between(run: Driven) -> PPoly:
+    """Recorded torque of all drives between the samples of a run [N m].
+
+    A straight line would take noise away there, which favours any delay but whole samples.
+    """
+    return CubicSpline(run.motion.time, run.prepared.gain * run.prepared.current)
 
 
 def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:

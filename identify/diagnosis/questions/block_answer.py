@@ -1,11 +1,12 @@
 """Block answer: what a candidate does for each of the blocks, predicted by the others."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..blocks.block_likelihood import Amplitude, all_or_nothing, amplitude
+from ..blocks.block_likelihood import Amplitude, all_or_nothing_of_each, amplitude, amplitudes
 from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 
@@ -54,6 +55,8 @@ class Answer:
     cost: float = 0.0  # logarithm of the number of shapes it was chosen of, less that of excluded signs
     relief: float = 0.0  # logarithm of how much more probable all priors are, beside it
     choice: float = 0.0  # what choosing the shape costs the odds by scatter, on a logarithm
+    # odds by the blocks' scatter, by whether the effect is there whole: copies of an answer share them
+    scatter: dict[bool, float] = field(default_factory=dict)
 
     @property
     def strange(self) -> bool:
@@ -94,14 +97,19 @@ class Answer:
         return amplitude(self.along[self.fitted], self.size[self.fitted])
 
     @cached_property
+    def whole(self) -> bool:
+        """Whether it is there as predicted or not at all, since physics gives its size."""
+        return bool(np.any(self.columns.mean != 0.0))
+
+    @property
     def log_odds(self) -> float:
         """Logarithm of the odds that blocks left out have the effect, by how they scatter.
 
         One whose size physics gives is there as predicted or not at all; of any other, some is.
         """
-        if np.any(self.columns.mean != 0.0):
-            return all_or_nothing(self.along[self.fitted], self.size[self.fitted])
-        return self.amplitude.log_odds
+        if self.whole not in self.scatter:
+            scattered([self])
+        return self.scatter[self.whole]
 
     @property
     def scatter_odds(self) -> float:
@@ -135,3 +143,20 @@ class Answer:
     def mean(self) -> np.ndarray:
         """What each coefficient is then held to be, shape (p,)."""
         return np.where(self.free, self.columns.mean, self.values)
+
+
+def scattered(answers: Sequence[Answer]) -> None:
+    """Work out the odds by scatter of some answers together: one by one, that takes several times as long."""
+    for whole in (False, True):
+        alike = [one for one in answers if one.whole == whole and whole not in one.scatter]
+        if not alike:
+            continue
+        along = np.stack([one.along[one.fitted] for one in alike])
+        size = np.stack([one.size[one.fitted] for one in alike])
+        odds = (
+            all_or_nothing_of_each(along, size).tolist()
+            if whole
+            else [amplitude.log_odds for amplitude in amplitudes(along, size)]
+        )
+        for one, own in zip(alike, odds, strict=True):
+            one.scatter[whole] = own

@@ -117,9 +117,12 @@ class Thinned:
             return nothing
         try:
             given = [run.coarse if candidate.smooth else run for run in runs]
-            values = np.concatenate([run.thinned(candidate.columns(run)[:, joints]) for run in given])
+            thinned = [run.thinned(_of_joints(candidate.columns(run), joints)) for run in given]
         except NotRecorded:
             return nothing
+        # Each column's rows lie side by side, as they are summed.
+        values = np.concatenate([np.moveaxis(part, 0, -1) for part in thinned], axis=-1)
+        values = np.moveaxis(values, -1, 0)
         usual = np.sqrt(np.mean(np.concatenate([run.torque[:, joints] ** 2 for run in runs]), axis=0))
         strength = np.sqrt(np.mean(values**2, axis=0))
         # A coefficient is as large as the joint that it moves most allows.
@@ -149,6 +152,11 @@ class Thinned:
         whole = np.zeros((len(self.values), dof, self.values.shape[2]))
         whole[:, self.joints] = self.values
         return whole
+
+
+def _of_joints(columns: np.ndarray, joints: np.ndarray) -> np.ndarray:
+    """Columns (t, n, p) of some joints, without a copy where those are all."""
+    return columns if len(joints) == columns.shape[1] else columns[:, joints]
 
 
 def _span(candidate: Candidate, runs: Sequence[Driven]) -> float:

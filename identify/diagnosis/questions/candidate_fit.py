@@ -1,136 +1,121 @@
-"""Candidate fit: products of candidates' columns, and their coefficients within what physics allows."""
+"""Candidate fit: coefficients of candidates by all fitted blocks, within what physics allows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..blocks.blocks import by_block
 from ..blocks.prediction import Prediction, rms_torque
 from .block_answer import STRANGE, prior_std
 from .candidate import Candidate, Thinned
-
-
-@dataclass(frozen=True, eq=False)
-class Products:
-    """Products of i candidates' columns, p each, all of the same joints, over each block."""
-
-    joints: np.ndarray  # those they give torque to, shape (m,)
-    own: np.ndarray  # columns of each candidate with each other, shape (k, m, i, p, p)
-    parts: list[np.ndarray]  # with the prediction's columns, of each joint, [m] of (k, a, i, p)
-    by_torque: np.ndarray  # with what is to be explained, of each joint, shape (k, m, i, p)
-    mixed: np.ndarray  # with the prediction's, all joints weighted, shape (k, b, i, p)
-    torque: np.ndarray  # with what is to be explained, likewise, shape (k, i, p)
-    weighted: np.ndarray  # `own` over all joints, weighted, shape (k, i, p, p)
-
-    @classmethod
-    def of(cls, prediction: Prediction, every: Sequence[Thinned]) -> "Products":
-        """Over all blocks."""
-        sums, joints, pieces = prediction.sums, every[0].joints, prediction.blocks.rows
-        values = [np.stack([one.values[:, place] for one in every], axis=1) for place in range(len(joints))]
-        values = [
-            own * prediction.rows.weight[:, joint, None, None]
-            for own, joint in zip(values, joints, strict=True)
-        ]
-        shape = (len(pieces), -1, len(every), every[0].values.shape[2])
-        flat = [own.reshape(len(own), -1) for own in values]
-        parts = [
-            by_block(pieces, sums.columns[joint], own).reshape(shape)
-            for joint, own in zip(joints, flat, strict=True)
-        ]
-        own = np.stack([_with_itself(pieces, one) for one in values], axis=1)
-        by_torque = np.stack(
-            [
-                by_block(pieces, one, sums.torque[joint]).reshape(shape[0], *shape[2:])
-                for joint, one in zip(joints, flat, strict=True)
-            ],
-            axis=1,
-        )
-        weight = prediction.weighting.weight[:, joints]
-        mixed = np.zeros((shape[0], len(prediction.rows.std), *shape[2:]))
-        for place, joint in enumerate(joints):
-            mixed[:, sums.acting[joint]] += weight[:, place, None, None, None] * parts[place]
-        torque = np.einsum("km,kmip->kip", weight, by_torque)
-        return cls(joints, own, parts, by_torque, mixed, torque, np.einsum("km,kmipq->kipq", weight, own))
-
-
-def _with_itself(pieces: Sequence[slice], values: np.ndarray) -> np.ndarray:
-    """Products of columns (r, i, p) of each candidate, shape (k, i, p, p)."""
-    every = (values[piece].transpose(1, 2, 0) for piece in pieces)
-    return np.stack([own @ own.transpose(0, 2, 1) for own in every])
-
 
 FORMULA = 0.1
 """Error of a formula of friction or gears, share of its torque [-]: none is right to better than a tenth."""
 
 
-class Fitted(NamedTuple):
-    """Coefficients of one candidate by all fitted blocks (p,), which of them are free, and their priors."""
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Coefficients of i candidates, p each, by all fitted blocks, and their priors."""
 
-    values: np.ndarray
-    free: np.ndarray
-    precision: np.ndarray
-    mean: np.ndarray
+    values: np.ndarray  # shape (i, p); zero where the effect cannot be
+    free: np.ndarray  # which are not at a limit of physics, (i, p); none where the effect cannot be
+    precision: np.ndarray  # inverse variance of their priors, shape (i, p)
+    mean: np.ndarray  # prior mean, shape (i, p)
+    possible: np.ndarray  # whether physics allows the candidate, shape (i,)
+
+    def possible_where(self, possible: np.ndarray) -> "Fitted":
+        """The same where candidates are possible (i,)."""
+        here = possible[:, None]
+        return replace(
+            self,
+            values=np.where(here, self.values, 0.0),
+            free=self.free & here,
+            possible=self.possible & possible,
+        )
+
+    def held(self, matrix: np.ndarray) -> np.ndarray:
+        """Normal matrices (i, p, p) with priors, of free coefficients; those that are held have one."""
+        free = self.free[:, :, None] & self.free[:, None, :]
+        return np.where(free, with_diagonal(matrix, self.precision), np.eye(self.free.shape[1]))
 
 
-def fitted(matrix: np.ndarray, right: np.ndarray, candidate: Candidate, columns: Thinned) -> Fitted | None:
-    """Coefficients of one candidate, held at their limits of physics; None where the effect cannot be."""
-    precision, lower = prior_std(candidate, columns) ** -2.0, np.array(candidate.lower)
-    matrix, right = matrix + np.diag(precision), right + precision * columns.mean
-    free, values = np.ones(len(lower), bool), np.zeros(len(lower))
-    while np.any(free):
+def fitted(matrix: np.ndarray, right: np.ndarray, alike: Sequence[tuple[Candidate, Thinned]]) -> Fitted:
+    """Coefficients of candidates, held at their limits of physics.
+
+    Args:
+        matrix: Normal matrices of their coefficients beside the others, shape (i, p, p).
+        right: Right-hand sides, shape (i, p).
+        alike: Candidates and their columns.
+    """
+    mean = np.array([columns.mean for _, columns in alike])
+    precision = np.array([prior_std(*pair) for pair in alike]) ** -2.0
+    lower = np.array([candidate.lower for candidate, _ in alike])
+    matrix, right = with_diagonal(matrix, precision), right + precision * mean
+    free, values = np.ones(lower.shape, bool), np.zeros(lower.shape)
+    for _ in range(lower.shape[1] + 1):
         values = solved(matrix, right, values, free)
         below = free & (values < lower)
         if not np.any(below):
             break
         free &= ~below
         values[below] = lower[below]
-    led = candidate.led > 0 and not np.any(free[: candidate.led])
-    too_large = np.any(np.abs(values) > candidate.most)
-    if led or not np.any(free) or too_large or not np.all(np.isfinite(values)):
-        return None
-    return Fitted(values, free, precision, columns.mean)
+    led = np.array([c.led > 0 and not np.any(own[: c.led]) for (c, _), own in zip(alike, free, strict=True)])
+    most = np.array([candidate.most for candidate, _ in alike])
+    excluded = led | ~np.any(free, axis=1) | np.any(np.abs(values) > most[:, None], axis=1)
+    possible = ~excluded & np.all(np.isfinite(values), axis=1)
+    everything = Fitted(values, free, precision, mean, np.ones(len(alike), bool))
+    return everything.possible_where(possible)
 
 
 def beside_limits(
-    prediction: Prediction, apart: np.ndarray, matrix: np.ndarray, columns: Thinned, one: Fitted | None
-) -> Fitted | None:
-    """The coefficients; None where something else would have to be beyond its limit of physics beside them.
+    prediction: Prediction, apart: np.ndarray, matrix: np.ndarray, every: Sequence[Thinned], fits: Fitted
+) -> Fitted:
+    """Coefficients where nothing else would have to be beyond its limit of physics beside them.
 
     A friction that needs the viscous friction to be negative is not that friction; by a tenth of its own
     torque it may, since no formula is better.
 
     Args:
-        prediction: Without the candidate.
-        apart: By how much less the other unknowns are per unit of each coefficient, shape (b, p).
-        matrix: Normal matrix of the coefficients beside the others, shape (p, p).
-        columns: Columns of the candidate.
-        one: The coefficients.
+        prediction: Without the candidates.
+        apart: By how much less the unknowns that physics limits are per unit of each coefficient, (i, p, l).
+        matrix: Normal matrices of the coefficients beside the others, shape (i, p, p).
+        every: Columns of the candidates.
+        fits: The coefficients.
     """
     places = prediction.rows.limited
-    if one is None or not len(places):
-        return one
+    if not len(places):
+        return fits
     lower, before = prediction.rows.lower[places], prediction.values[places]
-    after = before - apart[places] @ one.values
-    free = matrix[np.ix_(one.free, one.free)] + np.diag(one.precision[one.free])
-    moved = apart[np.ix_(places, one.free)]
-    own = np.sum(moved * np.linalg.solve(free, moved.T).T, axis=1)
+    after = before - np.einsum("ipl,ip->il", apart, fits.values)
+    moved = np.where(fits.free[:, :, None], apart, 0.0)
+    own = np.sum(moved * np.linalg.solve(fits.held(matrix), moved), axis=1)
     std = np.sqrt(prediction.limited_std**2 + np.maximum(own, 0.0))
     below = np.minimum(lower, before) - STRANGE * std - after
-    if not np.any(below > 0.0):
-        return one
-    torque = float(rms_torque((columns.values @ one.values)[:, :, None])[0])
-    return None if np.any(below > FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)) else one
+    possible = np.ones(len(every), bool)
+    for number in np.flatnonzero(fits.possible & np.any(below > 0.0, axis=1)):
+        torque = float(rms_torque((every[number].values @ fits.values[number])[:, :, None])[0])
+        may = FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
+        possible[number] = not np.any(below[number] > may)
+    return fits.possible_where(possible)
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Unknowns of small systems (..., p, p), (..., p): some of them free (p,), the others at their values."""
-    held = np.where(free, 0.0, values)
-    right = np.where(free, right - matrix @ held, 0.0)
+    """Unknowns of small systems (..., p, p), (..., p): some are free, the others at their values (..., p)."""
+    held, every = np.where(free, 0.0, values), np.eye(matrix.shape[-1])
+    right = np.where(free, right - (matrix @ held[..., None])[..., 0], 0.0)
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-300))
     scaled = np.where(
-        np.outer(free, free), matrix / (size[..., :, None] * size[..., None, :]), np.eye(len(free))
+        free[..., :, None] & free[..., None, :],
+        matrix / (size[..., :, None] * size[..., None, :]),
+        every,
     )
-    scaled = scaled + 1e-10 * np.eye(len(free))
+    scaled = scaled + 1e-10 * every
     return np.where(free, np.linalg.solve(scaled, (right / size)[..., None])[..., 0] / size, held)
+
+
+def with_diagonal(matrix: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Matrices (..., p, p) with more (..., p) on their diagonals."""
+    found = matrix.copy()
+    diagonal = np.einsum("...pp->...p", found)  # a view
+    diagonal += more
+    return found

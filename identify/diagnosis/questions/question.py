@@ -1,15 +1,16 @@
 """Question: would candidate columns have predicted the blocks that were left out better?"""
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ...positive_definite import Factor, solve
-from ..blocks.block_likelihood import strain, trusted
+from ..blocks.block_likelihood import strain, strains, trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, Products, beside_limits, fitted, solved
+from .candidate_fit import Fitted, beside_limits, fitted, solved, with_diagonal
+from .products import Products
 
 TOGETHER = 48
 """Candidates that are asked for at once: some tens of megabytes of products."""
@@ -36,53 +37,103 @@ def ask(
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
     """Answers of candidates on the same joints and with as many columns each."""
-    products = Products.of(prediction, [columns for _, columns in alike])
-    mixed = products.mixed.sum(axis=0)
-    apart = _solved(prediction.factor, mixed)
-    matrix = products.weighted.sum(axis=0) - np.einsum("bip,biq->ipq", mixed, apart)
-    right = products.torque.sum(axis=0) - np.einsum("bip,b->ip", mixed, prediction.values)
-    fits = [
-        beside_limits(
-            prediction, apart[:, i], matrix[i], columns, fitted(matrix[i], right[i], candidate, columns)
-        )
-        for i, (candidate, columns) in enumerate(alike)
-    ]
-    # What priors of the model say of the coefficients, beyond what blocks do.
-    informed = np.einsum("bip,biq->ipq", mixed, _solved(prediction.factor_of_blocks, mixed) - apart)
+    every = [columns for _, columns in alike]
+    products = Products.of(prediction, every)
+    fits, relief = _fitted(prediction, products, alike)
     errors, along, size = _predicted(prediction, products, fits)
     share = prediction.weighting.independent
-    gains = prediction.log_probability(errors, share) - prediction.log_probability(prediction.errors, share)
+    gains = prediction.log_probability(errors, share) - prediction.log_probability_now
     return [
         Answer(
-            candidate, columns, one.values, one.free, prediction.errors, errors[i], along[i], size[i],
+            candidate, columns, fits.values[i], fits.free[i], prediction.errors, errors[i], along[i], size[i],
             gains[i], share, prediction.blocks.fitted, _cost(candidate),
-            _relief(prediction, apart[:, i], one, candidate)
-            - _freed(matrix[i], informed[i], one)
-            - _surprise(prediction, errors[i], candidate, columns),
+            relief[i] - _surprise(prediction, errors[i], candidate, columns),
         )
-        for i, ((candidate, columns), one) in enumerate(zip(alike, fits, strict=True))
-        if one is not None
+        for i, (candidate, columns) in enumerate(alike)
+        if fits.possible[i]
     ]  # fmt: skip
 
 
 def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
     """By how much an answer changes what the others predict of every block, shape (r, n) [N m]."""
-    one = Fitted(
-        answer.values, answer.free, prior_std(answer.candidate, answer.columns) ** -2.0, answer.columns.mean
+    candidate, columns = answer.candidate, answer.columns
+    fits = Fitted(
+        answer.values[None],
+        answer.free[None],
+        prior_std(candidate, columns)[None] ** -2.0,
+        columns.mean[None],
+        np.ones(1, bool),
     )
-    coefficients, change = _without(prediction, Products.of(prediction, [answer.columns]), [one])
+    coefficients, change = _without(prediction, Products.of(prediction, [columns]), fits)
     torque = np.zeros(prediction.rows.difference.shape)
     for place, rows in enumerate(prediction.blocks.rows):
-        torque[rows] = -prediction.rows.columns[rows] @ change[place, :, 0]
-        torque[rows.start : rows.stop, answer.columns.joints] += (
-            answer.columns.values[rows] @ coefficients[place, 0]
-        )
+        torque[rows] = -prediction.rows.columns[rows] @ change[place, 0]
+        torque[rows.start : rows.stop, columns.joints] += columns.values[rows] @ coefficients[place, 0]
     return torque
 
 
-def _solved(factor: Factor, right: np.ndarray) -> np.ndarray:
-    """Solutions for right-hand sides (b, i, p)."""
-    return solve(factor, right.reshape(len(right), -1)).reshape(right.shape)
+class _Apart(NamedTuple):
+    """Candidates beside the prediction's unknowns, which are solved for anew."""
+
+    whitened: np.ndarray  # products with the unknowns, whitened, shape (..., i, p, b)
+    matrix: np.ndarray  # normal matrices of the coefficients, shape (..., i, p, p)
+    right: np.ndarray  # right-hand sides, shape (..., i, p)
+
+    @classmethod
+    def of(
+        cls, root: np.ndarray, mixed: np.ndarray, matrix: np.ndarray, right: np.ndarray, values: np.ndarray
+    ) -> "_Apart":
+        """By products with s of the unknowns.
+
+        Args:
+            root: Those s columns of the root of the inverse of the unknowns' normal matrix, shape (..., b, s).
+            mixed: Products of candidates with those unknowns, shape (..., i, p, s).
+            matrix: Products of candidates with themselves, shape (..., i, p, p).
+            right: Products of candidates with the torque, shape (..., i, p).
+            values: Those unknowns without candidates, shape (..., s).
+        """
+        flat = mixed.reshape(*right.shape[:-2], -1, mixed.shape[-1])
+        whitened = (flat @ np.swapaxes(root, -1, -2)).reshape(*right.shape, -1)
+        explained = (flat @ values[..., None]).reshape(right.shape)
+        return cls(whitened, matrix - gram(whitened), right - explained)
+
+    def unwhitened(self, root: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """By how much less unknowns are with coefficients (..., i, p), shape (..., i, s); `root` is theirs."""
+        return combined(coefficients, self.whitened) @ root
+
+
+def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Sums (..., b) of rows (..., p, b) with coefficients (..., p); as matrix products they take twice as long."""
+    return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
+
+
+def gram(rows: np.ndarray) -> np.ndarray:
+    """Products of rows (..., p, b) with each other, shape (..., p, p)."""
+    if rows.shape[-2] == 1:  # thousands of matrices of one element
+        return np.einsum("...pb,...pb->...p", rows, rows)[..., None]
+    return np.asarray(rows @ np.swapaxes(rows, -1, -2))
+
+
+def _fitted(
+    prediction: Prediction, products: Products, alike: Sequence[tuple[Candidate, Thinned]]
+) -> tuple[Fitted, np.ndarray]:
+    """Coefficients by all fitted blocks, and by how much more probable priors are beside each, shape (i,)."""
+    mixed, root = products.mixed.sum(axis=0), prediction.root
+    apart = _Apart.of(
+        root[:, products.places], mixed, products.weighted.sum(axis=0), products.torque.sum(axis=0),
+        prediction.values[products.places],
+    )  # fmt: skip
+    limited = apart.whitened @ root[:, prediction.rows.limited]
+    fits = fitted(apart.matrix, apart.right, alike)
+    fits = beside_limits(prediction, limited, apart.matrix, [columns for _, columns in alike], fits)
+    # What priors of the model say of the coefficients, beyond what blocks do.
+    of_blocks = (mixed.reshape(-1, mixed.shape[2]) @ prediction.root_of_blocks[:, products.places].T).reshape(
+        apart.whitened.shape
+    )
+    informed = gram(of_blocks) - gram(apart.whitened)
+    change = apart.unwhitened(root, fits.values)
+    candidates = [candidate for candidate, _ in alike]
+    return fits, _relief(prediction, change, fits, candidates) - _freed(apart.matrix, informed, fits)
 
 
 def _cost(candidate: Candidate) -> float:
@@ -100,49 +151,55 @@ def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, 
     return strain(np.max(torque / np.maximum(columns.usual, 1e-300)) / candidate.size)
 
 
-def _relief(prediction: Prediction, apart: np.ndarray, one: Fitted, candidate: Candidate) -> float:
-    """By how much more probable priors are beside a candidate, what physics expects of itself included."""
+def _relief(
+    prediction: Prediction, change: np.ndarray, fits: Fitted, candidates: Sequence[Candidate]
+) -> np.ndarray:
+    """By how much more probable priors are beside candidates, what physics expects of them included, (i,).
+
+    Unknowns are less beside each candidate by a change (i, b).
+    """
     rows, values, known = prediction.rows, prediction.values, prediction.stated
-    before, after = ((x - rows.mean)[known] / rows.std[known] for x in (values, values - apart @ one.values))
-    own = np.zeros(0)
-    if candidate.expected is not None:
-        own = ((one.values - one.mean) * np.sqrt(one.precision))[one.free]
+    before, after = ((x - rows.mean)[..., known] / rows.std[known] for x in (values, values - change))
+    expected = np.array([candidate.expected is not None for candidate in candidates])
+    counted = fits.free & expected[:, None]
+    own = np.where(counted, (fits.values - fits.mean) * np.sqrt(fits.precision), 0.0)
     bounded = rows.bounded[known]
-    return strain(before, bounded) - strain(after, bounded) - strain(own)
+    less = strains(after, bounded).sum(axis=-1) + strains(own).sum(axis=-1)
+    return np.asarray(strain(before, bounded) - less)
 
 
-def _freed(matrix: np.ndarray, informed: np.ndarray, one: Fitted) -> float:
-    """How many directions of the model's unknowns a candidate takes from their priors.
+def _freed(matrix: np.ndarray, informed: np.ndarray, fits: Fitted) -> np.ndarray:
+    """How many directions of the model's unknowns each candidate takes from their priors, shape (i,).
 
     So many free coefficients fit priors better than they predict, by one each, even where nothing is missing:
     the optimism of a fit (Akaike).
     """
-    free = np.ix_(one.free, one.free)
-    held = (matrix + np.diag(one.precision))[free]
-    return float(np.trace(np.linalg.solve(held, informed[free])))
+    free = fits.free[:, :, None] & fits.free[:, None, :]
+    return np.trace(np.linalg.solve(fits.held(matrix), np.where(free, informed, 0.0)), axis1=1, axis2=2)
 
 
 def _predicted(
-    prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
+    prediction: Prediction, products: Products, fits: Fitted
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Errors of blocks (i, k, n), their residuals along each effect (i, k), and its squares (i, k)."""
     sums, noise = prediction.sums, 1.0 / prediction.weighting.variance
     share = prediction.weighting.independent
     coefficients, change = _without(prediction, products, fits)
-    errors = np.repeat(prediction.errors[:, None], len(fits), axis=1)
+    errors = np.repeat(prediction.errors[:, None], len(fits.values), axis=1)
     along, size = np.zeros(errors.shape[:2]), np.zeros(errors.shape[:2])
     places = {int(joint): place for place, joint in enumerate(products.joints)}
     for joint, acting in enumerate(sums.acting):
-        moved = change[:, acting]
-        linear = -np.einsum("kai,ka->ki", moved, prediction.slopes[joint])
-        square = np.sum(moved * (sums.gram[joint] @ moved), axis=1)
+        moved = change[:, :, acting]
+        linear = -(moved @ prediction.slopes[joint][:, :, None])[..., 0]
+        square = np.einsum("kia,kia->ki", moved, moved @ sums.gram[joint])
         if joint in places:
-            by_columns, own = products.parts[places[joint]], products.own[:, places[joint]]
-            here = prediction.left_out[:, acting]
-            left = products.by_torque[:, places[joint]] - np.einsum("kaip,ka->kip", by_columns, here)
-            linear += np.sum(coefficients * left, axis=2)
-            square += np.einsum("kip,kipq,kiq->ki", coefficients, own, coefficients, optimize=True)
-            square -= 2.0 * np.einsum("kip,kaip,kai->ki", coefficients, by_columns, moved, optimize=True)
+            place = places[joint]
+            own = combined(coefficients, products.parts[place])
+            explained = own @ prediction.left_out[:, acting, None]
+            linear += np.einsum("kip,kip->ki", coefficients, products.by_torque[:, place]) - explained[..., 0]
+            twice = combined(coefficients, products.own[:, place])
+            square += np.einsum("kip,kip->ki", twice, coefficients)
+            square -= 2.0 * np.einsum("kia,kia->ki", own, moved)
         errors[:, :, joint] = np.maximum(errors[:, :, joint] - 2.0 * linear + square, 1e-12)
         # A block that was predicted from motions too unlike its own shows as little of the effect.
         rows = share[joint] * sums.counts[:, joint, None]
@@ -152,20 +209,14 @@ def _predicted(
     return errors.transpose(1, 0, 2), along.T, size.T
 
 
-def _without(
-    prediction: Prediction, products: Products, fits: Sequence[Fitted | None]
-) -> tuple[np.ndarray, np.ndarray]:
-    """By the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, b, i)."""
-    mixed = products.mixed.sum(axis=0) - products.mixed
-    apart = np.stack([_solved(one, own) for one, own in zip(prediction.factors, mixed, strict=True)])
-    matrix = products.weighted.sum(axis=0) - products.weighted
-    matrix -= np.einsum("kbip,kbiq->kipq", mixed, apart, optimize=True)
-    right = products.torque.sum(axis=0) - products.torque
-    right -= np.einsum("kbip,kb->kip", mixed, prediction.left_out)
-    found = np.zeros(right.shape)
-    for place, one in enumerate(fits):
-        if one is not None:
-            whole = matrix[:, place] + np.diag(one.precision)
-            beside = right[:, place] + one.precision * one.mean
-            found[:, place] = solved(whole, beside, one.values, one.free)
-    return found, np.einsum("kbip,kip->kbi", apart, found)
+def _without(prediction: Prediction, products: Products, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    """By the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, i, b)."""
+    mixed, matrix, right = (
+        one.sum(axis=0) - one for one in (products.mixed, products.weighted, products.torque)
+    )
+    places = products.places
+    apart = _Apart.of(prediction.roots[:, :, places], mixed, matrix, right, prediction.left_out[:, places])
+    whole = with_diagonal(apart.matrix, fits.precision)
+    beside = apart.right + fits.precision * fits.mean
+    found = solved(whole, beside, fits.values, fits.free)
+    return found, apart.unwhitened(prediction.roots, found)

@@ -1,7 +1,7 @@
 """Runs as the diagnosis asks about them: with the torque that the fitted model gives at every sample."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,31 @@ CHUNK = 2000
 
 
 @dataclass(frozen=True, eq=False)
+class Unloaded:
+    """What a run has whatever load its gears transmit: worked out once, and shared by the run at each load."""
+
+    bodies: pin.Model  # the arm with its links and its payload nominal
+    motion: Motion  # its load is not used
+    coarser: dict[int, "Unloaded"] = field(default_factory=dict)  # by step
+
+    @cached_property
+    def of_links(self) -> np.ndarray:
+        """Torque of its links, moving as was recorded, shape (t, n) [N m]."""
+        return link_torque(self.bodies, self.motion.position, self.motion.velocity, self.motion.acceleration)
+
+    @cached_property
+    def tangent(self) -> Tangent:
+        """How much torque its links take when one is a little elsewhere."""
+        return tangent(self.bodies, self.motion)
+
+    def every(self, step: int) -> "Unloaded":
+        """Every so many of its samples."""
+        if step not in self.coarser:
+            self.coarser[step] = Unloaded(self.bodies, self.motion[::step])
+        return self.coarser[step]
+
+
+@dataclass(frozen=True, eq=False)
 class Driven:
     """One run."""
 
@@ -39,6 +64,7 @@ class Driven:
     torque: np.ndarray  # what the fitted model asks of the motors, at full rate, shape (t, n) [N m]
     bodies: pin.Model  # the arm with its links and its payload nominal
     peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for its own
+    shared: Unloaded | None = None  # what it has at any load; None for its own
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
@@ -50,7 +76,9 @@ class Driven:
         prepared = prepare(recording, filtering)
         still = np.zeros_like(prepared.motion.position)
         bodies, _ = model.bodies_apart(model.nominal_values, prepared.motion.payload)
-        return cls(role, prepared, prepared.motion, still, bodies).after(model, model.nominal_values)
+        shared = Unloaded(bodies, prepared.motion)
+        nominal = cls(role, prepared, prepared.motion, still, bodies, shared=shared)
+        return nominal.after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
         """This run with the torque of other parameters (p,), and with the load that gears transmit then."""
@@ -80,14 +108,19 @@ class Driven:
         return np.max(np.abs(self.torque), axis=0) if self.peak is None else self.peak
 
     @cached_property
+    def unloaded(self) -> Unloaded:
+        """What it has at any load."""
+        return self.shared or Unloaded(self.bodies, self.motion)
+
+    @property
     def of_links(self) -> np.ndarray:
         """Torque of its links, moving as was recorded, shape (t, n) [N m]."""
-        return link_torque(self.bodies, self.motion.position, self.motion.velocity, self.motion.acceleration)
+        return self.unloaded.of_links
 
-    @cached_property
+    @property
     def tangent(self) -> Tangent:
         """How much torque its links take when one is a little elsewhere."""
-        return tangent(self.bodies, self.motion)
+        return self.unloaded.tangent
 
     @cached_property
     def rows(self) -> int:
@@ -105,7 +138,13 @@ class Driven:
         decimation = self.prepared.decimation.thinned(SMOOTH * self.prepared.decimation.cutoff)
         step = decimation.step
         prepared = replace(self.prepared, decimation=decimation)
-        coarse = replace(self, prepared=prepared, motion=self.motion[::step], torque=self.torque[::step])
+        coarse = replace(
+            self,
+            prepared=prepared,
+            motion=self.motion[::step],
+            torque=self.torque[::step],
+            shared=self.unloaded.every(step),
+        )
         coarse.__dict__["rows"] = self.rows
         return coarse
 

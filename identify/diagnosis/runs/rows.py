@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
 from ...positive_definite import factored, solve
-from .driven import Driven, slices
+from .driven import Driven, Unloaded, slices
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,10 +177,17 @@ def turning(model: Model, run: Driven, joint: int) -> np.ndarray:
 
 def _turns(model: Model, run: Driven) -> np.ndarray:
     """One way in which dry friction changes its sign less another, shape (t, n, k) [-]."""
-    signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
-    hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
-    bent = [np.einsum("tjj->tj", columns) for columns in hysteresis]
-    return np.concatenate([np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]], axis=2)
+    if run.unloaded not in _TURNS:
+        signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
+        hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
+        bent = [np.einsum("tjj->tj", columns) for columns in hysteresis]
+        turns = [np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]]
+        _TURNS[run.unloaded] = np.concatenate(turns, axis=2)
+    return _TURNS[run.unloaded]
+
+
+_TURNS: WeakKeyDictionary[Unloaded, np.ndarray] = WeakKeyDictionary()
+"""What `_turns` has made of the runs that are there: every candidate for dry friction asks for it."""
 
 
 ENOUGH = 4000

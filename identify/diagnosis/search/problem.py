@@ -5,6 +5,7 @@ from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -51,10 +52,12 @@ class Known:
         carried = tuple((one.candidate, values) for one, values in pairs if one.candidate.carried)
         return cls(model, model.nominal_values + unknowns[: len(model.names)], not found, carried)
 
-    def of(self, runs: Sequence[Driven]) -> "Known":
-        """This with the largest torques of some runs."""
-        torques = [np.max(np.abs(run.torque), axis=0) for run in map(self.on, runs)]
-        return replace(self, peak=np.max(torques, axis=0))
+    def of(self, runs: Sequence[Driven]) -> "tuple[Known, tuple[Driven, ...]]":
+        """This with the largest torques of the runs that are fitted, and the runs with their torque and load."""
+        fresh = [self.on(run) for run in runs]
+        torques = [np.max(np.abs(run.torque), axis=0) for run in fresh if run.role != HELD_OUT]
+        peak = np.max(torques, axis=0)
+        return replace(self, peak=peak), tuple(replace(run, peak=peak) for run in fresh)
 
     def on(self, run: Driven) -> Driven:
         """A run with that torque and load."""
@@ -99,8 +102,7 @@ class Problem:
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
         first = Known.after(model, _predicted(base, blocks, runs).values)
-        values, known = first.values, first.of([run for run in runs if run.role != HELD_OUT])
-        loaded = tuple(known.on(run) for run in runs)
+        values, (known, loaded) = first.values, first.of(runs)
         grid = list(candidates(model))
         every = [*grid, *asked_again(grid, before)]
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in every]
@@ -114,6 +116,27 @@ class Problem:
         """This problem with further candidates."""
         asked = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
         return replace(self, asked=[*self.asked, *asked]) if asked else self
+
+    def columns_of(self, candidate: Candidate) -> Thinned:
+        """Columns of a candidate; those of one that is found among what is left again and again are kept."""
+        name = (candidate.key, tuple(candidate.shape.items()))
+        if name not in self._columns:
+            self._columns[name] = Thinned.of(candidate, self.runs)
+        return self._columns[name]
+
+    def columns_anew(self, candidate: Candidate, columns: Thinned) -> Thinned:
+        """Columns of a candidate at the load of these runs, worked out once."""
+        if candidate not in self._anew:
+            self._anew[candidate] = anew(candidate, columns, self.runs)
+        return self._anew[candidate]
+
+    @cached_property
+    def _columns(self) -> dict[object, Thinned]:
+        return {}
+
+    @cached_property
+    def _anew(self) -> WeakKeyDictionary[Candidate, Thinned]:
+        return WeakKeyDictionary()
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -155,6 +178,11 @@ class Problem:
     def _curves(self) -> dict[tuple[str, int], np.ndarray]:
         """Columns (r, n, p) of curves that were asked for, by what they are over and their joint."""
         return {}
+
+    def forget(self) -> None:
+        """Give back the memory of predictions and products, once another problem has taken the place of this."""
+        self._recent.clear()
+        self._sums.known.clear()
 
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
@@ -203,8 +231,7 @@ class Problem:
         unsettled = any(one.candidate.carried or one.candidate.loaded for one in found)
         if not unsettled and self.known.first:
             return self, list(found)
-        known = Known.after(self.model, self.prediction(found).values, found).of(self.fitted)
-        runs = tuple(known.on(run) for run in self.runs)
+        known, runs = Known.after(self.model, self.prediction(found).values, found).of(self.runs)
         if alike(self.runs, runs):
             return self, list(found)
         fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]

@@ -7,12 +7,12 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import KINDS
-from ..questions.block_answer import Answer
-from ..questions.candidate import Candidate, Thinned
+from ..questions.block_answer import Answer, scattered
+from ..questions.candidate import Candidate
 from ..questions.comparison import competing, levelled
 from ..questions.question import ask
 from ..questions.shape import refined
-from .problem import Problem, anew
+from .problem import Problem
 from .selected import Selected, keys_of
 
 COLOURED = 14
@@ -44,16 +44,16 @@ def ranked(
     Of all joints, or of some. Shapes are asked for beside the grid; those that are refined here are put in.
     """
     taken, present = keys_of(selected), [one.answer.candidate for one in selected]
-    near = np.arange(prediction.joints) if joints is None else joints
+    near = set(range(prediction.joints) if joints is None else joints.tolist())
 
     def wanted(candidate: Candidate, acting: Sequence[int] | np.ndarray) -> bool:
         fresh = candidate.key not in taken and not candidate.covered(present)
-        return fresh and bool(np.any(np.isin(near, acting)))
+        return fresh and not near.isdisjoint(acting)
 
     asked = [pair for pair in problem.asked if wanted(pair[0], pair[1].joints)]
     for kind in KINDS.values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
-        asked += [(one, Thinned.of(one, problem.runs)) for one in rest if wanted(one, one.joints)]
+        asked += [(one, problem.columns_of(one)) for one in rest if wanted(one, one.joints)]
     before = [one for one in shapes.values() if wanted(one.candidate, one.columns.joints)]
     answers = ask(prediction, asked, strange=True)
     strange = [one for one in _by_hypothesis(answers) if one.strange]
@@ -74,7 +74,7 @@ def ranked(
 
 def _again(problem: Problem, prediction: Prediction, before: Sequence[Answer]) -> list[Answer]:
     """Answers in the shapes they had, at the cost at which these were chosen."""
-    pairs = [(one.candidate, anew(one.candidate, one.columns, problem.runs)) for one in before]
+    pairs = [(one.candidate, problem.columns_anew(one.candidate, one.columns)) for one in before]
     chosen = {id(one.candidate): one for one in before}
     return [one.chosen_as(chosen[id(one.candidate)]) for one in ask(prediction, pairs)]
 
@@ -103,6 +103,8 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
     groups: dict[object, list[Answer]] = {}
     for one in answers:
         groups.setdefault(one.candidate.key, []).append(one)
+    chosen = [group for group in groups.values() if len(group) > 1 and max(one.gain for one in group) > 0.0]
+    scattered([one for group in chosen for one in group])
     found = [_chosen(group) for group in groups.values()]
     return sorted(found, key=lambda one: -one.gain)
 

@@ -59,6 +59,8 @@ def search(problem: Problem) -> SearchResult:
     for _ in range(PASSES):
         at, added = _added(problem, selected, total, shapes)
         problem, added = _bearing(at, added)
+        if problem is not at:
+            at.forget()
         changed = _changed(before, added, without_findings.joints) | (problem is not at)
         before = selected = _chosen_anew(problem, added, total, changed, shapes)
         keys = keys_of(selected)
@@ -129,7 +131,7 @@ def _added(
         problem, selected = only_once(problem, selected)
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
-        open_ = [one for one in best if one.candidate.key not in out and _material(one, prediction)]
+        open_ = [one for one in _material_answers(best, prediction) if one.candidate.key not in out]
         one = simplest(prediction, without_idle_curves(open_, prediction), total)
         if one is None and (joints is None or len(joints) == prediction.joints):
             break
@@ -142,6 +144,8 @@ def _added(
         if gone and _less_probable(settled, stay, selected):
             out.add(one.answer.candidate.key)  # it takes out what explains more
             continue
+        if settled is not problem:
+            problem.forget()
         problem, selected = settled, stay
         out |= gone  # in this pass: it would come and go
     return problem, selected
@@ -164,7 +168,7 @@ def _chosen_anew(
         again = in_shape(problem, prediction, one.answer)
         shapes[again.candidate.key] = again
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
-        best = without_idle_curves([rival for rival in best if _material(rival, prediction)], prediction)
+        best = without_idle_curves(_material_answers(best, prediction), prediction)
         chosen = simplest(prediction, best, total)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
@@ -186,6 +190,11 @@ def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[
     independent = other.weighting.independent
     gain = one.log_probability(one.errors, independent) - other.log_probability(other.errors, independent)
     return float(gain.sum()) < 0.0
+
+
+def _material_answers(answers: Sequence[Answer], prediction: Prediction) -> list[Answer]:
+    """The answers that make blocks more probable, and whose effect is material."""
+    return [answer for answer in answers if answer.gain > 0.0 and _material(answer, prediction)]
 
 
 def _material(one: Answer, prediction: Prediction) -> bool:
