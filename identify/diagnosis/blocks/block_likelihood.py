@@ -152,7 +152,10 @@ class _Shares(NamedTuple):
         """Of effects (i, k), each of which at least two blocks see."""
         sees = seen(size)
         noise = 1.0 / np.where(sees, size, 1.0)
-        low, high = np.min(noise, axis=1, where=sees, initial=np.inf), np.max(noise, axis=1, where=sees, initial=0)
+        low, high = (
+            np.min(noise, axis=1, where=sees, initial=np.inf),
+            np.max(noise, axis=1, where=sees, initial=0),
+        )
         ratio = np.geomspace(0.01 * low, 10.0 * high, SHARES, axis=1)
         ratio = np.concatenate([np.zeros((len(ratio), 1)), ratio], axis=1)
         weight = np.where(sees[:, None], 1.0 / (noise[:, None] + ratio[:, :, None]), 0.0)
@@ -173,7 +176,7 @@ class _Shares(NamedTuple):
         return np.asarray(np.log(np.where(self.sees, self.weight, 1.0)).sum(axis=2))
 
     def log_probability(self, mean: float) -> np.ndarray:
-        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, shape (i,)."""
+        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, (i,)."""
         left = self.left + self.total * (self.mean - mean) ** 2
         return log_sum(0.5 * (self.log_weight - self.count * np.log(left)))
 

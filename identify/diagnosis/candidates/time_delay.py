@@ -51,9 +51,7 @@ def _little(joints: tuple[int, ...]) -> Candidate:
     )  # fmt: skip
 
 
-def _whole(
-    joints: tuple[int, ...], delay: float, between: Callable[[Driven], PPoly]
-) -> Candidate:
+def _whole(joints: tuple[int, ...], delay: float, between: Callable[[Driven], PPoly]) -> Candidate:
     """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
 
     That moves the recording to where it belongs, its noise with it; a part of it would take noise away.

@@ -39,9 +39,7 @@ class Fitted:
         return np.where(free, with_diagonal(matrix, self.precision), np.eye(self.free.shape[1]))
 
 
-def fitted(
-    matrix: np.ndarray, right: np.ndarray, alike: Sequence[tuple[Candidate, Thinned]]
-) -> Fitted:
+def fitted(matrix: np.ndarray, right: np.ndarray, alike: Sequence[tuple[Candidate, Thinned]]) -> Fitted:
     """Coefficients of candidates, held at their limits of physics.
 
     Args:
@@ -61,9 +59,7 @@ def fitted(
             break
         free &= ~below
         values[below] = lower[below]
-    led = np.array(
-        [c.led > 0 and not np.any(own[: c.led]) for (c, _), own in zip(alike, free, strict=True)]
-    )
+    led = np.array([c.led > 0 and not np.any(own[: c.led]) for (c, _), own in zip(alike, free, strict=True)])
     most = np.array([candidate.most for candidate, _ in alike])
     excluded = led | ~np.any(free, axis=1) | np.any(np.abs(values) > most[:, None], axis=1)
     possible = ~excluded & np.all(np.isfinite(values), axis=1)
