@@ -166,7 +166,7 @@ class _Shares(NamedTuple):
         return cls(own, sees[:, None], weight, total, mean, left)
 
     @property
-    def count(self) -> np.ndarray:
+    def blocks(self) -> np.ndarray:
         """Number of blocks that see each effect, shape (i, 1)."""
         return np.asarray(self.sees.sum(axis=2))
 
@@ -176,9 +176,9 @@ class _Shares(NamedTuple):
         return np.asarray(np.log(np.where(self.sees, self.weight, 1.0)).sum(axis=2))
 
     def log_probability(self, mean: float) -> np.ndarray:
-        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, shape (i,)."""
+        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, (i,)."""
         left = self.left + self.total * (self.mean - mean) ** 2
-        return log_sum(0.5 * (self.log_weight - self.count * np.log(left)))
+        return log_sum(0.5 * (self.log_weight - self.blocks * np.log(left)))
 
 
 def log_sum(logs: np.ndarray, share: np.ndarray | float = 1.0) -> np.ndarray:
@@ -232,7 +232,7 @@ def amplitudes(along: np.ndarray, size: np.ndarray) -> list[Amplitude]:
         return found
     shares = _Shares.of(along[enough], size[enough])
     # Weighted means of known relative weights are distributed so, whatever the weights.
-    freedom = shares.count - 1.0
+    freedom = shares.blocks - 1.0
     likelihood = 0.5 * (shares.log_weight - np.log(shares.total) - freedom * np.log(shares.left))
     share = np.exp(likelihood - log_sum(likelihood)[:, None])
     t = shares.mean / np.sqrt(shares.left / freedom / shares.total)

@@ -92,7 +92,7 @@ def beside_limits(
     std = np.sqrt(prediction.limited_std**2 + np.maximum(own, 0.0))
     below = np.minimum(lower, before) - STRANGE * std - after
     possible = np.ones(len(every), bool)
-    for number in np.flatnonzero(fits.possible & np.any(below > 0.0, axis=1)):
+    for number in np.flatnonzero(fits.possible & np.any(below > 0.0, axis=1)).tolist():
         torque = float(rms_torque((every[number].values @ fits.values[number])[:, :, None])[0])
         may = FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
         possible[number] = not np.any(below[number] > may)

@@ -86,7 +86,7 @@ class _Apart(NamedTuple):
         """By products with s of the unknowns.
 
         Args:
-            root: Those s columns of the root of the inverse of the unknowns' normal matrix, shape (..., b, s).
+            root: Those s columns of the root of the inverse normal matrix of the unknowns, (..., b, s).
             mixed: Products of candidates with those unknowns, shape (..., i, p, s).
             matrix: Products of candidates with themselves, shape (..., i, p, p).
             right: Products of candidates with the torque, shape (..., i, p).
@@ -98,12 +98,12 @@ class _Apart(NamedTuple):
         return cls(whitened, matrix - gram(whitened), right - explained)
 
     def unwhitened(self, root: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """By how much less unknowns are with coefficients (..., i, p), shape (..., i, s); `root` is theirs."""
+        """By how much coefficients (..., i, p) lower the unknowns, (..., i, s), by the root of those."""
         return combined(coefficients, self.whitened) @ root
 
 
 def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Sums (..., b) of rows (..., p, b) with coefficients (..., p); as matrix products they take twice as long."""
+    """Sums (..., b) of rows (..., p, b) with coefficients (..., p), faster than by matrix products."""
     return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
 
 

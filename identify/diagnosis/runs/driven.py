@@ -31,7 +31,7 @@ CHUNK = 2000
 
 @dataclass(frozen=True, eq=False)
 class Unloaded:
-    """What a run has whatever load its gears transmit: worked out once, and shared by the run at each load."""
+    """What a run has at any load of its gears: worked out once, and shared by the run at each load."""
 
     bodies: pin.Model  # the arm with its links and its payload nominal
     motion: Motion  # its load is not used

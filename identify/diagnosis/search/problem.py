@@ -53,7 +53,7 @@ class Known:
         return cls(model, model.nominal_values + unknowns[: len(model.names)], not found, carried)
 
     def of(self, runs: Sequence[Driven]) -> "tuple[Known, tuple[Driven, ...]]":
-        """This with the largest torques of the runs that are fitted, and the runs with their torque and load."""
+        """This with the largest torques of the fitted runs, and all runs with their torque and load."""
         fresh = [self.on(run) for run in runs]
         torques = [np.max(np.abs(run.torque), axis=0) for run in fresh if run.role != HELD_OUT]
         peak = np.max(torques, axis=0)
@@ -180,7 +180,7 @@ class Problem:
         return {}
 
     def forget(self) -> None:
-        """Give back the memory of predictions and products, once another problem has taken the place of this."""
+        """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
         self._sums.known.clear()
 
