@@ -212,7 +212,6 @@ def test_inertias_not_given_may_be_anything_and_others_no_more_than_their_tolera
     }
     assert one.probability < one.certainty
     assert one.certainty > 0.99
-    assert one.named
     assert not {"payload", "link_inertia"} & {other.candidate.effect for other, _ in one.elsewhere}
     places = places_of(found, 0)
     mass = found.prediction.values[places[0]]
