@@ -13,7 +13,7 @@ from ..questions.block_answer import Answer
 from ..questions.candidate import Thinned
 from ..runs.driven import Driven
 from ..runs.rows import Rows, model_rows, with_nuisances
-from ..search.mismatch import mismatches, with_mismatches
+from ..search.mismatch import splines_of, with_mismatches
 from ..search.problem import Problem, with_found
 
 LONGEST = 100.0
@@ -137,9 +137,9 @@ def _piece_columns(
     run = Driven.of(model, replace(recording, model=model), "offered", filtering)
     run = replace(problem.known, model=model, values=values).on(run)
     rows = with_nuisances(model_rows(model, [run], values), model, [run], values)
-    formulas = mismatches(model, problem.runs, found)
-    rows = with_mismatches(rows, formulas, {one.place: one.columns(model, [run]) for one in formulas})
-    rows = with_found(rows, [_over(one, run) for one in found])
+    formulas, here = problem.mismatches(found), [_over(one, run) for one in found]
+    splines = {one.place: splines_of(one.effect, model, [run]) for one in formulas}
+    rows = with_found(with_mismatches(rows, formulas, here, splines), here)
     over = [_over(one, run).columns for one in suspects]
     torque = run.thinned(run.torque)
     return RunColumns(

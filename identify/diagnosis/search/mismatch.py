@@ -4,7 +4,7 @@ No formula of friction or gears is right to better than a tenth of its torque. W
 left of a right one would be explained by a second name on the same joint.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,6 @@ from ...effects import TorqueCurve
 from ...effects.torque_curve import ABSCISSAE
 from ...model import Model
 from ..candidates import family_of, kind_of
-from ..candidates.curves import curve
 from ..candidates.parts import on_motors
 from ..findings.family import FAMILIES
 from ..questions.block_answer import Answer
@@ -34,7 +33,9 @@ class Mismatch(NamedTuple):
 
     place: Place
     effect: TorqueCurve  # over the range of the runs that were fitted
-    std: float  # of each coefficient [N m]
+    findings: tuple[int, ...]  # those whose formulas they are, by their places
+    share: np.ndarray  # of each of their coefficients in each spline, (p, s): that much is no mismatch
+    std: float  # of each coefficient of the curve [N m]
 
     @property
     def names(self) -> list[str]:
@@ -42,31 +43,59 @@ class Mismatch(NamedTuple):
         over, joint = self.place
         return [f"{CURVE} {over} {joint + 1} {k + 1}" for k in range(self.effect.count)]
 
-    def columns(self, model: Model, runs: Iterable[Driven]) -> np.ndarray:
-        """Torque of all motors per unit of each unknown, thinned out, shape (r, n, p)."""
-        robot = model.robot
-        torques = (run.thinned(on_motors(robot, self.effect.regressor(robot, run.motion))) for run in runs)
-        return np.concatenate(list(torques))
+    def columns(self, splines: np.ndarray, found: Sequence[Answer]) -> np.ndarray:
+        """What splines (r, n, s) have beyond the torques of the findings themselves, shape (r, n, s)."""
+        own = _columns([found[place] for place in self.findings], splines.shape[1])
+        return np.asarray(splines - own @ self.share)
 
 
-def mismatches(model: Model, runs: Sequence[Driven], found: Sequence[Answer]) -> list[Mismatch]:
-    """Of everything found that follows a formula over one quantity of one joint."""
-    squares: dict[Place, float] = {}
-    for answer in found:
+def splines_of(effect: TorqueCurve, model: Model, runs: Iterable[Driven]) -> np.ndarray:
+    """Torque of all motors per unit of each spline, thinned out, shape (r, n, s)."""
+    robot = model.robot
+    torques = (run.thinned(on_motors(robot, effect.regressor(robot, run.motion))) for run in runs)
+    return np.concatenate(list(torques))
+
+
+def mismatches(
+    found: Sequence[Answer], curve_at: Callable[[Place], tuple[TorqueCurve, np.ndarray]]
+) -> list[Mismatch]:
+    """Of everything found that follows a formula over one quantity of one joint.
+
+    Args:
+        found: Effects, with their columns over some runs.
+        curve_at: The curve at a place, and its splines (r, n, s) over the same runs.
+    """
+    places: dict[Place, list[int]] = {}
+    for number, answer in enumerate(found):
         place = _place(answer.candidate)
         if place is not None:
-            own = answer.torque[:, answer.columns.joints == place[1]]
-            squares[place] = squares.get(place, 0.0) + FORMULA**2 * float(np.mean(own**2))
-    return [
-        Mismatch(place, curve(model, *place, runs), float(np.sqrt(square)))
-        for place, square in squares.items()
-    ]
+            places.setdefault(place, []).append(number)
+    return [_mismatch(place, numbers, found, *curve_at(place)) for place, numbers in places.items()]
 
 
-def with_mismatches(rows: Rows, every: Sequence[Mismatch], columns: Mapping[Place, np.ndarray]) -> Rows:
-    """The rows with these unknowns, whose columns (r, n, p) are given by their places."""
+def _mismatch(
+    place: Place, numbers: list[int], found: Sequence[Answer], effect: TorqueCurve, splines: np.ndarray
+) -> Mismatch:
+    joint, own = place[1], _columns([found[number] for number in numbers], splines.shape[1])
+    size = np.maximum(np.linalg.norm(own[:, joint], axis=0), np.finfo(float).tiny)
+    share = np.linalg.lstsq(own[:, joint] / size, splines[:, joint], rcond=None)[0] / size[:, None]
+    torques = [found[number].torque[:, found[number].columns.joints == joint] for number in numbers]
+    square = sum(float(np.mean(torque**2)) for torque in torques)
+    return Mismatch(place, effect, tuple(numbers), share, FORMULA * float(np.sqrt(square)))
+
+
+def _columns(found: Sequence[Answer], joints: int) -> np.ndarray:
+    """Columns of some findings, shape (r, n, p)."""
+    return np.concatenate([answer.columns.everywhere(joints) for answer in found], axis=2)
+
+
+def with_mismatches(
+    rows: Rows, every: Sequence[Mismatch], found: Sequence[Answer], splines: Mapping[Place, np.ndarray]
+) -> Rows:
+    """The rows with these unknowns; splines (r, n, s) of each place and findings are over the same runs."""
     for one in every:
-        rows = rows.plus(one.names, columns[one.place], np.full(one.effect.count, one.std))
+        columns = one.columns(splines[one.place], found)
+        rows = rows.plus(one.names, columns, np.full(one.effect.count, one.std))
     return rows
 
 

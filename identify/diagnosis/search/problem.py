@@ -9,19 +9,21 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ...effects import TorqueCurve
 from ...model import Model
 from ...positive_definite import solve
 from ..blocks.blocks import Blocks, BlockSums
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
 from ..candidates.contact_event import Reach
+from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.shape import Shaped, asked_again
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
-from .mismatch import mismatches, with_mismatches
+from .mismatch import Mismatch, Place, mismatches, splines_of, with_mismatches
 
 ALIKE = 2e-3
 """Change of a load over the load [-] that moves no link: its play is crossed some milliseconds sooner."""
@@ -166,17 +168,27 @@ class Problem:
         self._recent.appendleft((tuple(found), prediction))
         return prediction
 
+    def mismatches(self, found: Sequence[Answer]) -> list[Mismatch]:
+        """By how much the formulas of what was found may be wrong."""
+        return mismatches(found, self._curve)
+
     def _with_mismatches(self, found: Sequence[Answer]) -> Rows:
         """The rows with unknowns by which the formulas of what was found may be wrong."""
-        every = mismatches(self.model, self.runs, found)
-        for one in every:
-            if one.place not in self._curves:
-                self._curves[one.place] = one.columns(self.model, self.runs)
-        return with_mismatches(self.rows, every, self._curves)
+        every = self.mismatches(found)
+        return with_mismatches(
+            self.rows, every, found, {one.place: self._curve(one.place)[1] for one in every}
+        )
+
+    def _curve(self, place: Place) -> tuple[TorqueCurve, np.ndarray]:
+        """The curve at a place, and its splines (r, n, s)."""
+        if place not in self._curves:
+            effect = curve(self.model, *place, self.runs)
+            self._curves[place] = effect, splines_of(effect, self.model, self.runs)
+        return self._curves[place]
 
     @cached_property
-    def _curves(self) -> dict[tuple[str, int], np.ndarray]:
-        """Columns (r, n, p) of curves that were asked for, by what they are over and their joint."""
+    def _curves(self) -> dict[Place, tuple[TorqueCurve, np.ndarray]]:
+        """Those that were asked for."""
         return {}
 
     def forget(self) -> None:

@@ -54,8 +54,9 @@ def search(problem: Problem) -> SearchResult:
     selected = _measured(problem, without_findings)
     problem = problem.asking(_asked_first(problem, without_findings))
     shapes: Shapes = {}
-    single = ranked(problem, without_findings, [], shapes)
-    total, before, visited = total_prior(single, problem), list[Selected](), list[set[object]]()
+    every = ranked(problem, without_findings, [], shapes)
+    total, single = total_prior(every, problem), without_idle_curves(every, without_findings)
+    before, visited = list[Selected](), list[set[object]]()
     for _ in range(PASSES):
         at, added = _added(problem, selected, total, shapes)
         problem, added = _bearing(at, added)

@@ -22,8 +22,9 @@ from ...parts.small.small_search import record, searched
 
 def answer(effect, odds, joint=0, kind="", **shape):
     candidate = SimpleNamespace(
-        effect=effect, joints=(joint,), prior=1.0, everywhere=False, kind=kind, shape=shape, listed=True
+        effect=effect, joints=(joint,), prior=1.0, everywhere=False, kind=kind, shape=shape
     )
+    candidate.same_torque = None
     return SimpleNamespace(
         candidate=candidate, gain=odds + 1.0, odds=odds, by_joint=np.array([odds + 1.0, 0.0]), relief=0.0
     )
