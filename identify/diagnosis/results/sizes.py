@@ -1,6 +1,6 @@
 """Sizes: torque of each finding with its interval, and which of its numbers the data do not determine."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -218,10 +218,20 @@ def left_out(
         for name, open_, unknown_place in zip(own.names, unknown, own.unknowns, strict=True)
         if open_
     }
-    # What follows from a shape is not determined where its sign is not.
-    numbers |= {name: LeftOut() for name in found.selected[place].answer.candidate.reported}
+    # What follows from a shape is not determined where its sign is not, unless it is small beside its like.
+    numbers |= {
+        name: LeftOut()
+        for name in found.selected[place].answer.candidate.reported
+        if name in parameters and _wide(parameters[name], parameters.values())
+    }
     known = {name: sign_known(one.value, one.std) for name, one in parameters.items()}
     return {name: why for name, why in numbers.items() if name in known and not known[name]}
+
+
+def _wide(number: Quantity, every: Iterable[Quantity]) -> bool:
+    """Whether its interval is much of the largest number of its unit, as of a vector's components."""
+    largest = max(abs(one.value) for one in every if one.unit == number.unit)
+    return not NORMAL_95 * number.std < MUCH * largest
 
 
 def _beside_what(found: SearchResult, spread: Spread, own: Own, unknown: int) -> LeftOut:

@@ -67,12 +67,15 @@ def odds_held_out(answer: Answer, total: float) -> float:
 def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     """The findings, each with whether its effect on fitted blocks and on runs held out excludes zero.
 
-    What physics gives beside all other findings counts, on the joint that shows it best.
+    What it explains beside all other findings counts, on the joint that shows it best. Where stated values of
+    the model would make up for it, these prove it, from which they would have to be far off.
     """
-    return [
-        one._replace(proven=not one.predicts_held_out or _excludes_zero(problem, selected, one))
-        for one in selected
-    ]
+
+    def is_proven(one: Selected) -> bool:
+        stated = not one.predicts_held_out or one.answer.relief > CERTAIN_ODDS
+        return stated or _excludes_zero(problem, selected, one)
+
+    return [one._replace(proven=is_proven(one)) for one in selected]
 
 
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected) -> bool:
