@@ -122,10 +122,11 @@ def _near(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, 
 
     separated = power - float(along @ alone)
     nothing = probability(float(strain @ alone**2), separated)
-    for candidate, columns in search.problem.asked:
-        shared = np.intersect1d(columns.joints, here.columns.joints)
-        if candidate.key == here.candidate.key or not shared.size:
-            continue
+
+    def touches(candidate: Candidate, joints: np.ndarray) -> bool:
+        return candidate.key != here.candidate.key and bool(np.intersect1d(joints, here.columns.joints).size)
+
+    for candidate, columns in search.problem.pairs(touches):
         values = (weight[:, columns.joints, None] * columns.values).reshape(-1, columns.values.shape[2])
         mixed = known[:, columns.joints].reshape(len(values), -1).T @ values
         prior = np.maximum(prior_std(candidate, columns), CERTAIN) ** -2.0

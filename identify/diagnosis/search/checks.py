@@ -89,7 +89,7 @@ def _in_another_shape(
 ) -> Selected | None:
     """A finding in its most probable shape that predicts no joint held out worse; None without any."""
     prediction = problem.prediction(answers_of(others))
-    shapes = [pair for pair in problem.asked if pair[0].key == gone.answer.candidate.key]
+    shapes = problem.pairs(lambda candidate, _: candidate.key == gone.answer.candidate.key)
     for answer in sorted(ask(prediction, shapes), key=lambda one: -one.gain):
         again = colouring(prediction, answer).chosen_as(gone.answer)
         shaped = gone._replace(answer=again, odds=again.odds + log_prior(again, total))

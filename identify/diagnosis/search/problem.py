@@ -2,7 +2,7 @@
 
 import operator
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -94,9 +94,10 @@ class Problem:
     blocks: Blocks  # pieces of them
     base: Rows  # rows with the model's own unknowns alone
     rows: Rows  # the same with nuisances
-    asked: Asked  # all candidates that do not depend on what is left
+    asked: Asked  # all candidates that do not depend on what is left, at the load of the first fit
     known: Known  # what makes the torque and the load of any run
     reaches: tuple[Reach, ...]  # what a force on the flange asks of the motors of each run
+    moved: bool = False  # whether the load is another than that of the first fit
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven], before: Sequence[Shaped] = ()) -> "Problem":
@@ -139,6 +140,27 @@ class Problem:
     @cached_property
     def _anew(self) -> WeakKeyDictionary[Candidate, Thinned]:
         return WeakKeyDictionary()
+
+    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Asked:
+        """Candidates that are wanted, by themselves and their joints, with columns at the load."""
+        return [
+            (candidate, self._at_load(candidate, columns))
+            for candidate, columns in self.asked
+            if wanted(candidate, columns.joints)
+        ]
+
+    def _at_load(self, candidate: Candidate, columns: Thinned) -> Thinned:
+        """Columns at the load of the runs, formed when they are first asked for."""
+        if not self.moved:
+            return columns
+        if candidate not in self._renewed:
+            self._renewed[candidate] = anew(candidate, columns, self.runs)
+        return self._renewed[candidate]
+
+    @cached_property
+    def _renewed(self) -> dict[Candidate, Thinned]:
+        """Columns that were asked for at another load than that of the first fit."""
+        return {}
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -194,6 +216,7 @@ class Problem:
     def forget(self) -> None:
         """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
+        self._renewed.clear()
         self._sums.known.clear()
 
     @cached_property
@@ -247,11 +270,10 @@ class Problem:
         if alike(self.runs, runs):
             return self, list(found)
         fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in found]
-        asked = [(candidate, anew(candidate, columns, runs)) for candidate, columns in self.asked]
         base = _rows(self.model, runs, known.values, self.base)
         rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
-        return replace(self, runs=runs, base=base, rows=rows, asked=asked, known=known), fresh
+        return replace(self, runs=runs, base=base, rows=rows, moved=True, known=known), fresh
 
 
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:

@@ -50,7 +50,7 @@ def ranked(
         fresh = candidate.key not in taken and not candidate.covered(present)
         return fresh and not near.isdisjoint(acting)
 
-    asked = [pair for pair in problem.asked if wanted(pair[0], pair[1].joints)]
+    asked = problem.pairs(wanted)
     for kind in KINDS.values():
         rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
         asked += [(one, problem.columns_of(one)) for one in rest if wanted(one, one.joints)]

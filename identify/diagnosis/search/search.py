@@ -274,7 +274,7 @@ def _in_allowed_shape(
     problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
 ) -> Answer | None:
     """The same effect in its most probable shape that physics allows beside some others, if any."""
-    shapes = [pair for pair in problem.asked if pair[0].key == answer.candidate.key]
+    shapes = problem.pairs(lambda candidate, _: candidate.key == answer.candidate.key)
     if len(shapes) < 2:
         return None
     prediction = problem.prediction(others, near)
