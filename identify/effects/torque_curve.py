@@ -1,7 +1,7 @@
 """A smooth curve of torque over one quantity, for what depends on it and follows no formula."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -59,7 +59,7 @@ class TorqueCurve(JointEffect):
         high: Largest value of that in the runs [rad], [rad/s] or [N m].
     """
 
-    over: str = field(kw_only=True)
+    over: str = "position"
     low: float = 0.0
     high: float = 1.0
 

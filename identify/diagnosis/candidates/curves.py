@@ -71,5 +71,5 @@ KINDS = {
         formula=False,
     )
     for over, name in NAMES.items()
-}
+} | {"torque_curve": Kind("{joint} has a curve of torque", ("position", "load"), "", False, _nothing)}
 """Name -> what is known of each."""

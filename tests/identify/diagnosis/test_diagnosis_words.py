@@ -49,6 +49,7 @@ OUTSIDE = (
     "axis_misalignment",
     "periodic_disturbance",
     *NAMES.values(),
+    "torque_curve",
 )
 
 

@@ -22,7 +22,6 @@ CHOICES = {
     "d21": 0.6964,
     "d22": 0.1847,
     "phi": -1.6148,
-    "over": "position",
 }
 """Values of the fields that have no default."""
 
