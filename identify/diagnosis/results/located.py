@@ -1,6 +1,7 @@
 """Located: the budget of every joint by what its torque depends on, with the probability of each."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ..candidates import family_of
 from ..findings.family import FAMILIES
@@ -25,7 +26,7 @@ def located(
     budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
 ) -> tuple[Located, ...]:
     """Rows joint by joint, the greatest share first; findings of one dependence are one row."""
-    sure = {(one.joint, one.depends_on): one.probability for one in remainders}
+    sure = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows: list[Located] = []
     for joint in range(len(budget.before)):
         parts: dict[str, Located] = {}
@@ -38,21 +39,22 @@ def located(
                 depends_on = dependence_of(found.answer.candidate)
                 part = Located(joint, depends_on, size, found.dependence_probability, place)
             parts[part.depends_on] = _together(parts.get(part.depends_on), part)
-        rows += sorted((one for one in parts.values() if one.share >= LEAST), key=lambda one: -one.share)
+        large = [part for part in parts.values() if part.share >= LEAST]
+        rows += sorted(large, key=lambda part: -part.share)
     return tuple(rows)
 
 
-def _together(one: Located | None, other: Located) -> Located:
-    """Both as one row: the place and the probability of the likelier one."""
-    if one is None:
-        return other
-    first = max(one, other, key=lambda part: part.probability or 0.0)
-    return Located(one.joint, one.depends_on, one.share + other.share, first.probability, first.finding)
+def _together(row: Located | None, part: Located) -> Located:
+    """A row with one more part: of the likelier of them are the place and the probability."""
+    if row is None:
+        return part
+    likelier = max(row, part, key=lambda either: either.probability or 0.0)
+    return replace(likelier, share=row.share + part.share)
 
 
 def hinted(hints: Sequence[Hint]) -> tuple[Hinted, ...]:
     """Hints with their numbers."""
-    return tuple(_hinted(one) for one in hints)
+    return tuple(map(_hinted, hints))
 
 
 def _hinted(hint: Hint) -> Hinted:

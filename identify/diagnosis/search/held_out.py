@@ -71,17 +71,17 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     the model would make up for it, these prove it, from which they would have to be far off.
     """
 
-    def is_proven(one: Selected) -> bool:
-        stated = not one.predicts_held_out or one.answer.relief > CERTAIN_ODDS
-        return stated or _excludes_zero(problem, selected, one)
+    def is_proven(finding: Selected) -> bool:
+        stated = not finding.predicts_held_out or finding.answer.relief > CERTAIN_ODDS
+        return stated or _excludes_zero(problem, selected, finding)
 
-    return [one._replace(proven=is_proven(one)) for one in selected]
+    return [finding._replace(proven=is_proven(finding)) for finding in selected]
 
 
-def _excludes_zero(problem: Problem, selected: Sequence[Selected], one: Selected) -> bool:
+def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
     with_it = problem.prediction(answers_of(selected))
-    without = problem.prediction([other.answer for other in selected if other is not one], with_it)
-    joint, fitted = int(np.argmax(one.answer.by_joint)), problem.blocks.fitted
+    without = problem.prediction([other.answer for other in selected if other is not finding], with_it)
+    joint, fitted = int(np.argmax(finding.answer.by_joint)), problem.blocks.fitted
     before, after = without.errors[:, joint], with_it.errors[:, joint]
     return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
 

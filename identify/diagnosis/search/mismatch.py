@@ -45,8 +45,8 @@ class Mismatch(NamedTuple):
 
     def columns(self, splines: np.ndarray, found: Sequence[Answer]) -> np.ndarray:
         """What splines (r, n, s) have beyond the torques of the findings themselves, shape (r, n, s)."""
-        own = _columns([found[place] for place in self.findings], splines.shape[1])
-        return np.asarray(splines - own @ self.share)
+        formulas = _columns([found[place] for place in self.findings], splines.shape[1])
+        return np.asarray(splines - formulas @ self.share)
 
 
 def splines_of(effect: TorqueCurve, model: Model, runs: Iterable[Driven]) -> np.ndarray:
@@ -76,9 +76,9 @@ def mismatches(
 def _mismatch(
     place: Place, numbers: list[int], found: Sequence[Answer], effect: TorqueCurve, splines: np.ndarray
 ) -> Mismatch:
-    joint, own = place[1], _columns([found[number] for number in numbers], splines.shape[1])
-    size = np.maximum(np.linalg.norm(own[:, joint], axis=0), np.finfo(float).tiny)
-    share = np.linalg.lstsq(own[:, joint] / size, splines[:, joint], rcond=None)[0] / size[:, None]
+    joint, formulas = place[1], _columns([found[number] for number in numbers], splines.shape[1])
+    size = np.maximum(np.linalg.norm(formulas[:, joint], axis=0), np.finfo(float).tiny)
+    share = np.linalg.lstsq(formulas[:, joint] / size, splines[:, joint], rcond=None)[0] / size[:, None]
     torques = [found[number].torque[:, found[number].columns.joints == joint] for number in numbers]
     square = sum(float(np.mean(torque**2)) for torque in torques)
     return Mismatch(place, effect, tuple(numbers), share, FORMULA * float(np.sqrt(square)))
@@ -90,12 +90,12 @@ def _columns(found: Sequence[Answer], joints: int) -> np.ndarray:
 
 
 def with_mismatches(
-    rows: Rows, every: Sequence[Mismatch], found: Sequence[Answer], splines: Mapping[Place, np.ndarray]
+    rows: Rows, formulas: Sequence[Mismatch], found: Sequence[Answer], splines: Mapping[Place, np.ndarray]
 ) -> Rows:
     """The rows with these unknowns; splines (r, n, s) of each place and findings are over the same runs."""
-    for one in every:
-        columns = one.columns(splines[one.place], found)
-        rows = rows.plus(one.names, columns, np.full(one.effect.count, one.std))
+    for mismatch in formulas:
+        columns = mismatch.columns(splines[mismatch.place], found)
+        rows = rows.plus(mismatch.names, columns, np.full(mismatch.effect.count, mismatch.std))
     return rows
 
 
