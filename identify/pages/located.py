@@ -39,8 +39,12 @@ def _name(row: Located, file: DiagnosisFile) -> str:
     finding = file.every[row.finding]
     if row.finding < len(file.findings):
         return effect_words(finding.effect)
-    return f"{finding.family} (undecided which)" if finding.family else "undecided"
+    if not finding.family:
+        return "undecided"
+    return OPEN if finding.family == row.depends_on else f"{finding.family}, {OPEN}"
 
 
 TITLE = "Where the misfit is"
+OPEN = "formula open"
+"""Of a family that is certain, when its member is not."""
 HEAD = ["joint", "depends on", "share", "sure", "name"]
