@@ -11,7 +11,8 @@ class Located:
         joint: From 0; in files from 1.
         depends_on: A dependence of `DEPENDENCES`, an effect outside of them, or what a remainder depends on.
         share: Of the squared misfit of the joint, held out where there are such runs [-].
-        probability: That the torque depends on it; None for noise and for what depends on nothing recorded.
+        probability: That the torque depends on it; None for noise, for what depends on nothing recorded, and
+            where what it explains may be zero.
         finding: Place of the finding that explains it, undecided ones behind the others; None without any.
     """
 

@@ -26,18 +26,19 @@ def located(
     budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
 ) -> tuple[Located, ...]:
     """Rows joint by joint, the greatest share first; findings of one dependence are one row."""
-    sure = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
+    known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows: list[Located] = []
     for joint in range(len(budget.before)):
         parts: dict[str, Located] = {}
         for share in budget.shares:
             size, place = float(share.shares[joint]), share.finding
             if place is None:
-                part = Located(joint, share.kind, size, sure.get((joint, share.kind)), None)
+                part = Located(joint, share.kind, size, known.get((joint, share.kind)), None)
             else:
                 found = selected[place]
                 depends_on = dependence_of(found.answer.candidate)
-                part = Located(joint, depends_on, size, found.dependence_probability, place)
+                sure = found.dependence_probability if found.proven else None
+                part = Located(joint, depends_on, size, sure, place)
             parts[part.depends_on] = _together(parts.get(part.depends_on), part)
         large = [part for part in parts.values() if part.share >= LEAST]
         rows += sorted(large, key=lambda part: -part.share)

@@ -73,9 +73,8 @@ class Selected(NamedTuple):
 
     @property
     def family(self) -> FamilyShare | None:
-        """The narrowest family on its joints that is certain enough to be named; None without any."""
-        here = self.answer.candidate
-        narrow = family_of(here)
+        """The narrowest family on its joints that is certain enough to be named; None if unproven too."""
+        narrow = family_of(self.answer.candidate) if self.proven else ""
         wide = FAMILIES[narrow].dependence if narrow else ""
         shares = (FamilyShare(name, self._probability_of(name)) for name in (narrow, wide) if name)
         return next((one for one in shares if one.probability >= NAMED), None)
