@@ -13,7 +13,9 @@ from exidyn.identify.diagnosis.results.located import LEAST, dependence_of, loca
 
 def found(effect, probability, joint=0):
     candidate = SimpleNamespace(effect=effect, joints=(joint,), kind="", shape={"exponent": 0.5})
-    return SimpleNamespace(answer=SimpleNamespace(candidate=candidate), dependence_probability=probability)
+    return SimpleNamespace(
+        answer=SimpleNamespace(candidate=candidate), dependence_probability=probability, proven=True
+    )
 
 
 def test_findings_of_one_dependence_are_one_row_and_small_parts_are_none():
