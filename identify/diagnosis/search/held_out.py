@@ -68,14 +68,18 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     """The findings, each with whether its effect on fitted blocks and on runs held out excludes zero.
 
     What it explains beside all other findings counts, on the joint that shows it best. Where stated values of
-    the model would make up for it, these prove it, from which they would have to be far off.
+    the model would make up for it, these prove it, from which they would have to be far off. A finding goes
+    that is not proven so and that runs held out do not make credible either: it would move the numbers of the
+    others, and explain nothing.
     """
 
     def is_proven(finding: Selected) -> bool:
         stated = not finding.predicts_held_out or finding.answer.relief > CERTAIN_ODDS
         return stated or _excludes_zero(problem, selected, finding)
 
-    return [finding._replace(proven=is_proven(finding)) for finding in selected]
+    judged = [finding._replace(proven=is_proven(finding)) for finding in selected]
+    silent = bool(np.all(problem.blocks.fitted))
+    return [one for one in judged if one.proven or silent or one.answer.held_out > CERTAIN_ODDS]
 
 
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
