@@ -77,7 +77,8 @@ def numbers(
         parameters: Its parameters.
         stated: The finding's numbers -> value and standard deviation.
     """
-    true = SAME[truth.effect](parameters) if truth.effect in SAME else {}
+    stated = truth.effect in SAME and bool(parameters)  # older truths state no numbers
+    true = SAME[truth.effect](parameters) if stated else {}
     endings = {str(joint) for joint in truth.joints} | {""}
     found = []
     for name, value in true.items():
