@@ -15,7 +15,7 @@ from ..findings.located import Hinted
 from ..findings.quantities import SLIDING, TURNING, formatted
 from .naming import effect_words, joined, joint_words, lower
 
-UNPROVEN = ", but what it explains may be zero by how much that differs from block to block"
+UNPROVEN = ", but it differs so much from block to block that it may explain nothing"
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
