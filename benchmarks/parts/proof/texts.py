@@ -99,7 +99,7 @@ the set is a control. Its size is *off* if it is not the known one, or in the kn
 standard deviations. Other names are *unverified*: nothing is known for or against them. What is *undecided*
 is in the fit without a name. Every name of every set counts, with the default filters and with given ones.
 Each set is *diagnosed again* with the model that was found (`found.toml`): nothing should be named then. A
-model holds no elastic gear and nothing that a sensor or a drive does to what is recorded. Misfit is the root
+model holds no hose, no supply that sags and no contact. Misfit is the root
 mean square of what the best fit without findings leaves of runs held out.
 """
 
