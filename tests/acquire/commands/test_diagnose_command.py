@@ -106,7 +106,7 @@ def test_models_to_distinguish_are_written_where_the_words_state(tmp_path, monke
 
 def test_the_model_found_is_written_without_alternatives_and_reports_what_it_cannot_hold(tmp_path):
     other = instead("current_crosstalk", None)
-    leak = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None)
+    leak = replace(diagnosis(), findings=(as_finding(other),), undecided=(), budget=None, located=())
     [spring] = diagnosis().findings
     sure = replace(diagnosis(), findings=(replace(spring, alternatives=()),))
     for one, lacking in ((sure, False), (leak, True)):
@@ -145,7 +145,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     pushed = replace(
         as_finding(instead("current_offset", 1)), parameters={"Off2": Quantity(1e160, np.nan, "N m")}
     )
-    far = replace(diagnosis(), findings=(pushed,), undecided=(), budget=None)
+    far = replace(diagnosis(), findings=(pushed,), undecided=(), budget=None, located=())
     answering(monkeypatch, lambda *_, **__: far)
     monkeypatch.setattr(diagnose_command, "refit", lambda *_, **__: None)
     out = tmp_path / "out"
@@ -290,7 +290,7 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
     html = report_html(full)
     page = Page(html)
     sections = [attributes["id"] for tag, attributes in page.elements if tag == "section"]
-    assert sections[0] == "budget"
+    assert sections[:2] == ["located", "budget"]
     assert {"undecided", "moments", "candidates"} <= set(sections)
     assert "findings" not in sections
     bars = html.partition("where the misfit goes</title>")[2].partition("</svg>")[0]
@@ -303,7 +303,9 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
 
 def test_the_page_reports_what_is_left_without_a_name():
     left = (Remainder(1, 2.14, 0.999, "position"),)
-    page = Page(report_html(replace(diagnosis(), findings=(), undecided=(), budget=None, remainders=left)))
+    page = Page(
+        report_html(replace(diagnosis(), findings=(), undecided=(), budget=None, located=(), remainders=left))
+    )
     assert "none of the effects that exidyn knows" in page.words
     assert "unexplained" in [attributes.get("id") for tag, attributes in page.elements if tag == "section"]
     bare = Page(report_html(replace(diagnosis(), evidence=None)))

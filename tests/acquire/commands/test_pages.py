@@ -104,6 +104,7 @@ def test_options_that_pages_name_exist(page):
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--arm",
+        "--coverage",
         "--arms",
         "--resume",
         "--bare",

@@ -211,7 +211,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
 
 
 def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files, tmp_path):
-    nothing = replace(small(), findings=(), budget=None, improvement=None)
+    nothing = replace(small(), findings=(), budget=None, located=(), improvement=None)
     write_diagnosis(nothing, None, fit(), tmp_path / "diagnosis")
     (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
     write_fit(fit(), tmp_path / "fit.json")

@@ -70,7 +70,7 @@ def alone(case, finding):
 
 
 def row_of(case, joints=1, named_again=()):
-    row = {"expected": True, "named": True, "right": False}
+    row = {"expected": True, "named": True, "by_family": True, "right": False}
     return {
         "case": case,
         "known": [row, row | {"named": False}, row | {"expected": False}],
