@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from scipy import interpolate
 
 from .motion import Motion
 
@@ -52,4 +51,6 @@ def knots(motion: Motion) -> np.ndarray:
 
 def over_knots(motion: Motion, values: np.ndarray) -> np.ndarray:
     """What is known at the knots (k, ...) at every sample, shape (t, ...)."""
-    return np.asarray(interpolate.CubicSpline(knots(motion), values)(np.arange(len(motion))))
+    from scipy.interpolate import CubicSpline  # large, and readers of files have little memory
+
+    return np.asarray(CubicSpline(knots(motion), values)(np.arange(len(motion))))

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg
 
 from ..arm.derivatives import differentiate
 
@@ -53,7 +52,9 @@ def bent(
     right = np.empty(len(load))
     right[:2] = load[0] / stiffness[0]
     right[2:] = (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
-    value = linalg.solve_banded((2, 0), bands, right, check_finite=False)
+    from scipy.linalg import solve_banded  # large, and readers of files have little memory
+
+    value = solve_banded((2, 0), bands, right, check_finite=False)
     rate, second = differentiate(value[:, None], 1.0 / step)
     return Twist(value, rate[:, 0], second[:, 0])
 

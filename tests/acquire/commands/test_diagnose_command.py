@@ -298,7 +298,7 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
     assert sum(shares) == pytest.approx(200.0, abs=0.5)  # of two joints, three digits each
     assert 'class="moment"' in html
     assert 'class="moment"' not in report_html(replace(full, moments=()))
-    assert "something is missing that is joint spring (65\N{NO-BREAK SPACE}%)" in page.words
+    assert "joint spring (65\N{NO-BREAK SPACE}%)" in page.words
 
 
 def test_the_page_reports_what_is_left_without_a_name():
