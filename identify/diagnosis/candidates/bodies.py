@@ -165,7 +165,7 @@ KINDS = {
     "payload": Kind(
         family="mass",
         sentence="The flange carries a payload that the model does not have[ in {runs}][, or {instead} is "
-        "heavier by as much]: {M}[, its centre of mass at {centre} mm in the flange's frame][, but "
+        "heavier by as much]: {M}[, its center of mass at {centre} mm in the flange's frame][, but "
         "these runs hardly determine its mass; its first moments are {moments} kg m in the flange's frame]",
         drawn_against=("position", "acceleration"),
         ask=_payloads,

@@ -105,9 +105,9 @@ def hint_sentence(hint: Hinted, joints: Sequence[str]) -> str:
     where, effect = joint_words(hint.joint, joints), effect_words(hint.effect)
     change = f"{-100 * hint.change:.0f} ± {100 * NORMAL_95 * hint.std:.0f} %"
     return (
-        f"{where}: runs held out show {effect} (log odds {hint.gain_held_out:.1f}), which would explain "
-        f"{change} of what is left there; the fitted runs do not decide it (log odds {hint.gain:.1f}). Fit "
-        "one of the runs held out too, and hold out another."
+        f"{where}: runs held out show {effect} (log likelihood ratio {hint.gain_held_out:.1f}), which would "
+        f"explain {change} of what is left there; the fitted runs do not decide it (ratio {hint.gain:.1f}). "
+        "Fit one of the runs held out too, and hold out another."
     )
 
 

@@ -282,7 +282,7 @@ def test_a_body_of_unknown_mass_is_reported_by_its_moments():
     assert "first moments are (0.4, 0, 1.2) kg m" in sentence(
         finding("payload", (), parameters=light), JOINTS
     )
-    assert "centre of mass at (100, 0, 300) mm" in sentence(finding("payload", (), parameters=heavy), JOINTS)
+    assert "center of mass at (100, 0, 300) mm" in sentence(finding("payload", (), parameters=heavy), JOINTS)
 
 
 def test_joints_are_numbers_with_names_where_those_state_more():
