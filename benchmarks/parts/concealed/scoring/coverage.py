@@ -77,15 +77,15 @@ def numbers(
         parameters: Its parameters.
         stated: The finding's numbers -> value and standard deviation.
     """
-    stated = truth.effect in SAME and bool(parameters)  # older truths state no numbers
-    true = SAME[truth.effect](parameters) if stated else {}
+    known = truth.effect in SAME and bool(parameters)  # older truths have no numbers
+    true = SAME[truth.effect](parameters) if known else {}
     endings = {str(joint) for joint in truth.joints} | {""}
-    found = []
+    pairs = []
     for name, value in true.items():
-        own = next((stated[name + ending] for ending in endings if name + ending in stated), None)
-        if own is not None and None not in own:
-            found.append(Number(truth.effect, name, float(value), *map(float, own)))  # type: ignore[arg-type]
-    return found
+        pair = next((stated[name + ending] for ending in endings if name + ending in stated), None)
+        if pair is not None and None not in pair:
+            pairs.append(Number(truth.effect, name, float(value), *map(float, pair)))  # type: ignore[arg-type]
+    return pairs
 
 
 def interval_coverage(every: Sequence[Number]) -> float:
