@@ -15,9 +15,9 @@ import numpy as np
 MOVED = 0.4
 """Share of a correction from which on an axis has moved: an arm that begins to follow while the first pattern
 of the probe rises still moves by all of it when that falls."""
-APART = 0.6
-"""Share by which a motion may differ from its correction: a drive that must overcome friction first swings
-over by up to half."""
+OVERSHOOT = 0.8
+"""Share by which a motion may exceed its correction: a drive that must overcome friction first swings over by
+up to six tenths, and noise comes on top; an axis that follows a second correction moves by all of that."""
 
 
 def pattern_table(axes: int) -> np.ndarray:
@@ -89,7 +89,8 @@ class Linkage:
         return ~self._alike(self.motions, self.corrections)
 
     def _alike(self, motions: np.ndarray, corrections: np.ndarray) -> np.ndarray:
-        share = np.where(corrections != 0.0, APART, MOVED)
+        beyond = np.sign(corrections) * (motions - corrections) > 0.0
+        share = np.where(corrections == 0.0, MOVED, np.where(beyond, OVERSHOOT, 1.0 - MOVED))
         return np.asarray(np.abs(motions - corrections) <= share * self.size)
 
     def _source(self, axis: int) -> int | None:
