@@ -115,7 +115,6 @@ def _diagnosed(
     found = with_all_torque(search(problem))
     progress("weigh what was found")
     left = discrepancies(found.problem, found.prediction)
-    found = beside_unnamed(found, left)
     noise, rested = noise_floor(found.problem.runs)
     material = MATERIAL
     if pooled_noise([run.prepared for run in found.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
@@ -124,6 +123,7 @@ def _diagnosed(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
     noise = np.sqrt(found.problem.rows.row_variance(noise**2))
+    found = beside_unnamed(found, left, noise)
     proof = evidence(found, noise)
     spread, named = with_shapes(found), sum(one.named for one in found.selected)
     warnings = [*warnings, *undetermined_gains(found, spread)]

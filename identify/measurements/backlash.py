@@ -8,11 +8,11 @@ from ..arm.robot import Robot
 from ..arm.tangent import Tangent
 from .gear import Gear, Spring
 from .measurement import require
-from .twist import Twist, loose, resting
+from .twist import Twist, bent, loose, resting
 
 TEETH = 40.0
-"""Resonance of a link on its teeth [Hz]: harder ones strike alike behind a low-pass of 25 Hz, softer ones
-are an elastic gear's."""
+"""Resonance of a link on its teeth from which on they are hard [Hz]: those strike alike behind a low-pass
+of 25 Hz; softer ones also give way under the load."""
 RATIO = 0.5
 """Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
 
@@ -25,25 +25,53 @@ class Backlash(Gear):
         gap: Whole width of the play, seen from the joint [rad].
         damping_ratio: Damping ratio of the link on its teeth [-].
         load_shift: Torque by which the load exceeds that of the model [N m].
+        resonance: Of the link on its teeth [Hz].
     """
 
     gap: float
     damping_ratio: float = RATIO
     load_shift: float = 0.0
+    resonance: float = TEETH
 
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
         weight, drag, inertia = tangent.own(joint)
         load = load + self.load_shift
         if not np.min(inertia) > 0.0:  # a link that a fit left without inertia never floats
             return resting(load, 0.5 * self.gap)
-        teeth = min(TEETH, 0.125 / step), self.damping_ratio
-        return loose(inertia, drag, weight, load, step, 0.5 * self.gap, teeth)
+        return floating((inertia, drag, weight), load, step, self.gap, (self.resonance, self.damping_ratio))
 
     def spring(self, inertia: float) -> Spring:
-        angular = 2 * np.pi * TEETH
+        angular = 2 * np.pi * self.resonance
         return Spring(inertia * angular**2, 2 * self.damping_ratio * inertia * angular, self.gap)
 
     def check(self, robot: Robot) -> None:
         super().check(robot)
         require("backlash", "gap", self.gap)
         require("backlash", "damping_ratio", self.damping_ratio)
+        require("backlash", "resonance", self.resonance)
+
+
+def floating(
+    link: tuple[np.ndarray, np.ndarray, np.ndarray],
+    load: np.ndarray,
+    step: float,
+    gap: float,
+    teeth: tuple[float, float],
+) -> Twist:
+    """Twist of a link on teeth with a play, which also bend under the load where they are soft.
+
+    Args:
+        link: Its inertia, damping, and stiffness by gravity without its gear, each (t,), as in `bent`.
+        load: Torque that the gear transmits when it is rigid, shape (t,) [N m].
+        step: Sampling period [s].
+        gap: Whole width of the play [rad].
+        teeth: Resonance of the link on them [Hz], and its damping ratio [-].
+    """
+    inertia, drag, weight = link
+    (resonance, ratio), on_teeth = teeth, None
+    if resonance < TEETH:
+        angular = 2 * np.pi * resonance
+        stiffness = float(np.mean(inertia)) * angular**2
+        on_teeth = bent(inertia, 2 * ratio * stiffness / angular + drag, stiffness + weight, load, step)
+    teeth = min(resonance, 0.125 / step), ratio
+    return loose(inertia, drag, weight, load, step, 0.5 * gap, teeth, on_teeth)

@@ -67,26 +67,30 @@ def loose(
     step: float,
     play: float,
     teeth: tuple[float, float],
+    on_teeth: Twist | None = None,
 ) -> Twist:
     """Twist of a gear with play: within it, nothing but the link's own inertia answers the load.
 
-    A link rests against the teeth that its load is on, as if they were rigid; when the load changes its
-    sign, it floats to the other side, strikes, and bounces until the teeth have damped it out.
+    A link rests against the teeth that its load is on, as if they were rigid, or bent as given where they are
+    soft; when the load changes its sign, it floats to the other side, strikes, and bounces until the teeth
+    have damped it out.
 
     Inertia, damping, stiffness (by gravity) and load are those of the link without its gear, as in `bent`.
     The play is half of its width [rad]. The teeth are the link's resonance on them, at most an eighth of the
-    sample rate [Hz], and its damping ratio [-].
+    sample rate [Hz], and its damping ratio [-]. On soft teeth their twist without any play is `on_teeth`.
     """
     angular, ratio = 2 * np.pi * teeth[0], teeth[1]
     settled = int(3.0 / (ratio * angular * step))  # e^-3, a twentieth of the stroke, is left then
     side = np.where(load < 0, -1.0, 1.0)
     value, rate, second = play * side, np.zeros(len(load)), np.zeros(len(load))
+    if on_teeth is not None:
+        value, rate, second = value + on_teeth.value, on_teeth.rate.copy(), on_teeth.second.copy()
     per_inertia = np.stack([load, damping, stiffness], axis=1) / inertia[:, None]
     end = 0
     for start in (np.flatnonzero(np.diff(side)) + 1).tolist():
         if start < end:
             continue
-        x, v, in_contact, path = float(value[start - 1]), 0.0, 0, []
+        x, v, in_contact, path = float(value[start - 1]), float(rate[start - 1]), 0, []
         # Plain numbers: a sample depends on the one before, and arrays of one number are slow.
         for pull, drag, weight in _rows(per_inertia, start):
             past = x - play if x > play else x + play if x < -play else 0.0

@@ -162,20 +162,31 @@ def remainders(
     return found
 
 
-def beside_unnamed(found: SearchResult, every: list[Answer]) -> SearchResult:
-    """The result with what is left without a name on the joint of each finding, over what that explains."""
+def beside_unnamed(found: SearchResult, every: list[Answer], noise: np.ndarray) -> SearchResult:
+    """The result with what is left without a name on the joint of each finding, over what that explains.
+
+    What depends on something counts whole. Of what is left above the noise (n,) [N m] and shows no
+    dependence, any hypothesis would take its part: that of one kind of dependence among all, or of its
+    columns among the columns of all kinds, whichever is more.
+    """
     prediction, joints = found.prediction, found.prediction.joints
-    left = np.zeros(joints)
+    left, columns = np.zeros(joints), np.zeros(joints)
     for feature in every:
+        [joint] = feature.candidate.joints
+        columns[joint] += len(feature.candidate.names)
         if odds_of(feature, joints * len(KINDS)) > CERTAIN_ODDS:
-            [joint] = feature.candidate.joints
             left[joint] = max(left[joint], _explained(prediction, feature, joint) ** 2)
+    above = np.maximum(rms(prediction.residual, prediction.rows.weight) ** 2 - noise**2, 0.0)
     selected = list(found.selected)
     for place, finding in enumerate(selected):
         joint = int(np.argmax(finding.answer.by_joint))
-        explained = 0.0 if finding.once else _explained(prediction, finding.answer, joint) ** 2
-        if explained > 0.0:  # it was not measured otherwise, as a gear between two encoders
-            selected[place] = finding._replace(unnamed=float(left[joint] / explained))
+        # What was measured otherwise, or shows by stated values that would be strained, explains no blocks.
+        apart = finding.once or finding.answer.relief > float(finding.answer.by_joint.sum())
+        explained = 0.0 if apart else _explained(prediction, finding.answer, joint) ** 2
+        if explained > 0.0:
+            part = max(1.0 / len(KINDS), len(finding.answer.values) / max(columns[joint], 1.0))
+            alike = max(left[joint], part * above[joint])
+            selected[place] = finding._replace(unnamed=float(alike / explained))
     return replace(found, selected=tuple(selected)).ordered()
 
 

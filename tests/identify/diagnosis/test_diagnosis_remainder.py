@@ -9,7 +9,7 @@ import pytest
 from exidyn.identify.diagnosis.blocks.block_likelihood import common_variance
 from exidyn.identify.diagnosis.questions.block_answer import Answer
 from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.results.remainder import beside_unnamed, line, remainders
+from exidyn.identify.diagnosis.results.remainder import beside_unnamed, discrepancies, line, remainders
 from exidyn.identify.effects import JointSpring
 
 from ...parts.small.small_search import record, searched
@@ -75,10 +75,23 @@ def test_a_finding_is_not_named_where_as_much_is_left_without_a_name(share, name
     left = replace(
         spring.answer, candidate=feature, predicted=spring.answer.errors + share * np.maximum(explained, 0.0)
     )
-    [beside] = beside_unnamed(found, [left]).selected
+    [beside] = beside_unnamed(found, [left], np.full(2, np.inf)).selected
     assert beside.named == named
     assert spring.certainty > 0.99
     assert beside.certainty == pytest.approx(spring.certainty) if named else beside.certainty < 0.5
+
+
+@pytest.mark.parametrize(("size", "named"), [(1.0, 1), (1e-6, 0)])
+def test_a_finding_is_not_named_where_any_hypothesis_would_take_as_much_of_what_is_left(size, named):
+    """What is left depends on nothing in particular: an eighth of it goes along with any dependence."""
+    found = searched(record([JointSpring(("elbow",))], {"Ks2": 4.0}))
+    [spring] = found.selected
+    explained = np.maximum(spring.answer.predicted - spring.answer.errors, 0.0)
+    weak = replace(spring.answer, predicted=spring.answer.errors + size * explained)
+    every = discrepancies(found.problem, found.prediction)
+    weakly = replace(found, selected=(spring._replace(answer=weak),))
+    [beside] = beside_unnamed(weakly, every, np.zeros(2)).selected
+    assert beside.named == named
 
 
 @pytest.mark.parametrize(
