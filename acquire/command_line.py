@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from typing import Any
 
-from exidyn.identify.errors import ExidynError, RobotWarning
+from exidyn.identification.errors import ExidynError, RobotWarning
 
 from .arguments.command import Option, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE

@@ -18,9 +18,9 @@ from parts.fleet.hard import alarm_figures, asked, hard_figures, kept
 from parts.fleet.real import ur10e
 from parts.fleet.seasons import check_run, season
 
-from exidyn.identify.fleet.learned import learned
-from exidyn.identify.fleet.report import KindReport
-from exidyn.identify.fleet.runs import Frame
+from exidyn.identification.fleet.learned import learned
+from exidyn.identification.fleet.report import KindReport
+from exidyn.identification.fleet.runs import Frame
 
 ARMS, WEEKS, BEGIN = 20, 26, 10.0
 """Of each of two types; weeks of runs; the week in which wear begins."""

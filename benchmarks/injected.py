@@ -21,9 +21,9 @@ from parts.injected.background import Background, effort
 from parts.injected.effects import EFFECTS, Added
 from parts.real.data import UR10E
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.finding import Diagnosis
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.finding import Diagnosis
+from exidyn.identification.recordings.recording import Recording, Signal
 
 STRENGTHS = (0.5, 1.0, 2.0)
 """What no nominal parameter explains of an effect, over what least squares leave without it [-]."""

@@ -19,14 +19,14 @@ from parts.coverage import MASS, SECONDS, Arm, coverage
 from parts.edit_test import edit_test_table
 from parts.kr270 import BODY, CATALOGUE, equations_of, gain_error, nominal, over_std, plant, record, true_base
 
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.equations import Equations
-from exidyn.identify.fit.estimators import ESTIMATORS, Estimate
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.equations import Equations
+from exidyn.identification.fit.estimators import ESTIMATORS, Estimate
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors
 
 TABLE_III = {
     "ZZ1R": (1190, 0.63), "Fv1": (1090, 0.75), "Fc1": (301, 1.42), "XX2R": (-623, 1.38),

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from common import options, save, show
 
-from exidyn.identify.fit.estimators import posterior
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.importers import import_source
+from exidyn.identification.fit.estimators import posterior
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.importers import import_source
 
 CASES = Path(os.environ.get("EXIDYN_CASES", Path(__file__).parents[1] / "../shared/cases"))
 LIMIT = 1.3

@@ -40,8 +40,8 @@ from parts.own_logs.statements import of_init
 from parts.own_logs.tables import show_logs, show_mistakes, show_recordings, show_statements, summary
 from parts.own_logs.walk_mistake import walk_mistake, walk_right
 
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.robot_file import read_model
 
 Case = dict[str, Any]
 """Figures of one case, as JSON has them."""

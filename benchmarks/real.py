@@ -29,7 +29,7 @@ from parts.real.edit_test import edits
 from parts.real.payload import payloads
 from parts.real.servo_masses import servo_masses
 
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 
 TOLERANCES = (None, 3.0, 1.0, 0.3, 0.1)
 """Relative standard deviations of the drawn inertias as prior; None for no prior."""

@@ -16,11 +16,11 @@ from common import options, save, show
 from parts.simulate.runs import Run, bare, motion_of, ours, theirs
 from parts.simulate.torques import round_trips
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import steps
-from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import steps
+from exidyn.identification.simulation.plant.typical import typical_parts
 
 FINE = 2.5e-4
 """Step of MuJoCo to agree with [s]: its loop is closed once a step, and so lags behind by half of one."""

@@ -24,14 +24,14 @@ from parts.figaroh.peer import FigarohArm, Settings, why_absent
 from parts.own_logs.engine import check_before_fit
 from parts.regressor_floor import regressor_floor
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.fit.estimators import weighted
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.robot_files.robot_file import read_model, urdf_text
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.fit.estimators import weighted
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.robot_files.robot_file import read_model, urdf_text
 from exidyn.trajectories.random_motion import random_fourier
 
 NOISE = np.array([1.0, 1.0, 0.6, 0.3, 0.3, 0.15])

@@ -45,7 +45,7 @@ class Measured(Protocol):
 
 
 class Plant(Protocol):
-    """A simulated arm with its drives: `exidyn.identify.simulation.plant` has one for any model."""
+    """A simulated arm with its drives: `exidyn.identification.simulation.plant` has one for any model."""
 
     def measure(self) -> Measured:
         """What its sensors measure now."""

@@ -11,7 +11,9 @@ These names, all of `exidyn.api`, are imported when they are asked for, so that 
 Pinocchio.
 """
 
+import sys
 from importlib import import_module, metadata
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,14 +22,16 @@ if TYPE_CHECKING:
 
 __version__ = metadata.version("exidyn")
 
-if not Path(__file__).with_name("identify").exists():
+if not Path(__file__).with_name("identification").exists():
     # A checkout: the packages lie beside this folder (see setup.py), where Python started there finds them.
+    # The folder identify is the package identification, since `exidyn.identify` is a function.
     __path__.append(str(Path(__file__).parents[1]))  # noqa: F405
-
-# `exidyn.identify` is a package and a function. Importing the package binds the name here, the first time:
-# unbound again, it is left to the function, and `from exidyn.identify.model import Model` works as ever.
-import_module(".identify", __name__)
-del globals()["identify"]
+    _spec = spec_from_file_location(
+        f"{__name__}.identification", Path(__file__).parents[1] / "identify" / "__init__.py"
+    )
+    if _spec and _spec.loader:
+        identification = sys.modules[_spec.name] = module_from_spec(_spec)
+        _spec.loader.exec_module(identification)
 
 
 def __getattr__(name: str) -> Any:

@@ -10,24 +10,24 @@ from typing import Any
 import numpy as np
 
 from exidyn.acquire.run.simulated import simulated
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.diagnose import diagnose as _diagnose
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.effects import EFFECTS
-from exidyn.identify.errors import ExidynError, RecordingError, UnknownKey
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify as _identify
-from exidyn.identify.model import Model
-from exidyn.identify.pages.diagnosis_document import report_html as diagnosis_html
-from exidyn.identify.pages.fit_document import report_html
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.comparison import Comparison
-from exidyn.identify.simulation.comparison import compare as _compare
-from exidyn.identify.simulation.plant import Transmission
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.effects import EFFECTS
+from exidyn.identification.errors import ExidynError, RecordingError, UnknownKey
+from exidyn.identification.fit.estimators import ESTIMATORS
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify as _identify
+from exidyn.identification.model import Model
+from exidyn.identification.pages.diagnosis_document import report_html as diagnosis_html
+from exidyn.identification.pages.fit_document import report_html
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.comparison import Comparison
+from exidyn.identification.simulation.comparison import compare as _compare
+from exidyn.identification.simulation.plant import Transmission
 from exidyn.trajectories.planning.planner import plan as _plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
@@ -117,7 +117,7 @@ def identify(
         robot: In place of the one inside the recordings.
         estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
         filtering: Filters; chosen from the data where none is given.
-        options: Further ones of `exidyn.identify.fit.identification.identify`: drop, fitted_shapes, progress.
+        options: drop, fitted_shapes, progress: see `exidyn.identification.fit.identification.identify`.
 
     Raises:
         UnknownKey: There is no such estimator.

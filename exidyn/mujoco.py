@@ -6,11 +6,11 @@ from typing import Any
 
 from exidyn.acquire.files.diagnosis_files import ABSENT
 from exidyn.acquire.files.given_runs import read_arm
-from exidyn.identify.errors import RobotWarning
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.in_mujoco.attached import Attached
-from exidyn.identify.model import Model
+from exidyn.identification.errors import RobotWarning
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.in_mujoco.attached import Attached
+from exidyn.identification.model import Model
 from exidyn.quoting import hash_comment
 
 __all__ = ["Attached", "attach"]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import exidyn as ex
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.effects import JointSpring, Prior
-from exidyn.identify.errors import MissingPackage
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.effects import JointSpring, Prior
+from exidyn.identification.errors import MissingPackage
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.trajectories.plans.plan import Plan
 
 from .parts.plans.plans import fourier

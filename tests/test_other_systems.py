@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.robot_files.robot_text import model_text
 
 from .parts.small.small_diagnosis import nominal_model, recordings
 

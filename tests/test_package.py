@@ -20,7 +20,7 @@ FOLDERS = ("acquire", "drivers", "identify", "trajectories")
 OTHERS = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
 PROGRAM = """
 import inspect, exidyn
-from exidyn.identify.fit.fit import Fit
+from exidyn.identification.fit.fit import Fit
 import exidyn.drivers.mock.driver, exidyn.acquire.command_line
 assert inspect.signature(exidyn.identify).return_annotation is Fit
 print(exidyn.drivers.mock.driver.__file__)
@@ -89,7 +89,8 @@ def test_archive_and_wheel_have_every_file(checkout, built):
         packed = {name.partition("/")[2] for name in archive.getnames()}
         names = {name for name in wheel.namelist() if ".dist-info/" not in name}
     assert sources - packed == set()
-    assert names == {name if name.startswith("exidyn/") else f"exidyn/{name}" for name in sources}
+    packaged = {name.replace("identify/", "identification/", 1) for name in sources}
+    assert names == {name if name.startswith("exidyn/") else f"exidyn/{name}" for name in packaged}
 
 
 @pytest.mark.slow
@@ -110,8 +111,13 @@ def test_an_editable_install_takes_the_checkout(checkout, tmp_path):
     run(programs / "exidyn", "example", "--commands", cwd=tmp_path)
 
 
-def test_the_function_of_a_packages_name_shows_its_arguments():
+def test_no_function_has_the_name_of_a_package():
     assert list(inspect.signature(ex.identify).parameters) == [
         "runs", "validate", "robot", "estimator", "filtering", "options",
     ]  # fmt: skip
-    assert inspect.ismodule(sys.modules["exidyn.identify"])
+    import exidyn.identification.recordings.recording
+    from exidyn.identification import effects
+
+    assert inspect.isfunction(exidyn.identify)
+    assert inspect.ismodule(exidyn.identification.recordings.recording)
+    assert effects.EFFECTS is ex.EFFECTS

@@ -16,8 +16,8 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import ExidynError, listed
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import ExidynError, listed
 
 
 class TrajectoryError(ExidynError, ValueError):

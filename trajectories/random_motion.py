@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
+from exidyn.identification.arm.motion import Motion
 
 from .errors import OutsideTrajectory
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from exidyn.drivers.errors import BadSettings
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.toml_fields import parse_toml
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.toml_fields import parse_toml
 
 from .command import Option
 

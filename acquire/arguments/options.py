@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryFile
 
-from exidyn.identify.robot_files.description import NAMED
-from exidyn.identify.robot_files.robot_file import builtin_names
+from exidyn.identification.robot_files.description import NAMED
+from exidyn.identification.robot_files.robot_file import builtin_names
 
 from ..terminal.json_output import SCREEN
 from .command import Option, any_number, percent, positive, whole

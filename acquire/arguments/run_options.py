@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.errors import NeedsPayload
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.errors import NeedsPayload
+from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.trajectories.plans.plan_summary import LONG, duration_words
 
 from ..run.errors import NotAllowed

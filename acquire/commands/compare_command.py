@@ -5,16 +5,16 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from exidyn.identify.errors import RecordingError
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.model import Model
-from exidyn.identify.pages.compared_document import compared_text, differs
-from exidyn.identify.recordings.align import nearest
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import model_text, read_model
-from exidyn.identify.simulation.comparison import Comparison, compare
+from exidyn.identification.errors import RecordingError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.model import Model
+from exidyn.identification.pages.compared_document import compared_text, differs
+from exidyn.identification.recordings.align import nearest
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import model_text, read_model
+from exidyn.identification.simulation.comparison import Comparison, compare
 
 from ..arguments.command import Command, Option, number
 from ..arguments.options import JSON, require_json, robot_option

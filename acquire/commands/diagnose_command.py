@@ -4,21 +4,21 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.diagnose import Diagnosed, diagnosed
-from exidyn.identify.diagnosis.improved.forward import Forward, forward
-from exidyn.identify.diagnosis.refit import refit
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.diagnosis.words.diagnosis_file import as_json
-from exidyn.identify.document.text import text
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.file_names import distinct_stems
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.notebook import counted
-from exidyn.identify.pages.diagnosis_document import Diagnosed as ShownDiagnosis
-from exidyn.identify.pages.diagnosis_document import diagnosis_document
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.robot_files.description import NAMED
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.diagnose import Diagnosed, diagnosed
+from exidyn.identification.diagnosis.improved.forward import Forward, forward
+from exidyn.identification.diagnosis.refit import refit
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.document.text import text
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.file_names import distinct_stems
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.notebook import counted
+from exidyn.identification.pages.diagnosis_document import Diagnosed as ShownDiagnosis
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED

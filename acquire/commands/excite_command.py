@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.effects import EFFECTS, known_parameters
-from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.fit_warnings import WORST
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.effects import EFFECTS, known_parameters
+from exidyn.identification.errors import RobotError
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.fit.fit_warnings import WORST
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.errors import BadLimits

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.errors import RobotError
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.mjcf_changes import Change
-from exidyn.identify.export.mjcf_patch import Patch, patch
-from exidyn.identify.file_names import file_stem
-from exidyn.identify.fit.fit import Moved
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.identified import Standard, standard_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers.tables.written import TABLES, left_out
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.text_table import digits, paragraph
-from exidyn.identify.text_table import table as text_table
+from exidyn.identification.errors import RobotError
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.export.mjcf_changes import Change
+from exidyn.identification.export.mjcf_patch import Patch, patch
+from exidyn.identification.file_names import file_stem
+from exidyn.identification.fit.fit import Moved
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.fit.identified import Standard, standard_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers.tables.written import TABLES, left_out
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.text_table import digits, paragraph
+from exidyn.identification.text_table import table as text_table
 
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import JSON, output_option, require_file, require_json

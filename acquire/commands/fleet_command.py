@@ -6,9 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from exidyn.identify.fleet.drift import LEAST
-from exidyn.identify.fleet.report import KindReport, bound_words, change_words, difference_words, odd_words
-from exidyn.identify.notebook import counted
+from exidyn.identification.fleet.drift import LEAST
+from exidyn.identification.fleet.report import (
+    KindReport,
+    bound_words,
+    change_words,
+    difference_words,
+    odd_words,
+)
+from exidyn.identification.notebook import counted
 
 from ..arguments.command import Command, Option, WrongUse, print_warning, whole
 from ..arguments.exit_codes import DONE, LOST
@@ -136,7 +142,7 @@ def _write_page(
     unusable: Sequence[tuple[str, str]],
     marked: Sequence[tuple[str, str]],
 ) -> None:
-    from exidyn.identify.pages.fleet_document import fleet_page
+    from exidyn.identification.pages.fleet_document import fleet_page
 
     links: dict[str, dict[str, str]] = {}
     for arm, row in last_runs(store).items():

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.gap import Gap, gap
-from exidyn.identify.in_mujoco.ladder import Source, Stage
-from exidyn.identify.in_mujoco.replay import POSITION, TORQUE
-from exidyn.identify.model import Model
-from exidyn.identify.pages.gap_document import gap_html, gap_text, verdict
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.errors import RobotError
+from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.in_mujoco.distances import Distances
+from exidyn.identification.in_mujoco.gap import Gap, gap
+from exidyn.identification.in_mujoco.ladder import Source, Stage
+from exidyn.identification.in_mujoco.replay import POSITION, TORQUE
+from exidyn.identification.model import Model
+from exidyn.identification.pages.gap_document import gap_html, gap_text, verdict
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
 from ..arguments.options import (

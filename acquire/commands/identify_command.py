@@ -3,17 +3,17 @@
 from argparse import Namespace
 from pathlib import Path
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import fit_text, write_fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.pages.fit_document import summary
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.fit.estimators import ESTIMATORS
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import fit_text, write_fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
@@ -126,7 +126,7 @@ def _recordings(given: Namespace, model: Model | None) -> tuple[list[Recording],
 
 def _write(fit: Fit, given: Namespace) -> None:
     """Write fit.json and report.html, and show or save the view; print where on standard error."""
-    from exidyn.identify.pages.fit_document import write_report
+    from exidyn.identification.pages.fit_document import write_report
 
     folder = given.output
     write_fit(fit, folder / "fit.json")

@@ -7,23 +7,23 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.errors import RecordingError, listed
-from exidyn.identify.file_names import distinct_stems
-from exidyn.identify.plausible.gate import suspect
-from exidyn.identify.plausible.servo_gains import servo_gain_doubts
-from exidyn.identify.recordings.align import aligned
-from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of
-from exidyn.identify.recordings.importers.tables.preset import preset_names
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import EFFORT, SIGNALS, Recording
-from exidyn.identify.recordings.separate_runs import PART
-from exidyn.identify.recordings.servo_error import COMMAND
-from exidyn.identify.recordings.units import BEFORE_GEAR
-from exidyn.identify.robot_files.description import XML
-from exidyn.identify.robot_files.mjcf import compile_mjcf
-from exidyn.identify.robot_files.mjcf_drives import servo_stiffness
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import digits
+from exidyn.identification.errors import RecordingError, listed
+from exidyn.identification.file_names import distinct_stems
+from exidyn.identification.plausible.gate import suspect
+from exidyn.identification.plausible.servo_gains import servo_gain_doubts
+from exidyn.identification.recordings.align import aligned
+from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
+from exidyn.identification.recordings.importers.tables.preset import preset_names
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import EFFORT, SIGNALS, Recording
+from exidyn.identification.recordings.separate_runs import PART
+from exidyn.identification.recordings.servo_error import COMMAND
+from exidyn.identification.recordings.units import BEFORE_GEAR
+from exidyn.identification.robot_files.description import XML
+from exidyn.identification.robot_files.mjcf import compile_mjcf
+from exidyn.identification.robot_files.mjcf_drives import servo_stiffness
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import digits
 
 from ..arguments.command import Command, Option, name_lines, positive, whole
 from ..arguments.options import JSON, make_folder, output_option, require_file, require_json, robot_option

@@ -4,11 +4,11 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from exidyn.identify.errors import RecordingError
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_recover import Recovered, recover
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.errors import RecordingError
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_recover import Recovered, recover
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, LOST

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.errors import ExidynError, RecordingError, listed
-from exidyn.identify.model import Model
-from exidyn.identify.notebook import counted
-from exidyn.identify.plausible.column_names import joints_named
-from exidyn.identify.plausible.gains import GAIN_OF
-from exidyn.identify.plausible.guess import DECIDED
-from exidyn.identify.plausible.log_columns import log_columns
-from exidyn.identify.plausible.proposal import Proposal, one_after_another, propose
-from exidyn.identify.plausible.proposal_text import (
+from exidyn.identification.errors import ExidynError, RecordingError, listed
+from exidyn.identification.model import Model
+from exidyn.identification.notebook import counted
+from exidyn.identification.plausible.column_names import joints_named
+from exidyn.identification.plausible.gains import GAIN_OF
+from exidyn.identification.plausible.guess import DECIDED
+from exidyn.identification.plausible.log_columns import log_columns
+from exidyn.identification.plausible.proposal import Proposal, one_after_another, propose
+from exidyn.identification.plausible.proposal_text import (
     NOTHING,
     as_json,
     preset_toml,
@@ -27,17 +27,17 @@ from exidyn.identify.plausible.proposal_text import (
     still_joints,
     without_still,
 )
-from exidyn.identify.plausible.proposed_units import GRAVITY
-from exidyn.identify.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
-from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identify.recordings.importers.tables.columns import Columns, Names, own_time
-from exidyn.identify.recordings.importers.tables.preset import BESIDE
-from exidyn.identify.recordings.importers.tables.stamps import require_no_time
-from exidyn.identify.recordings.importers.tables.table import Table
-from exidyn.identify.recordings.optional_signals import NEEDED
-from exidyn.identify.recordings.recording import EFFORT, Recording
-from exidyn.identify.robot_files.description import NAMED, is_description, movable_joints
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.plausible.proposed_units import GRAVITY
+from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
+from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
+from exidyn.identification.recordings.importers.tables.columns import Columns, Names, own_time
+from exidyn.identification.recordings.importers.tables.preset import BESIDE
+from exidyn.identification.recordings.importers.tables.stamps import require_no_time
+from exidyn.identification.recordings.importers.tables.table import Table
+from exidyn.identification.recordings.optional_signals import NEEDED
+from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.robot_files.description import NAMED, is_description, movable_joints
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option, positive
 from ..arguments.options import JSON, output_option, require_file, require_json

@@ -11,11 +11,11 @@ import numpy as np
 
 from exidyn.drivers import Driver, Info
 from exidyn.drivers.values import checked
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import UnknownJoint
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import UnknownJoint
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Group, Option, number
 from ..arguments.controllers import read_controller

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from exidyn.drivers import Driver, Info, Sample, known_drivers
 from exidyn.drivers.driver import Plant
-from exidyn.identify.effects import Payload
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.surroundings import read_surroundings
-from exidyn.identify.simulation.simulate import as_built
+from exidyn.identification.effects import Payload
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.surroundings import read_surroundings
+from exidyn.identification.simulation.simulate import as_built
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from pathlib import Path
 
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
 from ..arguments.options import output_option, require_apart, require_file, robot_option
@@ -34,7 +34,7 @@ STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
 def report_command(given: Namespace) -> None:
     """Read, bring together, write."""
     # Pages take time to import, which `view` can do without.
-    from exidyn.identify.pages.report_document import joined_html
+    from exidyn.identification.pages.report_document import joined_html
 
     from ..files.report_material import material
 

@@ -3,9 +3,9 @@
 from argparse import Namespace
 from pathlib import Path
 
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.surroundings import read_surroundings
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.surroundings import read_surroundings
 from exidyn.trajectories.clearances.clearance import Clearance, beyond_words, nearest_words
 from exidyn.trajectories.errors import TrajectoryError, UnknownChoice
 from exidyn.trajectories.plans.exports import EXPORTS

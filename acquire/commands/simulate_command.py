@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.errors import NeedsPayload, RobotError
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.simulation.plant import Transmission
-from exidyn.identify.text_table import digits, paragraph
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.errors import NeedsPayload, RobotError
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.simulation.plant import Transmission
+from exidyn.identification.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_limits import file_warnings

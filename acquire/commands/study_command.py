@@ -8,14 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.diagnosis.diagnose import Diagnosed
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.description import NAMED
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.diagnosis.diagnose import Diagnosed
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.description import NAMED
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.planning.wishes import Wishes
 
 from ..arguments.command import Command, Group, Option, any_number, positive

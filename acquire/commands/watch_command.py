@@ -12,9 +12,9 @@ import numpy as np
 
 from exidyn.drivers import Arm, Driver, Info, create, driver_class
 from exidyn.drivers.errors import BadSettings
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Group, Option, positive, print_warning
 from ..arguments.controllers import CONTROLLER, read_controller

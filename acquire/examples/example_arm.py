@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.commented import commented_text
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.commented import commented_text
 
 MASS = 175.0
 """Payload [kg], as in the paper."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
-from exidyn.identify.effects import SpringBalancer
-from exidyn.identify.fit.verdict import NORMAL_95
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import WIDTH, at_point, digits, paragraph, percent, table
+from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
+from exidyn.identification.effects import SpringBalancer
+from exidyn.identification.fit.verdict import NORMAL_95
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import WIDTH, at_point, digits, paragraph, percent, table
 
 from .example_arm import CENTRE, INERTIA, LEAST, MASS, NOMINAL, ExampleArm, Step, excited, recorded, step
 from .example_result import EFFECT, IMPROVED, Result, Spring

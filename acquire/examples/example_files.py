@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import as_built, simulate
-from exidyn.identify.text_table import table
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import as_built, simulate
+from exidyn.identification.text_table import table
 from exidyn.trajectories.random_motion import random_fourier
 
 from .example_arm import NOMINAL, TRUTH, ExampleArm, Step

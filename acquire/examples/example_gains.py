@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import at_point, digits, table
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import at_point, digits, table
 
 from .example_arm import LEAST, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
 

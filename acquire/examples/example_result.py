@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
-from exidyn.identify.effects import SpringBalancer
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS
+from exidyn.identification.effects import SpringBalancer
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 
 from .example_arm import TRUTH
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits, PositionServo
-from exidyn.identify.effects import LoadDependentFriction, Payload, Prior, known_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.commented import commented_text
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import as_built
-from exidyn.identify.text_table import table
+from exidyn.identification.arm.robot import Limits, PositionServo
+from exidyn.identification.effects import LoadDependentFriction, Payload, Prior, known_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.commented import commented_text
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import as_built
+from exidyn.identification.text_table import table
 
 from .example_arm import LOADED, NOMINAL, TRUTH, ExampleArm, Step
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.robot_file import AROUND
-from exidyn.identify.robot_files.surroundings import Obstacle, read_surroundings, with_obstacles
-from exidyn.identify.robot_files.toml_fields import check_keys, parse_toml, read_text
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.robot_file import AROUND
+from exidyn.identification.robot_files.surroundings import Obstacle, read_surroundings, with_obstacles
+from exidyn.identification.robot_files.toml_fields import check_keys, parse_toml, read_text
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import REQUIRED, Collision
 from exidyn.trajectories.clearances.region import read_regions

@@ -7,21 +7,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.findings.finding import Evidence, Trace
-from exidyn.identify.diagnosis.improved.forward import Forward
-from exidyn.identify.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
-from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
-from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identify.diagnosis.words.naming import effect_words
-from exidyn.identify.errors import ExidynError, NotAFile
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_json, write_fit
-from exidyn.identify.model import Model
-from exidyn.identify.pages.diagnosis_document import report_html
-from exidyn.identify.recordings.decompression_limits import require_zip
-from exidyn.identify.robot_files.robot_file import model_text, parse_model
-from exidyn.identify.schema import check
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.finding import Evidence, Trace
+from exidyn.identification.diagnosis.improved.forward import Forward
+from exidyn.identification.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
+from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
+from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identification.diagnosis.words.naming import effect_words
+from exidyn.identification.errors import ExidynError, NotAFile
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_json, write_fit
+from exidyn.identification.model import Model
+from exidyn.identification.pages.diagnosis_document import report_html
+from exidyn.identification.recordings.decompression_limits import require_zip
+from exidyn.identification.robot_files.robot_file import model_text, parse_model
+from exidyn.identification.schema import check
 from exidyn.quoting import hash_comment
 
 from ..terminal.json_output import json_text, write_whole

@@ -9,21 +9,21 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from exidyn.identify.diagnosis.findings.finding import Trace
-from exidyn.identify.diagnosis.questions.shape import Shaped
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.errors import NeedsPayload, RecordingError
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.identification import same_robot
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source, kind_of
-from exidyn.identify.recordings.importers.case_folder import nominal_model
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.description import ENDINGS, NAMED
-from exidyn.identify.robot_files.robot_file import builtin_names, read_model
+from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.questions.shape import Shaped
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.errors import NeedsPayload, RecordingError
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.fit.identification import same_robot
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source, kind_of
+from exidyn.identification.recordings.importers.case_folder import nominal_model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.description import ENDINGS, NAMED
+from exidyn.identification.robot_files.robot_file import builtin_names, read_model
 
 from ..arguments.command import Option, any_number
 

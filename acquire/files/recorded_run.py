@@ -8,8 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from exidyn.drivers import Driver, Info, Sample
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
 from ..arguments.parser import complaint

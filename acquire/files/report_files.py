@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from msgspec import Struct
 
-from exidyn.identify.diagnosis.words.diagnosis_file import array_of
-from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.fit_file import read_json
-from exidyn.identify.pages.compared_document import verdict
-from exidyn.identify.pages.diagnosis_document import Diagnosed
-from exidyn.identify.pages.report_material import Compared
-from exidyn.identify.recordings.importers import kind_of
-from exidyn.identify.schema import Name, Number, NumberOrNull, Size, check_length, check_rows, checked
-from exidyn.identify.simulation.comparison import THIRDS, Comparison, Mismatch, Regions
+from exidyn.identification.diagnosis.words.diagnosis_file import array_of
+from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.fit.fit_file import read_json
+from exidyn.identification.pages.compared_document import verdict
+from exidyn.identification.pages.diagnosis_document import Diagnosed
+from exidyn.identification.pages.report_material import Compared
+from exidyn.identification.recordings.importers import kind_of
+from exidyn.identification.schema import Name, Number, NumberOrNull, Size, check_length, check_rows, checked
+from exidyn.identification.simulation.comparison import THIRDS, Comparison, Mismatch, Regions
 
 from .diagnosis_files import Traces, traces_beside
 

@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identify.diagnosis.findings.finding import Trace
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.errors import DifferentRobot, NotAFile
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.fit.verdict import counted
-from exidyn.identify.model import Model
-from exidyn.identify.pages.diagnosis_document import Diagnosed
-from exidyn.identify.pages.report_material import Fitted, Material, Run
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import EFFORT, JOG, SIMULATED, Recording
-from exidyn.identify.simulation.predicted import as_nominal, predicted
+from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.errors import DifferentRobot, NotAFile
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.fit.verdict import counted
+from exidyn.identification.model import Model
+from exidyn.identification.pages.diagnosis_document import Diagnosed
+from exidyn.identification.pages.report_material import Fitted, Material, Run
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import EFFORT, JOG, SIMULATED, Recording
+from exidyn.identification.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from exidyn.drivers import Sample
-from exidyn.identify.errors import ExidynError, RecordingError
-from exidyn.identify.fleet.compared import Difference, compared
-from exidyn.identify.fleet.drift import Found
-from exidyn.identify.fleet.kind import measures_of
-from exidyn.identify.fleet.learned import Expected, Learned, learned
-from exidyn.identify.fleet.report import KindReport, change_words, odd_words, temperature_of
-from exidyn.identify.fleet.runs import ArmRuns, Frame, Run
-from exidyn.identify.fleet.summary import Summary, summarised
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.errors import ExidynError, RecordingError
+from exidyn.identification.fleet.compared import Difference, compared
+from exidyn.identification.fleet.drift import Found
+from exidyn.identification.fleet.kind import measures_of
+from exidyn.identification.fleet.learned import Expected, Learned, learned
+from exidyn.identification.fleet.report import KindReport, change_words, odd_words, temperature_of
+from exidyn.identification.fleet.runs import ArmRuns, Frame, Run
+from exidyn.identification.fleet.summary import Summary, summarised
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ..terminal.watch_text import Residual
 from .store import CHANGES, DAY, Store, place_of, utc, write_table

@@ -10,9 +10,9 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from exidyn.identify.errors import NotAFile, RecordingError
-from exidyn.identify.notebook import optional
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.errors import NotAFile, RecordingError
+from exidyn.identification.notebook import optional
+from exidyn.identification.recordings.recording import Recording
 
 ENDING = ".mcap"
 IN_NAME = re.compile(r"(20\d\d)[-_]?([01]\d)[-_]?([0-3]\d)(?:[-_T ]?([0-2]\d)[-_:h]?([0-5]\d))?")

@@ -18,15 +18,15 @@ from uuid import uuid4
 import numpy as np
 from msgspec.structs import asdict as asdict_of
 
-from exidyn.identify.fit.fit_file import read_json
-from exidyn.identify.fleet.kind import Kind
-from exidyn.identify.fleet.runs import Run
-from exidyn.identify.fleet.summary import Summary
-from exidyn.identify.notebook import optional
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.decompression_limits import require_size
-from exidyn.identify.robot_files.robot_file import model_text, parse_model
-from exidyn.identify.schema import checked
+from exidyn.identification.fit.fit_file import read_json
+from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.fleet.runs import Run
+from exidyn.identification.fleet.summary import Summary
+from exidyn.identification.notebook import optional
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.decompression_limits import require_size
+from exidyn.identification.robot_files.robot_file import model_text, parse_model
+from exidyn.identification.schema import checked
 
 from .source import Found
 from .store_schema import ChangeRow, IndexRow, KindFile, RunRow, plain, refused, require_kind

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from exidyn.identify.errors import ExidynError, NotAFile
-from exidyn.identify.fit.fit_schema import Measures
-from exidyn.identify.fleet.kind import Kind
-from exidyn.identify.schema import (
+from exidyn.identification.errors import ExidynError, NotAFile
+from exidyn.identification.fit.fit_schema import Measures
+from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.schema import (
     Count,
     Name,
     Number,

@@ -12,16 +12,16 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from exidyn.identify.child_processes import process_pool
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.file_names import unique_stem
-from exidyn.identify.fit.estimators.bayesian import posterior
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fleet.kind import Kind, kind_key
-from exidyn.identify.fleet.summary import summarised
-from exidyn.identify.notebook import optional
-from exidyn.identify.pages.fit_document import report_html
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.child_processes import process_pool
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.file_names import unique_stem
+from exidyn.identification.fit.estimators.bayesian import posterior
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fleet.kind import Kind, kind_key
+from exidyn.identification.fleet.summary import summarised
+from exidyn.identification.notebook import optional
+from exidyn.identification.pages.fit_document import report_html
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ..terminal.json_output import write_whole
 from .source import Found, Source, content_hash, date_of

@@ -10,10 +10,10 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.newton_euler import flange_position
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.newton_euler import flange_position
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.model import Model
 
 from .there_and_back import Course, Way
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.text_table import digits, paragraph, table
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import plain

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 
 from .effort import Effort, effort_of, torque_at_rest
 from .there_and_back import Course, Way

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits, Robot
+from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Sequence
 from exidyn.trajectories.limits.moves import move

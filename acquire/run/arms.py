@@ -8,11 +8,11 @@ import numpy as np
 
 from exidyn.drivers import Arm, Driver, create
 from exidyn.drivers.driver import Plant
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Payload
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import Payload
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.simulation.plant import typical_plant
 
 from .errors import explained_if_slow
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from exidyn.drivers import Info
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Slowed

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Timer
 
-from exidyn.identify.errors import ExidynError
+from exidyn.identification.errors import ExidynError
 
 from ..screen import beneath
 

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
-from exidyn.identify.arm.newton_euler import flange_position
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.errors import ExidynError
+from exidyn.identification.arm.newton_euler import flange_position
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.errors import ExidynError
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.trajectory import Trajectory
 

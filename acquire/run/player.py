@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.drivers import Command
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.limits.leads import lead_in
 from exidyn.trajectories.limits.moves import brake

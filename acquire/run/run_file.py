@@ -10,8 +10,8 @@ from typing import IO
 
 import numpy as np
 
-from exidyn.identify.recordings import recording
-from exidyn.identify.recordings.mcap.mcap_topics import (
+from exidyn.identification.recordings import recording
+from exidyn.identification.recordings.mcap.mcap_topics import (
     ARRAY,
     ARRAY_TOPICS,
     COMMAND_FIELDS,
@@ -26,7 +26,7 @@ from exidyn.identify.recordings.mcap.mcap_topics import (
     timing_messages,
     timing_topic,
 )
-from exidyn.identify.recordings.mcap.mcap_writer import (
+from exidyn.identification.recordings.mcap.mcap_writer import (
     Head,
     RecordingWriter,
     Stream,

@@ -8,13 +8,13 @@ from functools import partial
 import numpy as np
 
 from exidyn import __version__
-from exidyn.identify.errors import RobotError
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import SIMULATED, KnownPayload, Recording
-from exidyn.identify.simulation.plant import Plant, Sensors, Transmission
-from exidyn.identify.simulation.plant.plant import Watched
-from exidyn.identify.simulation.plant.typical import typical_parts
-from exidyn.identify.simulation.simulate import follow
+from exidyn.identification.errors import RobotError
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import SIMULATED, KnownPayload, Recording
+from exidyn.identification.simulation.plant import Plant, Sensors, Transmission
+from exidyn.identification.simulation.plant.plant import Watched
+from exidyn.identification.simulation.plant.typical import typical_parts
+from exidyn.identification.simulation.simulate import follow
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import usable

@@ -3,15 +3,21 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.belief.belief import Belief
-from exidyn.identify.diagnosis.belief.gain_item import GAINS, gain_words
-from exidyn.identify.diagnosis.belief.open_items import UNSEEN, hidden, open_torque, remaining, unseen_words
-from exidyn.identify.diagnosis.questions.shape import Shaped
-from exidyn.identify.diagnosis.results.remainder import rms
-from exidyn.identify.diagnosis.words.naming import joint_words, lower
-from exidyn.identify.diagnosis.words.sentences import dependence
-from exidyn.identify.diagnosis.words.verdict import left_on, verdict
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.belief.belief import Belief
+from exidyn.identification.diagnosis.belief.gain_item import GAINS, gain_words
+from exidyn.identification.diagnosis.belief.open_items import (
+    UNSEEN,
+    hidden,
+    open_torque,
+    remaining,
+    unseen_words,
+)
+from exidyn.identification.diagnosis.questions.shape import Shaped
+from exidyn.identification.diagnosis.results.remainder import rms
+from exidyn.identification.diagnosis.words.naming import joint_words, lower
+from exidyn.identification.diagnosis.words.sentences import dependence
+from exidyn.identification.diagnosis.words.verdict import left_on, verdict
 from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, UNDECIDABLE, Choice
 
 from .rounds import FORMAT

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.schema import (
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.schema import (
     EffectName,
     JointNumber,
     Name,

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_torque
-from exidyn.identify.diagnosis.belief.run_columns import RunColumns, run_columns
-from exidyn.identify.diagnosis.belief.suspects import suspects_of
-from exidyn.identify.diagnosis.diagnose import Diagnosed
-from exidyn.identify.diagnosis.search.selected import shapes_of
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.model import Model
+from exidyn.identification.diagnosis.belief.questions import belief_of, nameless_torque
+from exidyn.identification.diagnosis.belief.run_columns import RunColumns, run_columns
+from exidyn.identification.diagnosis.belief.suspects import suspects_of
+from exidyn.identification.diagnosis.diagnose import Diagnosed
+from exidyn.identification.diagnosis.search.selected import shapes_of
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.model import Model
 from exidyn.trajectories.next_run.choice import RUN, choose
 from exidyn.trajectories.next_run.offers import Offer
 

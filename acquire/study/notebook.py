@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from exidyn.identify.document.document import (
+from exidyn.identification.document.document import (
     Block,
     Cell,
     Document,
@@ -16,8 +16,8 @@ from exidyn.identify.document.document import (
     Statements,
     Table,
 )
-from exidyn.identify.document.html import html
-from exidyn.identify.notebook import counted
+from exidyn.identification.document.html import html
+from exidyn.identification.notebook import counted
 from exidyn.trajectories.next_run.choice import RUN
 
 from .choice_file import ENDED, ChoiceTable

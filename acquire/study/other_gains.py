@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.diagnosis.blocks.prediction import LINEAR
-from exidyn.identify.diagnosis.questions.block_answer import STRANGE
-from exidyn.identify.diagnosis.words.naming import joint_words
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.settled_gains import stated
-from exidyn.identify.model import Model
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.diagnosis.blocks.prediction import LINEAR
+from exidyn.identification.diagnosis.questions.block_answer import STRANGE
+from exidyn.identification.diagnosis.words.naming import joint_words
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.settled_gains import stated
+from exidyn.identification.model import Model
+from exidyn.identification.text_table import NORMAL_95
 
 
 class OtherGain(NamedTuple):

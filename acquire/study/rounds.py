@@ -10,15 +10,15 @@ from typing import Any
 
 from tqdm import tqdm
 
-from exidyn.identify.errors import DifferentRobot, NotAFile
-from exidyn.identify.fit.fit_file import read_json
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.robot_text import model_text
-from exidyn.identify.schema import checked
+from exidyn.identification.errors import DifferentRobot, NotAFile
+from exidyn.identification.fit.fit_file import read_json
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_text import model_text
+from exidyn.identification.schema import checked
 from exidyn.quoting import visible
 from exidyn.trajectories.next_run.choice import RUN
 

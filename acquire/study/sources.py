@@ -8,13 +8,13 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Protocol
 
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.errors import ExidynError, NotAFile
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source, kind_of
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.errors import ExidynError, NotAFile
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source, kind_of
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.trajectories.next_run.offers import (
     EXCITATIONS,
     WARM_UP,

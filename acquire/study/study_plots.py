@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.pages.svg import Panel, Span, legend, picture
+from exidyn.identification.pages.svg import Panel, Span, legend, picture
 
 Pairs = Sequence[tuple[dict[str, Any], dict[str, Any] | None]]
 """The choice of each round, and that of the one before."""

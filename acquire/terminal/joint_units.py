@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from exidyn.drivers import Arm
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.text_table import fixed
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.text_table import fixed
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from exidyn import quoting
-from exidyn.identify.text_table import WIDTH
+from exidyn.identification.text_table import WIDTH
 from exidyn.quoting import visible
 
 from ..screen import beneath

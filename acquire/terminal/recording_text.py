@@ -5,10 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.effects import name_of
-from exidyn.identify.recordings.align import follows_by
-from exidyn.identify.recordings.recording import SIGNALS, ControllerState, Event, Recording, Signal, Timing
-from exidyn.identify.text_table import INDENT, WIDTH, digits, paragraph, table
+from exidyn.identification.effects import name_of
+from exidyn.identification.recordings.align import follows_by
+from exidyn.identification.recordings.recording import (
+    SIGNALS,
+    ControllerState,
+    Event,
+    Recording,
+    Signal,
+    Timing,
+)
+from exidyn.identification.text_table import INDENT, WIDTH, digits, paragraph, table
 from exidyn.quoting import one_line
 
 SHOWN = 40

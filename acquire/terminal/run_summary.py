@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exidyn.drivers import StopLevel
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use
 from exidyn.trajectories.plans.plan_summary import use_table

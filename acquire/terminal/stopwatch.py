@@ -11,7 +11,7 @@ from typing import Self, TypeVar
 import numpy as np
 from tqdm import tqdm
 
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.text_table import paragraph
 from exidyn.quoting import visible
 
 from ..screen import beneath

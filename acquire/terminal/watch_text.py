@@ -8,7 +8,7 @@ import numpy as np
 
 from exidyn.drivers import Info
 from exidyn.drivers.values import SIGNALS
-from exidyn.identify.text_table import fixed, table
+from exidyn.identification.text_table import fixed, table
 from exidyn.quoting import json_text, visible
 
 from ..run.listener import Reading

@@ -4,12 +4,12 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.newton_euler import link_frames
-from exidyn.identify.diagnosis.findings.finding import Trace
-from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identify.document.markdown import section_markdown
-from exidyn.identify.pages.diagnosis_document import Diagnosed, diagnosis_document
+from exidyn.identification.arm.newton_euler import link_frames
+from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.pages.diagnosis_document import Diagnosed, diagnosis_document
 
 from ..files.diagnosis_files import Traces
 from ..files.given_runs import role_words

@@ -7,13 +7,13 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.document.markdown import section_markdown
-from exidyn.identify.fit.agreement import Agreement
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.pages.fit_document import fit_sections
-from exidyn.identify.pages.fit_plots import measured_unit
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.fit.agreement import Agreement
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.pages.fit_document import fit_sections
+from exidyn.identification.pages.fit_plots import measured_unit
+from exidyn.identification.text_table import NORMAL_95
 
 from .parts import (
     Arm,

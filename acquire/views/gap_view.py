@@ -4,9 +4,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.in_mujoco.gap import Gap
-from exidyn.identify.in_mujoco.replay import Run
-from exidyn.identify.model import Model
+from exidyn.identification.in_mujoco.gap import Gap
+from exidyn.identification.in_mujoco.replay import Run
+from exidyn.identification.model import Model
 
 from .parts import (
     FRAMES,

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.fit_file import read_fit, read_json
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.simulation.predicted import predicted
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.fit.fit_file import read_fit, read_json
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.simulation.predicted import predicted
 
 from ..files.given_runs import renamed
 from ..files.report_files import FORMAT, read_diagnosed

@@ -7,8 +7,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.model import Model
 
 from ..run.frames import Cycle, Event
 from ..run.recorder import RunHead

@@ -11,9 +11,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 import rerun.urdf
 
-from exidyn.identify.arm.newton_euler import link_frames, link_poses
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_text import urdf_text
+from exidyn.identification.arm.newton_euler import link_frames, link_poses
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_text import urdf_text
 
 TIMELINE = "time"
 COLOURS = (

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from exidyn.identify.recordings.recording import EFFORT, Recording, Signal
+from exidyn.identification.recordings.recording import EFFORT, Recording, Signal
 
 from ..terminal.recording_text import describe
 from .parts import (

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ..run.arms import with_body
 

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.diagnosis.findings.finding import Trace
-from exidyn.identify.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identify.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identify.diagnosis.words.naming import effect_words, joint_words, lower, named
-from exidyn.identify.text_table import digits
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
+from exidyn.identification.diagnosis.words.naming import effect_words, joint_words, lower, named
+from exidyn.identification.text_table import digits
 
 from ..files.diagnosis_files import Traces
 from ..files.given_runs import distinct_names

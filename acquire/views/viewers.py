@@ -17,7 +17,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 import rerun_cli
 
-from exidyn.identify.child_processes import start_program
+from exidyn.identification.child_processes import start_program
 
 from .live_view import LOCAL, Address, CannotShow, Targets, require_showable
 

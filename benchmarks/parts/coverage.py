@@ -16,15 +16,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, simulate
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, simulate
+from exidyn.identification.text_table import NORMAL_95
 from exidyn.trajectories.random_motion import random_fourier
 
 TOLERANCE = 0.1

@@ -5,8 +5,8 @@ from typing import Any
 
 from common import show
 
-from exidyn.identify.fit.edit_test import edit_tests
-from exidyn.identify.fit.fit import Fit
+from exidyn.identification.fit.edit_test import edit_tests
+from exidyn.identification.fit.fit import Fit
 
 
 def edit_test_table(title: str, fits: Mapping[str, Fit]) -> dict[str, Any]:

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.equations import Equations, assemble
-from exidyn.identify.fit.estimators import Estimate
-from exidyn.identify.fit.identification import common_filtering
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering, prepare
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.equations import Equations, assemble
+from exidyn.identification.fit.estimators import Estimate
+from exidyn.identification.fit.identification import common_filtering
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering, prepare
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 MASS = 175.0

@@ -80,7 +80,9 @@ def _loaded(entry: metadata.EntryPoint) -> type[Effect]:
             f"{_where(entry)} cannot be loaded from {entry.value}: {reason}. Repair or uninstall the package"
         ) from error
     if not (isinstance(kind, type) and issubclass(kind, Effect)):
-        raise EffectError(f"{_where(entry)}: {entry.value} is no subclass of exidyn.identify.effects.Effect")
+        raise EffectError(
+            f"{_where(entry)}: {entry.value} is no subclass of exidyn.identification.effects.Effect"
+        )
     return kind
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.screen import Screen, beneath, screens
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.quoting import CONTROL, one_line
 
 from ..parts.small.two_joint_files import run

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import DRIVERS, Arm, Command, DriverError, Sample, StopLevel, create
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.simulation.plant import typical_plant
 
 from ..parts.runs.run_parts import MODEL, START
 from ..peers.driver_peers import REAL, peer_of

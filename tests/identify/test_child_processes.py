@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from exidyn.identify.child_processes import process_pool, start_program
+from exidyn.identification.child_processes import process_pool, start_program
 
 from ..parts.descendants import started, within
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for proce
 POOL = """
 import sys, time
 from pathlib import Path
-from exidyn.identify.child_processes import process_pool
+from exidyn.identification.child_processes import process_pool
 if __name__ == "__main__":
     with process_pool(2) as pool:
         list(pool.map(abs, range(100)))
@@ -27,7 +27,7 @@ if __name__ == "__main__":
 PROGRAM = """
 import subprocess, sys, time
 from pathlib import Path
-from exidyn.identify.child_processes import start_program
+from exidyn.identification.child_processes import start_program
 start_program([sys.executable, "-c", "import time; time.sleep(600.0)"], subprocess.DEVNULL, {lives_on})
 Path(sys.argv[1]).touch()
 time.sleep(600.0)
@@ -63,7 +63,8 @@ def test_a_program_that_is_to_live_on_does(tmp_path):
 def test_a_child_of_a_parent_that_has_gone_ends_at_once(tmp_path):
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    code = f"from exidyn.identify.child_processes import end_with_parent; end_with_parent({gone.pid}, input)"
+    code = "from exidyn.identification.child_processes import end_with_parent"
+    code += f"; end_with_parent({gone.pid}, input)"
     assert (
         subprocess.run([sys.executable, "-c", f"{code}; import os; os._exit(7)"], check=False).returncode == 1
     )

@@ -4,7 +4,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import pytest
 
-from exidyn.identify.file_names import LONGEST, distinct_stems, file_stem, unique_stem
+from exidyn.identification.file_names import LONGEST, distinct_stems, file_stem, unique_stem
 
 HOSTILE = [
     "../../../PWNED", "/etc/passwd", "..", ".", "", "   ", "C:\\Windows\\x", "\\\\host\\share", "a/b", "-rf",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from exidyn.identify.errors import FitError
-from exidyn.identify.positive_definite import (
+from exidyn.identification.errors import FitError
+from exidyn.identification.positive_definite import (
     ROUNDING,
     after_unit_prior,
     covariance,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from msgspec import Struct
 
-from exidyn.identify.errors import NotAFile, RobotError
-from exidyn.identify.schema import (
+from exidyn.identification.errors import NotAFile, RobotError
+from exidyn.identification.schema import (
     Count,
     Disagreement,
     EffectName,

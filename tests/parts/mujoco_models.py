@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
+from exidyn.identification.arm.motion import Motion
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import Plant, typical_plant
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import Plant, typical_plant
 
 
 def make_plant(robot="cobot", start=None, seed=0, payload="") -> Plant:

@@ -18,7 +18,7 @@ from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, tex
 from exidyn.acquire.run.recorder import RunHead, start_recorder
 from exidyn.drivers import Command, Sample
 from exidyn.drivers.host_clock import HostClock, host_time
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 MODEL = read_model("cobot")
 N = MODEL.robot.dof

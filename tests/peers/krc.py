@@ -18,7 +18,7 @@ from collections import Counter, deque
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 if __package__:
     from .arm import make_plant

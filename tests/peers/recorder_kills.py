@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from exidyn.acquire.run.recorder import part_of
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 SOURCE = Path(__file__).with_name("frame_source.py")
 LONGEST = 60.0

@@ -1,7 +1,7 @@
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Robot
+from exidyn.identification.arm.robot import Robot
 from exidyn.trajectories.errors import BadLimits, Infeasible, in_words_of, named
 
 from ..parts.small.two_joints import arm

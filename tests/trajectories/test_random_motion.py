@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.random_motion import RampedFourier, random_fourier
 
 from ..parts.small.two_joints import arm

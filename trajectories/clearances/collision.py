@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.newton_euler import Joint, joints_of
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import RobotError
+from exidyn.identification.arm.newton_euler import Joint, joints_of
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import RobotError
 
 from .clearance import Clearance
 from .configurations import random_positions

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Robot
+from exidyn.identification.arm.robot import Robot
 
 from ..errors import Infeasible
 from .clearance import Clearance

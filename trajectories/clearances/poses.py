@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.newton_euler import Joint
+from exidyn.identification.arm.newton_euler import Joint
 
 
 class Poses(NamedTuple):

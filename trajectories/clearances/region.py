@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.newton_euler import joints_of
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.toml_fields import check_keys, number, numbers, string, tables
+from exidyn.identification.arm.newton_euler import joints_of
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.toml_fields import check_keys, number, numbers, string, tables
 
 from ..errors import BadLimits
 from .clearance import Clearance

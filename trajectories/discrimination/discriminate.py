@@ -13,10 +13,10 @@ from itertools import permutations
 import numpy as np
 from scipy.special import logsumexp
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import MotionGradient
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import MotionGradient
+from exidyn.identification.model import Model
 
 from ..errors import NotComparable
 from ..search.experiment import loaded_runs, whitening

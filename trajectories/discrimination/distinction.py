@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.text_table import percent
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.text_table import percent
 
 from .discriminate import Discriminate, Pair
 from .remedies import REMEDIES, Remedy

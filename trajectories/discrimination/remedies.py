@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Effect, Parameter, Payload, Prior, known_parameters
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import Effect, Parameter, Payload, Prior, known_parameters
+from exidyn.identification.model import Model
 
 from ..search.unknowns import DriveGains
 from .separation import Hypothesis, Observation

@@ -34,8 +34,8 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import ndtr, ndtri
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
 
 from ..errors import NotComparable
 from ..search.experiment import loaded_runs, whitening

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.model import Model
 
 from ..clearances.configurations import clear_position
 from ..errors import in_words_of

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible

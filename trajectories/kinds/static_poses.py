@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.fit.base_parameters import from_columns
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.fit.base_parameters import from_columns
+from exidyn.identification.model import Model
 
 from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible, NothingToIdentify

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..trajectory import States
 from .usable_limits import require_jerk

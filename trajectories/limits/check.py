@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..errors import BadLimits
 from ..trajectory import UNITS, Range, States, Trajectory, lowest_and_highest, unit_of

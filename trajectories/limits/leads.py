@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..errors import BadLimits, Infeasible, TrajectoryError
 from ..families.phases import Phases

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import ruckig
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases

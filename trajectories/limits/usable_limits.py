@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits, Robot
+from exidyn.identification.arm.robot import Limits, Robot
 
 from ..errors import BadLimits, Infeasible, in_words_of
 

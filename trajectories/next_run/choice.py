@@ -5,9 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exidyn.identify.diagnosis.belief.belief import Belief
-from exidyn.identify.diagnosis.belief.open_items import Item, compared, expected_left, information, items
-from exidyn.identify.diagnosis.belief.run_columns import RunColumns
+from exidyn.identification.diagnosis.belief.belief import Belief
+from exidyn.identification.diagnosis.belief.open_items import (
+    Item,
+    compared,
+    expected_left,
+    information,
+    items,
+)
+from exidyn.identification.diagnosis.belief.run_columns import RunColumns
 
 from ..discrimination.distinction import HOUR
 from .offers import Offer

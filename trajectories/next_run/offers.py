@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis import Diagnosis
-from exidyn.identify.diagnosis.improved.improved import found_model, rivals
-from exidyn.identify.diagnosis.words.naming import effect_words
-from exidyn.identify.effects import Payload
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.improved.improved import found_model, rivals
+from exidyn.identification.diagnosis.words.naming import effect_words
+from exidyn.identification.effects import Payload
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.simulation.simulate import simulate
 
 from ..kinds.by_rule import KINDS, by_rule
 from ..limits.usable_limits import usable

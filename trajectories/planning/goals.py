@@ -7,13 +7,13 @@ from itertools import permutations
 import numpy as np
 from scipy.linalg import block_diag
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Payload, Prior, known_parameters
-from exidyn.identify.errors import DifferentRobot, RobotError
-from exidyn.identify.fit.base_parameters import BaseParameters, rich_motion
-from exidyn.identify.fit.estimators.nominal_gains import given_nominal
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import Payload, Prior, known_parameters
+from exidyn.identification.errors import DifferentRobot, RobotError
+from exidyn.identification.fit.base_parameters import BaseParameters, rich_motion
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.model import Model
 
 from ..discrimination.discriminate import Discriminate
 from ..discrimination.separation import Hypothesis, Observation

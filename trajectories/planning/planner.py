@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.model import Model
 
 from ..clearances.clearance import Clearance, nearest_words
 from ..errors import Infeasible, in_words_of

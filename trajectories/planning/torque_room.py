@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.errors import FitError
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identified import standard_parameters
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.errors import FitError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identified import standard_parameters
+from exidyn.identification.model import Model
 
 from ..search.drawn_arms import share_beyond
 from ..search.experiment import loaded_runs

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.fit.fit import Fit
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.fit.fit import Fit
 
 from ..clearances.clearance import Clearance
 from ..errors import BadLimits

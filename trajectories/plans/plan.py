@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.model import Model
-from exidyn.identify.notebook import InNotebook
-from exidyn.identify.robot_files.robot_text import model_text, moving_text
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.model import Model
+from exidyn.identification.notebook import InNotebook
+from exidyn.identification.robot_files.robot_text import model_text, moving_text
 
 from ..errors import NotATrajectory
 from ..trajectory import Trajectory

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.model import Model
 
 from ..limits.check import ROUNDING, Violation, check, torque_peaks
 from ..limits.usable_limits import ranges

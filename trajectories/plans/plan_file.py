@@ -13,9 +13,16 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.toml_fields import block, check_keys, lines, number, numbers, parse_toml
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.toml_fields import (
+    block,
+    check_keys,
+    lines,
+    number,
+    numbers,
+    parse_toml,
+)
 
 from ..errors import BadLimits, NotATrajectory
 from ..limits.usable_limits import require_movable

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits, Robot
+from exidyn.identification.arm.robot import Limits, Robot
 
 from ..errors import BadLimits
 from ..limits.usable_limits import require_movable

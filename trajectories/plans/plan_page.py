@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.document.document import (
+from exidyn.identification.document.document import (
     Cell,
     Document,
     Figure,
@@ -19,9 +19,9 @@ from exidyn.identify.document.document import (
     Statements,
     Table,
 )
-from exidyn.identify.document.html import html
-from exidyn.identify.pages.svg import COLUMNS, Panel, Span, legend, picture, text
-from exidyn.identify.text_table import digits
+from exidyn.identification.document.html import html
+from exidyn.identification.pages.svg import COLUMNS, Panel, Span, legend, picture, text
+from exidyn.identification.text_table import digits
 
 from ..trajectory import unit_of
 from .plan import Plan

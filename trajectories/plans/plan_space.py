@@ -7,11 +7,11 @@ import numpy as np
 from markupsafe import Markup
 from scipy.spatial import ConvexHull
 
-from exidyn.identify.arm.newton_euler import flange_position
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.document.document import Figure
-from exidyn.identify.pages.svg import Panel, Span, legend, path, picture, text
-from exidyn.identify.robot_files.surroundings import Obstacle
+from exidyn.identification.arm.newton_euler import flange_position
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.document.document import Figure
+from exidyn.identification.pages.svg import Panel, Span, legend, path, picture, text
+from exidyn.identification.robot_files.surroundings import Obstacle
 
 from ..clearances.clearance import Clearance
 from ..clearances.region import HalfSpace, Region

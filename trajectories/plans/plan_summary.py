@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.text_table import digits, fixed, paragraph, table
+from exidyn.identification.text_table import digits, fixed, paragraph, table
 
 from ..families.phases import Phases
 from ..trajectory import Trajectory

@@ -14,7 +14,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from exidyn.identify.robot_files.toml_fields import block, boolean, check_keys, integer, number, string
+from exidyn.identification.robot_files.toml_fields import block, boolean, check_keys, integer, number, string
 
 from ..errors import NotATrajectory, TrajectoryError, UnknownChoice
 from ..families import FAMILIES

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
+from exidyn.identification.arm.motion import Motion
 
 from ..errors import Infeasible
 from ..families.fourier import Fourier

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import MotionGradient
-from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters, rich_motion
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import MotionGradient
+from exidyn.identification.errors import RobotError
+from exidyn.identification.fit.base_parameters import BaseParameters, base_parameters, rich_motion
+from exidyn.identification.model import Model
 
 from ..errors import NothingToIdentify
 from ..random_motion import random_fourier

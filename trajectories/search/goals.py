@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import MotionGradient
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import MotionGradient
+from exidyn.identification.model import Model
 
 from .criteria import Criterion, condition, name_of, volume
 from .experiment import Experiment

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from threading import current_thread, main_thread
 from typing import Any
 
-from exidyn.identify.child_processes import process_pool
+from exidyn.identification.child_processes import process_pool
 
 from ..errors import TrajectoryError
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import MotionGradient
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import MotionGradient
 
 from ..families.fourier import Fourier
 from ..trajectory import States

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from ..clearances.configurations import clear_position
 from ..errors import Infeasible

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
 
 from ..trajectory import States
 from .bounds import Bound, Margins, Slopes

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
 
 DRAWS = 1000
 """Arms drawn: of five per cent of them the count has a standard deviation of 0.7 per cent."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import EFFECTS, Effect, MotionGradient, Parameter, Prior
-from exidyn.identify.effects.effect import differences
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import EFFECTS, Effect, MotionGradient, Parameter, Prior
+from exidyn.identification.effects.effect import differences
+from exidyn.identification.model import Model
 
 from ..errors import UnknownChoice
 

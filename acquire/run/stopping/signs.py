@@ -10,7 +10,7 @@ import numpy as np
 
 from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import any_of
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue, stopping_distance
 from .monitors import TrackingError

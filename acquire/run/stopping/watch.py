@@ -8,7 +8,7 @@ import numpy as np
 
 from exidyn.drivers import Command, Info, Sample, StopLevel
 from exidyn.drivers.values import any_of
-from exidyn.identify.arm.robot import Limits, Robot
+from exidyn.identification.arm.robot import Limits, Robot
 
 from . import monitors
 from .monitors import Monitor

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .recordings.truth import truth_table
 
 if TYPE_CHECKING:
-    from exidyn.identify.model import Model
+    from exidyn.identification.model import Model
 
 Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
@@ -24,12 +24,12 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
         values: Whether the values that the case states of inertias and friction are used.
     """
     from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
-    from exidyn.identify.diagnosis import diagnose
-    from exidyn.identify.diagnosis.improved.forward import forward
-    from exidyn.identify.diagnosis.words.diagnosis_file import answer
-    from exidyn.identify.errors import ExidynError
-    from exidyn.identify.preparation.prepare import Filtering
-    from exidyn.identify.recordings.importers import import_source
+    from exidyn.identification.diagnosis import diagnose
+    from exidyn.identification.diagnosis.improved.forward import forward
+    from exidyn.identification.diagnosis.words.diagnosis_file import answer
+    from exidyn.identification.errors import ExidynError
+    from exidyn.identification.preparation.prepare import Filtering
+    from exidyn.identification.recordings.importers import import_source
 
     runs = import_source(folder)
     roles = [(run.settings["role"], run) for run in runs]

@@ -12,9 +12,9 @@ import numpy as np
 import pinocchio as pin
 from scipy import signal
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.effects import (
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     Effect,
@@ -29,9 +29,9 @@ from exidyn.identify.effects import (
     StribeckFriction,
     ViscousFriction,
 )
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from .scoring.coverage import Number

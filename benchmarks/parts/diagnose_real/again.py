@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
-from exidyn.identify.diagnosis.improved.improved import found_model, left_out
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identification.diagnosis.improved.improved import found_model, left_out
 
 from .sets import Case, Runs
 from .sizes import joints_words, size

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.family import FAMILIES, Family
-from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.family import FAMILIES, Family
+from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding
 
 from ..concealed.scoring.answers import dependence
 from ..proof.open_loop import open_loop

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from exidyn.identify.diagnosis.findings.finding import Finding
-from exidyn.identify.effects import (
+from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.effects import (
     Effect,
     FrictionAsymmetry,
     LoadDependentFriction,

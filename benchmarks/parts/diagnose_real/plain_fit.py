@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
 
 from .known import Known
 from .sets import Runs

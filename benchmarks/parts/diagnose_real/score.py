@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.search.selected import NAMED
+from exidyn.identification.diagnosis.search.selected import NAMED
 
 Answer = dict[str, Any]
 

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.effects import LoadDependentFriction, known_parameters
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.effects import LoadDependentFriction, known_parameters
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..real.data import FOLDER, KR300, LOADED, PANDA, UR10E, DataSet
 from .known import ABSENT, KNOWN, Known

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exidyn.identify.diagnosis.findings.finding import Finding
+from exidyn.identification.diagnosis.findings.finding import Finding
 
 from .known import numbers
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import RigidBody
-from exidyn.identify.fit.base_parameters import BaseParameters, base_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import RigidBody
+from exidyn.identification.fit.base_parameters import BaseParameters, base_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 
 PACKAGE = "example-robot-data"
 MARGIN = 0.1

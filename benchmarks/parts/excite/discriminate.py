@@ -16,12 +16,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import JointSpring, NonlinearViscousFriction, SpringBalancer, StribeckFriction
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.text_table import paragraph
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import (
+    JointSpring,
+    NonlinearViscousFriction,
+    SpringBalancer,
+    StribeckFriction,
+)
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.discrimination.separation import (

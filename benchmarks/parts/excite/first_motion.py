@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects.rigid_body import with_bodies
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects.rigid_body import with_bodies
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan

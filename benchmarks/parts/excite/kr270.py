@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.fit.estimators import ESTIMATORS
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, exact_current, simulate
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.random_motion import random_fourier

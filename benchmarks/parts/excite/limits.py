@@ -17,10 +17,10 @@ import numpy as np
 import pinocchio as pin
 from common import Kept, show
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import RigidBody
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import RigidBody
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from common import show
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.robot_files.geometry import read_geometry
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.robot_files.geometry import read_geometry
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier

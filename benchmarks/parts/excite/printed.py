@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.goals import nominal_noise, with_bodies

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.kinds.sweeps import constant_velocity_sweeps
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.planner import goal_and_setting, plan

@@ -7,8 +7,8 @@ from typing import Any
 
 from exidyn.acquire.fleet.analysis import learned_of, write_tables
 from exidyn.acquire.fleet.store import Store
-from exidyn.identify.fleet.report import KindReport
-from exidyn.identify.pages.fleet_document import fleet_page
+from exidyn.identification.fleet.report import KindReport
+from exidyn.identification.pages.fleet_document import fleet_page
 
 KILO = 1e3
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.effects import LoadDependentFriction, Prior
-from exidyn.identify.effects.rigid_body import with_bodies
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.effects import LoadDependentFriction, Prior
+from exidyn.identification.effects.rigid_body import with_bodies
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 
 LINKS, FRICTION, GAINS = 0.03, 0.2, 0.02
 """Relative deviations between units of a type of links, friction and drive gains [-]."""

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.fleet.compared import compared
-from exidyn.identify.fleet.drift import Found
-from exidyn.identify.fleet.kind import Cause
-from exidyn.identify.fleet.report import KindReport
+from exidyn.identification.fleet.compared import compared
+from exidyn.identification.fleet.drift import Found
+from exidyn.identification.fleet.kind import Cause
+from exidyn.identification.fleet.report import KindReport
 
 from .arms import Arm
 from .recordings import START, WEEK

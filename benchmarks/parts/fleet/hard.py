@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from exidyn.identify.fleet.drift import ArmDrift
-from exidyn.identify.fleet.learned import learned
-from exidyn.identify.fleet.report import KindReport, change_words, odd_words
-from exidyn.identify.fleet.runs import Frame
+from exidyn.identification.fleet.drift import ArmDrift
+from exidyn.identification.fleet.learned import learned
+from exidyn.identification.fleet.report import KindReport, change_words, odd_words
+from exidyn.identification.fleet.runs import Frame
 
 from .arms import Wear
 from .recordings import START, WEEK

@@ -13,10 +13,10 @@ from exidyn.acquire.fleet.analysis import reports
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new, left_out
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.fleet.report import KindReport, change_words, date_words
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.fleet.report import KindReport, change_words, date_words
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ..real.data import FOLDER, UR10E
 from .engine import Here

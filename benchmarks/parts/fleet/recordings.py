@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import Payload
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Signal
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import Payload
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Signal
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from .arms import REFERENCE, Arm

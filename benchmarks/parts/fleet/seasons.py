@@ -10,16 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.effects import Payload
-from exidyn.identify.fit.base_parameters import BaseParameters
-from exidyn.identify.fit.equations import Equations, assemble, decimated_regressor
-from exidyn.identify.fleet.kind import Kind, fleet_model
-from exidyn.identify.fleet.runs import Run
-from exidyn.identify.fleet.summary import held, reduced
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Prepared, prepare
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.effects import Payload
+from exidyn.identification.fit.base_parameters import BaseParameters
+from exidyn.identification.fit.equations import Equations, assemble, decimated_regressor
+from exidyn.identification.fleet.kind import Kind, fleet_model
+from exidyn.identification.fleet.runs import Run
+from exidyn.identification.fleet.summary import held, reduced
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Prepared, prepare
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import simulate
 
 from .arms import Arm
 from .recordings import PART, SECONDS, motion, weather

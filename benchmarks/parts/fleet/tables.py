@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.fleet.kind import Kind
-from exidyn.identify.fleet.runs import Run
-from exidyn.identify.fleet.summary import reduced
+from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.fleet.runs import Run
+from exidyn.identification.fleet.summary import reduced
 
 from .arms import BY_KELVIN, REFERENCE, Wear, arm
 from .recordings import DAILY, OWN, PART, SEASON, SECONDS, START, WEEK

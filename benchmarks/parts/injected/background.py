@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy import signal
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ..diagnose_real.sets import Runs
 

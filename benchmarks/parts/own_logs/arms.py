@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 
 GYRATION = 0.06
 """Radius of gyration of every body about its centre of mass, relative to the arm's scale [m]."""

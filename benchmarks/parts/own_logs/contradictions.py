@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from itertools import combinations, takewhile
 from typing import Any, NamedTuple
 
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 
 QUANTITIES = {
     "value": "value",

@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from exidyn.identify.model import Model
-from exidyn.identify.plausible.gate import doubts, suspect
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.model import Model
+from exidyn.identification.plausible.gate import doubts, suspect
+from exidyn.identification.recordings.recording import Recording
 
 
 class Claim(NamedTuple):

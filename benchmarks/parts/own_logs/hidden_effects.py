@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import body_regressor
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import body_regressor
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from .arms import SIX, fourier, model_of, torques
 from .engine import claims_about

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.robot_text import urdf_text
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_text import urdf_text
 
 from .known import Known
 from .sets import SETS, RealSet

@@ -5,8 +5,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.recordings.recording import Recording
 
 from ..real.data import piece
 from .commands import proposal_of, run

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 from .arms import LEGS, SERVO, SIX, Arm, fourier, torques
 from .known import Known
@@ -127,6 +127,6 @@ SCENES: dict[str, Callable[[], Scene]] = {"cobot": cobot, "six": six, "legs": le
 
 def built_in_urdf(name: str) -> str:
     """A built-in robot as a URDF."""
-    from exidyn.identify.robot_files.robot_text import urdf_text
+    from exidyn.identification.robot_files.robot_text import urdf_text
 
     return urdf_text(read_model(name))

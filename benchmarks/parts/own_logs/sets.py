@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source, read_tables
-from exidyn.identify.recordings.importers.tables.table import Table
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source, read_tables
+from exidyn.identification.recordings.importers.tables.table import Table
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..real.data import DE_LUCA, FOLDER, KR300_TURNS
 from .known import DIRECT, Known

@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from .arms import SEVEN, fourier, model_of, torques
 from .engine import check_before_fit

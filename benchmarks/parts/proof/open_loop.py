@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis.findings.finding import Diagnosis
-from exidyn.identify.diagnosis.improved.improved import Arm, as_found, as_nominal
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.diagnosis.findings.finding import Diagnosis
+from exidyn.identification.diagnosis.improved.improved import Arm, as_found, as_nominal
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.recordings.recording import Recording
 
 PUBLISHED = {"M1": 95.1089, "Fv1": 203.5034, "Fc1": 20.3935, "Off1": -3.1648}
 """The EMPS's parameters by its authors [kg, N s/m, N, N]."""

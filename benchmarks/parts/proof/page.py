@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from exidyn.identify.diagnosis.search.selected import NAMED
+from exidyn.identification.diagnosis.search.selected import NAMED
 
 from ..diagnose_real.score import fixed
 from ..diagnose_real.sets import CASES

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.pages.svg import Panel, Span, legend, text
+from exidyn.identification.pages.svg import Panel, Span, legend, text
 
 STYLE = """
 text { font: 11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: #1c1f23 }

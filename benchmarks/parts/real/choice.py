@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 
-from exidyn.identify.effects import EFFECTS
-from exidyn.identify.fit.equations import Equations, assemble
-from exidyn.identify.fit.estimators import Estimator, bayesian, weighted
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.filters import low_pass
-from exidyn.identify.preparation.prepare import filtered, prepare
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.effects import EFFECTS
+from exidyn.identification.fit.equations import Equations, assemble
+from exidyn.identification.fit.estimators import Estimator, bayesian, weighted
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.filters import low_pass
+from exidyn.identification.preparation.prepare import filtered, prepare
+from exidyn.identification.recordings.recording import Recording
 
 from .data import DataSet, thirds
 

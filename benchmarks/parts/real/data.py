@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.robot_files.robot_file import read_model
 
 FOLDER = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from ..edit_test import edit_test_table
 from .data import LOADED, DataSet

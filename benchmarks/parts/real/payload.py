@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.identify.effects import EFFECTS, Prior
-from exidyn.identify.fit.estimators import weighted
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identification.effects import EFFECTS, Prior
+from exidyn.identification.fit.estimators import weighted
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from .data import DE_LUCA, LOADED, REPOSITORY, DataSet
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from common import show
 
-from exidyn.identify.effects import LoadDependentFriction
-from exidyn.identify.effects.effect import Effect
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.effects import LoadDependentFriction
+from exidyn.identification.effects.effect import Effect
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.robot_files.robot_file import read_model
 
 from .data import FOLDER
 

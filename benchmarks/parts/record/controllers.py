@@ -16,7 +16,7 @@ from ur_settings import ur_settings
 from exidyn.acquire.run.arms import make_driver
 from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.simulation.plant import typical_plant
 
 from .motion import COBOT, FR3, MODEL, ROBOT, BenchArm
 

@@ -11,9 +11,9 @@ import numpy as np
 from common import show
 
 from exidyn.acquire.examples.example_arm import BODY
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.robot_files.robot_file import read_model
 
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""

@@ -8,9 +8,9 @@ import numpy as np
 import peer_process
 
 from exidyn.acquire.run.perform import Job
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning.planner import plan, whole_run

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.export.mjcf import STEP
-from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant import DriveControl, Plant
-from exidyn.identify.simulation.simulate import follow
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.export.mjcf import STEP
+from exidyn.identification.model import Model
+from exidyn.identification.simulation.plant import DriveControl, Plant
+from exidyn.identification.simulation.simulate import follow
 from exidyn.trajectories.random_motion import random_fourier
 
 TICK = 0.002

@@ -5,13 +5,13 @@ import numpy as np
 import pinocchio as pin
 from common import show
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.robot_files.robot_file import parse_model, read_model
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.robot_files.robot_file import parse_model, read_model
+from exidyn.identification.simulation.simulate import simulate
 
 from .runs import motion_of
 

@@ -7,7 +7,7 @@ from zlib import crc32
 
 import numpy as np
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     Effect,
     FrictionAsymmetry,
     Hysteresis,
@@ -15,7 +15,7 @@ from exidyn.identify.effects import (
     Prior,
     StribeckFriction,
 )
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 from exidyn.trajectories.random_motion import random_fourier
 
 from .concealed import Case, described, with_effects

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.in_mujoco.gap import Gap, gap
-from exidyn.identify.in_mujoco.ladder import Source
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.in_mujoco.gap import Gap, gap
+from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 
 from .arms import MODELS, cases
 from .concealed import Case, record

@@ -13,15 +13,15 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Effect, Prior
-from exidyn.identify.errors import RobotWarning
-from exidyn.identify.in_mujoco.attached import Attached
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.robot_files.description import movable_joints
-from exidyn.identify.robot_files.mjcf_drives import servos
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import Effect, Prior
+from exidyn.identification.errors import RobotWarning
+from exidyn.identification.in_mujoco.attached import Attached
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.robot_files.description import movable_joints
+from exidyn.identification.robot_files.mjcf_drives import servos
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.random_motion import random_fourier
 
 TICK = 0.004

@@ -13,10 +13,10 @@ import mujoco
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.in_mujoco.gap import gap
-from exidyn.identify.in_mujoco.ladder import Source
-from exidyn.identify.model import Model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.in_mujoco.gap import gap
+from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.model import Model
 
 from .concealed import described, recorded
 

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.diagnosis.runs.usable import HELD_OUT
-from exidyn.identify.in_mujoco.gap import Gap, gap
-from exidyn.identify.in_mujoco.ladder import Source
-from exidyn.identify.in_mujoco.replay import TORQUE
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.in_mujoco.gap import Gap, gap
+from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.in_mujoco.replay import TORQUE
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
 from parts.real.data import DE_LUCA, piece
 
 SERVO_GAIN = 0.53

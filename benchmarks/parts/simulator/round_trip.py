@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.arm.motion import Motion
+from exidyn.identification.arm.motion import Motion
 
 from .concealed import read_hinges
 

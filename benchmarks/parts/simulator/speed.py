@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import mujoco
 from common import Kept, show
 
-from exidyn.identify.in_mujoco.attached import Attached
-from exidyn.identify.robot_files.mjcf_drives import servos
+from exidyn.identification.in_mujoco.attached import Attached
+from exidyn.identification.robot_files.mjcf_drives import servos
 
 from .arms import cases
 from .concealed import STEP, Case

@@ -20,15 +20,15 @@ import mujoco
 import numpy as np
 from common import Kept, show
 
-from exidyn.identify.export.mjcf_patch import patch
-from exidyn.identify.export.portable import Portable
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified, standard_parameters
-from exidyn.identify.in_mujoco.distances import Distances, distances
-from exidyn.identify.in_mujoco.replay import POSITION, Run, Simulator, servos
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.export.mjcf_patch import patch
+from exidyn.identification.export.portable import Portable
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified, standard_parameters
+from exidyn.identification.in_mujoco.distances import Distances, distances
+from exidyn.identification.in_mujoco.replay import POSITION, Run, Simulator, servos
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import Recording
 
 from .arms import COULOMB, usual_torque
 from .concealed import Case, described, record

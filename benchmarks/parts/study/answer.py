@@ -8,16 +8,16 @@ import numpy as np
 
 from exidyn.acquire.study.choice_file import possible_effects, settled_findings
 from exidyn.acquire.study.other_gains import OtherGain, other_gains, with_gains
-from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_torque
-from exidyn.identify.diagnosis.belief.suspects import suspects_of
-from exidyn.identify.diagnosis.diagnose import Diagnosed, diagnosed
-from exidyn.identify.diagnosis.refit import refit
-from exidyn.identify.diagnosis.runs.driven import model_torque
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.diagnosis.belief.questions import belief_of, nameless_torque
+from exidyn.identification.diagnosis.belief.suspects import suspects_of
+from exidyn.identification.diagnosis.diagnose import Diagnosed, diagnosed
+from exidyn.identification.diagnosis.refit import refit
+from exidyn.identification.diagnosis.runs.driven import model_torque
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording
 from exidyn.trajectories.next_run.choice import DECIDED, choose
 from exidyn.trajectories.next_run.offers import TEMPERATURE
 from exidyn.trajectories.plans.plan import Plan

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import (
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     Effect,
@@ -18,8 +18,8 @@ from exidyn.identify.effects import (
     RotorInertia,
     ViscousFriction,
 )
-from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant import Transmission
+from exidyn.identification.model import Model
+from exidyn.identification.simulation.plant import Transmission
 
 GAIN = np.array([-40.0, 25.0])
 USUAL = {"Fv1": 3.0, "Fv2": 1.5, "Fc1": 4.0, "Fc2": 2.0, "Off1": 0.0, "Off2": 0.0, "Ia1": 0.5, "Ia2": 0.2}

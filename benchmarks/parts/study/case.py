@@ -8,11 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from exidyn.acquire.run.simulated import simulated
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.simulation.plant import Transmission
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.simulation.plant import Transmission
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan

@@ -10,7 +10,7 @@ from pathlib import Path
 from common import imports_as_here
 
 from exidyn.acquire.arguments.exit_codes import STOPPED, UNSAFE
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.robot_files.robot_text import model_text
 
 from .case import Case
 

@@ -7,8 +7,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.trajectories.kinds.by_rule import KINDS as BY_RULE
 from exidyn.trajectories.kinds.by_rule import by_rule
 from exidyn.trajectories.next_run.offers import excitation

@@ -10,7 +10,7 @@ from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.study.loop import Study
 from exidyn.acquire.study.rounds import Round, rounds
 from exidyn.acquire.study.sources import Cell
-from exidyn.identify.diagnosis.diagnose import Diagnosed
+from exidyn.identification.diagnosis.diagnose import Diagnosed
 from exidyn.trajectories.next_run.choice import DECIDED
 
 from .answer import Answer, error_of

@@ -13,12 +13,12 @@ import pytest
 
 from exidyn.acquire import command_line
 from exidyn.acquire.command_line import COMMANDS, INTERRUPTED, REFUSED, main
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.recordings.importers.tables.columns import PREFIXES
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.fit.estimators import ESTIMATORS
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.recordings.importers.tables.columns import PREFIXES
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import loaded, run, write

@@ -12,19 +12,19 @@ from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
 from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
 from exidyn.acquire.files.report_files import read_diagnosed
-from exidyn.identify.diagnosis import Quantity, Remainder
-from exidyn.identify.diagnosis.diagnose import Diagnosed
-from exidyn.identify.diagnosis.findings.finding import Moment
-from exidyn.identify.diagnosis.improved.improved import as_finding
-from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.errors import RobotWarning
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.pages.diagnosis_document import report_html
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.diagnosis import Quantity, Remainder
+from exidyn.identification.diagnosis.diagnose import Diagnosed
+from exidyn.identification.diagnosis.findings.finding import Moment
+from exidyn.identification.diagnosis.improved.improved import as_finding
+from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.errors import RobotWarning
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.pages.diagnosis_document import report_html
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.pages.report_pages import Page
 from ...parts.small.small_diagnosis import diagnosis, instead, nominal_model, recording, recordings

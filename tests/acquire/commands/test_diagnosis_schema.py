@@ -6,7 +6,7 @@ import pytest
 
 from exidyn.acquire.files.report_files import read_diagnosed
 from exidyn.acquire.views.kinds import view_of
-from exidyn.identify.errors import NotAFile
+from exidyn.identification.errors import NotAFile
 
 from ...parts.runs import parser_files
 

@@ -11,7 +11,7 @@ from exidyn.acquire.commands.example_command import run
 from exidyn.acquire.examples import example_balancer
 from exidyn.acquire.examples.example_balancer import words
 from exidyn.acquire.examples.example_result import Result
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.plans.plan import Plan

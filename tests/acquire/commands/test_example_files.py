@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 pytestmark = pytest.mark.clocked(patient=True)
 

@@ -7,13 +7,13 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.examples.example_servos import CENTRE, MASS, TERMS
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import typical_plant
-from exidyn.identify.simulation.simulate import follow
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import typical_plant
+from exidyn.identification.simulation.simulate import follow
 from exidyn.trajectories.random_motion import random_fourier
 
 pytest.importorskip("mujoco")

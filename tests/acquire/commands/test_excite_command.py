@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.robot_files.robot_file import model_text, urdf_text
+from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.robot_files.robot_file import model_text, urdf_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.plans.plan_file import read_plan

@@ -11,12 +11,12 @@ from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.fleet.source import Found, Source
 from exidyn.acquire.fleet.store import Row, Store
 from exidyn.acquire.fleet.work import identify_new, report_path
-from exidyn.identify.export import FORMATS
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.fleet.kind import kind_key
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.export import FORMATS
+from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.fleet.kind import kind_key
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.small.fleet_runs import REFERENCE, START, check_run
 from ...parts.small.small_fit import plain_fit

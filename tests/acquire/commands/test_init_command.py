@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects.rigid_body import RigidBody
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit.base_parameters import rich_motion
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.robot_files.robot_file import read_model, urdf_text
+from exidyn.identification.effects.rigid_body import RigidBody
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.fit.base_parameters import rich_motion
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.robot_files.robot_file import read_model, urdf_text
 
 from ...parts.runs.logs import cobot_log, columns
 

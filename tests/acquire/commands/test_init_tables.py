@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import read_model, urdf_text
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.robot_file import read_model, urdf_text
 
 from ...parts.runs.logs import cobot_log, columns
 

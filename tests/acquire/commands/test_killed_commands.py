@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.descendants import started, within
 from ...parts.small import fleet_runs, two_joints

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import JointSpring, Prior
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.effects import JointSpring, Prior
+from exidyn.identification.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.kinds.by_rule import KINDS
 from exidyn.trajectories.limits.check import check

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from exidyn.acquire.command_line import COMMANDS, command
-from exidyn.identify.diagnosis.candidates import KINDS
-from exidyn.identify.effects import EFFECTS
+from exidyn.identification.diagnosis.candidates import KINDS
+from exidyn.identification.effects import EFFECTS
 
 ROOT = Path(__file__).parents[3]
 README = ROOT / "README.md"

@@ -14,8 +14,8 @@ from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
 from exidyn.acquire.commands.record_command import _clearances
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.run_summary import UNATTENDED
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import model_text, read_model, urdf_text
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.robot_file import model_text, read_model, urdf_text
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 

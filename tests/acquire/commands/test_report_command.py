@@ -12,17 +12,17 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
 from exidyn.acquire.files.report_files import comparison_table, read_compared, read_diagnosed
 from exidyn.acquire.terminal.json_output import json_text
-from exidyn.identify.diagnosis import Remainder
-from exidyn.identify.diagnosis.improved.forward import Forward
-from exidyn.identify.diagnosis.words.diagnosis_file import as_json
-from exidyn.identify.fit.fit_file import read_fit, write_fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.pages.diagnosis_document import Diagnosed, diagnosis_document
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.simulation.comparison import compare
-from exidyn.identify.simulation.predicted import as_nominal, predicted
+from exidyn.identification.diagnosis import Remainder
+from exidyn.identification.diagnosis.improved.forward import Forward
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.fit.fit_file import read_fit, write_fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.pages.diagnosis_document import Diagnosed, diagnosis_document
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.simulation.comparison import compare
+from exidyn.identification.simulation.predicted import as_nominal, predicted
 
 from ...identify.simulation.test_compare import made
 from ...parts.pages.browser import headless_browser, wait_for

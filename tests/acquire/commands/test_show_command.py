@@ -8,7 +8,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identify.robot_files.robot_file import model_text, urdf_text
+from exidyn.identification.robot_files.robot_file import model_text, urdf_text
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_page import plan_page

@@ -7,13 +7,13 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import Payload, Prior, RotorInertia, known_parameters
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import model_text, parse_model
-from exidyn.identify.simulation.simulate import exact_current
+from exidyn.identification.effects import Payload, Prior, RotorInertia, known_parameters
+from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.robot_file import model_text, parse_model
+from exidyn.identification.simulation.simulate import exact_current
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan
 
@@ -95,7 +95,7 @@ def current_error(run, model):
 
 
 def run_motion(time, states, run):
-    from exidyn.identify.arm.motion import Motion
+    from exidyn.identification.arm.motion import Motion
 
     return Motion.of(time, *states, payload=run.payload.name if run.payload else "")
 

@@ -14,8 +14,8 @@ import pytest
 from exidyn.acquire.arguments.exit_codes import INTERRUPTED, REFUSED, STOPPED, UNSAFE
 from exidyn.acquire.command_line import main
 from exidyn.acquire.study.rounds import rounds
-from exidyn.identify.effects import JointSpring, Prior
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.effects import JointSpring, Prior
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.small import small_diagnosis, two_joints
 

@@ -20,12 +20,12 @@ from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLOURS
 from exidyn.acquire.views.suspects import MOST, lasting, moments
-from exidyn.identify.arm.newton_euler import link_poses
-from exidyn.identify.diagnosis import Remainder
-from exidyn.identify.fit.fit_file import read_fit, write_fit
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import Event
+from exidyn.identification.arm.newton_euler import link_poses
+from exidyn.identification.diagnosis import Remainder
+from exidyn.identification.fit.fit_file import read_fit, write_fit
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import Event
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit

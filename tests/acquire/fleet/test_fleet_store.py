@@ -20,7 +20,7 @@ from exidyn.acquire.command_line import main
 from exidyn.acquire.fleet.source import Source, date_of
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import identify_new, left_out
-from exidyn.identify.errors import NotAFile, RecordingError
+from exidyn.identification.errors import NotAFile, RecordingError
 
 from ...parts.small import fleet_runs, two_joints
 

@@ -15,9 +15,9 @@ from exidyn.acquire.fleet.work import identify_new
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.run.listener import Listener
 from exidyn.drivers import Command
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.simulation.plant import typical_plant
 
 from ...parts.small import two_joints
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from exidyn.acquire.fleet.store import CHANGES, Store
-from exidyn.identify.errors import NotAFile
+from exidyn.identification.errors import NotAFile
 
 from ...parts.runs import kept_files, parser_files
 

@@ -18,10 +18,10 @@ from exidyn.acquire.jog.effort import flange_way
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
 from exidyn.acquire.run.stopping import watch
 from exidyn.acquire.terminal.run_summary import UNATTENDED
-from exidyn.identify.effects import CoulombFriction, RigidBody
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.robot_files.robot_file import model_text, read_model
+from exidyn.identification.effects import CoulombFriction, RigidBody
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.robot_file import model_text, read_model
 
 from ...parts.controllers import rsi_controller
 from ...parts.runs.commissioning_parts import (

@@ -8,7 +8,7 @@ import pytest
 from exidyn.acquire.jog.effort import flange_way, torque_at_rest
 from exidyn.acquire.jog.judgements import Verdict, judge
 from exidyn.acquire.jog.there_and_back import Course, Way, run_limits, there_and_back
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.run_parts import MODEL, ROBOT
 

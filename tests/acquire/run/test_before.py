@@ -5,9 +5,9 @@ import pytest
 
 from exidyn.acquire.run.before import checked
 from exidyn.acquire.run.errors import NotAllowed
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.plans.plan import Plan

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.terminal.recording_text import describe, recording_table
-from exidyn.identify.errors import WrongShape
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import ControllerState
+from exidyn.identification.errors import WrongShape
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import ControllerState
 
 from ...parts.runs.recorded import cycle, end, head, record
 

@@ -9,7 +9,7 @@ import pytest
 from exidyn.acquire.run.pipe import PipeSink, SinkFailed
 from exidyn.acquire.run.realtime import realtime
 from exidyn.acquire.run.recorder import part_of, start_recorder
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ...parts.runs.recorded import cycle, end, event, head
 from ...parts.system_needs import REAL_TIME

@@ -13,7 +13,7 @@ from exidyn.acquire.run.frames import EVENT, SAMPLE, STAGES, sample_frame, text_
 from exidyn.acquire.run.recorder import part_of, start_recorder
 from exidyn.acquire.terminal.recording_text import describe
 from exidyn.drivers import Sample
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ...parts.runs.recorded import (
     CONTROLLER,

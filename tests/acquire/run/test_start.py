@@ -5,7 +5,7 @@ from exidyn.acquire.run.before import StartRules, gentle, plan_start
 from exidyn.acquire.run.errors import CannotStart
 from exidyn.acquire.run.player import Player
 from exidyn.drivers import Info
-from exidyn.identify.arm.robot import SLIDING
+from exidyn.identification.arm.robot import SLIDING
 from exidyn.trajectories.clearances.clearance import Clearance
 
 from ...parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion

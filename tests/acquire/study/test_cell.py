@@ -5,8 +5,8 @@ import pytest
 from exidyn.acquire.run.errors import NotConfirmed, RunStopped
 from exidyn.acquire.study.rounds import Round
 from exidyn.acquire.study.sources import Cell
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan

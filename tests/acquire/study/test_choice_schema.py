@@ -6,7 +6,7 @@ import pytest
 
 from exidyn.acquire.study.choice_schema import require_course
 from exidyn.acquire.study.rounds import CHOICE, next_round
-from exidyn.identify.errors import NotAFile
+from exidyn.identification.errors import NotAFile
 
 from ...parts.small.small_choice import choice
 

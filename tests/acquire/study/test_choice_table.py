@@ -3,7 +3,7 @@
 import json
 
 from exidyn.acquire.study.choice_file import read_shapes, shape_table
-from exidyn.identify.diagnosis.questions.shape import Shaped
+from exidyn.identification.diagnosis.questions.shape import Shaped
 
 
 def test_shapes_are_read_as_they_were_written_and_of_one_hypothesis_the_last_stays():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.study.other_gains import gain_sentences, other_gains, with_gains
-from exidyn.identify.diagnosis.blocks.prediction import LINEAR
+from exidyn.identification.diagnosis.blocks.prediction import LINEAR
 
 from ...parts.small import small_diagnosis
 

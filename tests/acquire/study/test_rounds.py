@@ -15,7 +15,7 @@ from exidyn.acquire.study.rounds import (
     require_same_robot,
     rounds,
 )
-from exidyn.identify.errors import DifferentRobot, NotAFile
+from exidyn.identification.errors import DifferentRobot, NotAFile
 
 from ...parts.small import two_joints
 from ...parts.small.small_choice import choice

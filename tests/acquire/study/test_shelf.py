@@ -6,8 +6,8 @@ import pytest
 
 from exidyn.acquire.study.rounds import Round
 from exidyn.acquire.study.sources import Shelf
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ...parts.small import two_joint_files
 

@@ -9,8 +9,8 @@ import pytest
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.fit_view import CAPPED, fit_view
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identify.arm.newton_euler import link_poses
-from exidyn.identify.fit.verdict import verdict
+from exidyn.identification.arm.newton_euler import link_poses
+from exidyn.identification.fit.verdict import verdict
 
 from ...parts.pages.report_pages import known_fit
 from ...parts.pages.rerun_viewer import (

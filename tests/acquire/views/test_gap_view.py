@@ -8,8 +8,8 @@ import pytest
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.gap_view import AFTER, BEFORE, RECORDED, gap_view
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identify.arm.newton_euler import link_poses
-from exidyn.identify.in_mujoco.replay import Run
+from exidyn.identification.arm.newton_euler import link_poses
+from exidyn.identification.in_mujoco.replay import Run
 
 from ...parts.pages.rerun_viewer import (
     complaints,

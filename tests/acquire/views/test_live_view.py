@@ -26,8 +26,8 @@ from exidyn.acquire.views.live_view import CannotShow, Targets, start_view
 from exidyn.acquire.views.parts import COLOURS, COLUMNS, RED
 from exidyn.acquire.views.view_process import ABANDONED
 from exidyn.acquire.views.viewers import open_window
-from exidyn.identify.arm.newton_euler import link_frames, link_poses
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.newton_euler import link_frames, link_poses
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.live_frames import frames, measured

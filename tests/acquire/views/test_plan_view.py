@@ -11,10 +11,10 @@ from exidyn.acquire.views import viewers
 from exidyn.acquire.views.live_view import Targets
 from exidyn.acquire.views.parts import FRAMES
 from exidyn.acquire.views.plan_view import plan_view
-from exidyn.identify.arm.newton_euler import link_poses
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Payload
-from exidyn.identify.robot_files.surroundings import Obstacle
+from exidyn.identification.arm.newton_euler import link_poses
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import Payload
+from exidyn.identification.robot_files.surroundings import Obstacle
 from exidyn.trajectories.plans.plan_check import nominal_torque
 from exidyn.trajectories.plans.plan_space import space_of
 

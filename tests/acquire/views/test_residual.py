@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.views.residual import LiveResidual, Samples, Torques, joint_torque
-from exidyn.identify.effects import Hysteresis, Payload, Prior, RigidBody, known_parameters
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import Sensors, exact_current
+from exidyn.identification.effects import Hysteresis, Payload, Prior, RigidBody, known_parameters
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import Sensors, exact_current
 
 from ...parts.pages.live_frames import SENSORS, measured
 from ...parts.runs.robots import random_motion, six_axis

@@ -14,9 +14,9 @@ from parts.concealed.recordings.write import write_case
 from parts.concealed.robots.arms import ARMS
 from parts.concealed.robots.robot import honest
 
-from exidyn.identify import diagnosis
-from exidyn.identify.diagnosis.words import diagnosis_file as answer
-from exidyn.identify.recordings.importers import import_source
+from exidyn.identification import diagnosis
+from exidyn.identification.diagnosis.words import diagnosis_file as answer
+from exidyn.identification.recordings.importers import import_source
 
 pytestmark = pytest.mark.slow
 

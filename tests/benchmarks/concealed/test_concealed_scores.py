@@ -12,8 +12,8 @@ from parts.concealed.scoring.half_way import half_way
 from parts.concealed.scoring.score import Pair, figures, simulated_share
 from parts.concealed.scoring.tables import outside, print_scores, sensitivity
 
-from exidyn.identify.diagnosis.candidates import kinds
-from exidyn.identify.diagnosis.candidates.curves import NAMES
+from exidyn.identification.diagnosis.candidates import kinds
+from exidyn.identification.diagnosis.candidates.curves import NAMES
 
 pytestmark = pytest.mark.slow
 

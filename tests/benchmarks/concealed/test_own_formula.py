@@ -5,8 +5,8 @@ import pytest
 from parts.concealed import own_formula
 from parts.concealed.own_formula import DRAWS, JOINTS, diagnosed_numbers, nominal
 
-from exidyn.identify.diagnosis.findings.finding import Diagnosis, Finding, Quantity
-from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding, Quantity
+from exidyn.identification.diagnosis.questions.candidate import Candidate
 
 pytestmark = pytest.mark.slow
 

@@ -14,9 +14,9 @@ from parts.diagnose_real.sizes import number
 from parts.proof.page import named_words
 from parts.proof.simulated import simulated_section
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
-from exidyn.identify.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.finding import Finding, Quantity
+from exidyn.identification.diagnosis.questions.candidate import Candidate
 
 pytestmark = pytest.mark.slow
 

@@ -7,8 +7,8 @@ from parts.diagnose_real.sets import CASES
 from parts.injected.background import Background
 from parts.injected.effects import EFFECTS
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.effects import JointSpring
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.effects import JointSpring
 
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import record

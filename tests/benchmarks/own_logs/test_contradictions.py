@@ -9,8 +9,8 @@ import pytest
 from parts.own_logs.contradictions import contradictions, in_fit, in_page, in_robot, in_text
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.small import two_joint_files
 

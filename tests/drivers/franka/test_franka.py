@@ -13,8 +13,8 @@ import pytest
 from exidyn.drivers import Arm, Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.franka.fci_messages import ERRORS, STATE
-from exidyn.identify.recordings.align import follows_by
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.recordings.align import follows_by
+from exidyn.identification.recordings.recording import Signal
 
 from ...parts.controllers.franka_controller import BUFFER, INSTALLED, running
 

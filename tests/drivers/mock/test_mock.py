@@ -7,11 +7,11 @@ import pytest
 from exidyn.drivers import Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
 from exidyn.drivers.mock.driver import EPOCH, SteppedClock
-from exidyn.identify.fit.estimators.nominal_gains import given_nominal
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.simulation.plant import Plant
-from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.simulation.plant import Plant
+from exidyn.identification.simulation.plant.typical import typical_parts
 
 from ...parts.controllers.mock_parts import CYCLE, STEPPED, arm, moving, opened, play
 from ...parts.small.two_joints import GAIN, model, trajectory, true_values

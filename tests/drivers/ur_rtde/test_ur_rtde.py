@@ -12,8 +12,8 @@ from exidyn.drivers import Arm, Command, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.ur_rtde.program import UrSettings, program_text
 from exidyn.drivers.ur_rtde.state import STATE
-from exidyn.identify.recordings.align import follows_by
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.recordings.align import follows_by
+from exidyn.identification.recordings.recording import Signal
 
 from ...peers.peer_process import Peer
 from ...peers.ur_script import ScriptError, program, translated

@@ -2,10 +2,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import body_gradient, body_regressor, rigid_gradient, rigid_regressor
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects.rigid_body import inertial_parameters
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import (
+    body_gradient,
+    body_regressor,
+    rigid_gradient,
+    rigid_regressor,
+)
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects.rigid_body import inertial_parameters
 
 from ...parts.runs.robots import kinematics, placement, random_motion
 from .test_rigid_regressor import TREES

@@ -2,9 +2,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects.rigid_body import inertial_parameters
+from exidyn.identification.arm.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects.rigid_body import inertial_parameters
 
 from ...parts.runs.robots import body, kinematics, placement, random_motion
 

@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis import Quantity
-from exidyn.identify.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS, balancers
-from exidyn.identify.diagnosis.diagnose import _range
-from exidyn.identify.diagnosis.findings.arm import Arm
-from exidyn.identify.diagnosis.improved.improved import with_finding
-from exidyn.identify.diagnosis.words.diagnosis_file import as_json, diagnosis_file
-from exidyn.identify.diagnosis.words.measures import by_kind
-from exidyn.identify.diagnosis.words.verdict import verdict
-from exidyn.identify.effects import SpringBalancer
-from exidyn.identify.pages.diagnosis_document import summary
-from exidyn.identify.simulation.plant import Transmission
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.diagnosis import Quantity
+from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, STIFFNESS, balancers
+from exidyn.identification.diagnosis.diagnose import _range
+from exidyn.identification.diagnosis.findings.arm import Arm
+from exidyn.identification.diagnosis.improved.improved import with_finding
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json, diagnosis_file
+from exidyn.identification.diagnosis.words.measures import by_kind
+from exidyn.identification.diagnosis.words.verdict import verdict
+from exidyn.identification.effects import SpringBalancer
+from exidyn.identification.pages.diagnosis_document import summary
+from exidyn.identification.simulation.plant import Transmission
 
 from ...parts.small import two_joints
 from .test_diagnosis_words import diagnosis, finding

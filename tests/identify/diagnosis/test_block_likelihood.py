@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identify.diagnosis.blocks.block_likelihood import (
+from exidyn.identification.diagnosis.blocks.block_likelihood import (
     FREEDOM,
     autocorrelation,
     common_variance,
@@ -15,11 +15,11 @@ from exidyn.identify.diagnosis.blocks.block_likelihood import (
     strain,
     trust,
 )
-from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS, CREDIBLE
-from exidyn.identify.diagnosis.questions.comparison import colouring, levelled
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.search.search import _material
-from exidyn.identify.diagnosis.search.selected import odds_of
+from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS, CREDIBLE
+from exidyn.identification.diagnosis.questions.comparison import colouring, levelled
+from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.search.search import _material
+from exidyn.identification.diagnosis.search.selected import odds_of
 
 from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows
 

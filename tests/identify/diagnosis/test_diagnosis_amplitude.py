@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identify.diagnosis.blocks.block_likelihood import all_or_nothing, amplitude
+from exidyn.identification.diagnosis.blocks.block_likelihood import all_or_nothing, amplitude
 
 pytestmark = pytest.mark.numerical
 

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.diagnose import diagnose, noise_floor
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.results.budget import NOISE, OTHER, budget, changes
-from exidyn.identify.diagnosis.results.remainder import discrepancies
-from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.selected import Selected
-from exidyn.identify.effects import JointSpring, LoadDependentFriction
-from exidyn.identify.preparation.prepare import Filtering
+from exidyn.identification.diagnosis.diagnose import diagnose, noise_floor
+from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget, changes
+from exidyn.identification.diagnosis.results.remainder import discrepancies
+from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.diagnosis.search.selected import Selected
+from exidyn.identification.effects import JointSpring, LoadDependentFriction
+from exidyn.identification.preparation.prepare import Filtering
 
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows

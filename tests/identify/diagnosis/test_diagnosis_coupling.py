@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.diagnosis.candidates import hypotheses
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.arm import Arm
-from exidyn.identify.diagnosis.findings.finding import Finding, Quantity
-from exidyn.identify.diagnosis.improved.improved import as_found, with_finding
-from exidyn.identify.diagnosis.words.sentences import sentence
-from exidyn.identify.simulation.plant import Transmission
+from exidyn.identification.diagnosis.candidates import hypotheses
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.arm import Arm
+from exidyn.identification.diagnosis.findings.finding import Finding, Quantity
+from exidyn.identification.diagnosis.improved.improved import as_found, with_finding
+from exidyn.identification.diagnosis.words.sentences import sentence
+from exidyn.identification.simulation.plant import Transmission
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

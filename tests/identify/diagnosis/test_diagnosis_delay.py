@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis import diagnose
-from exidyn.identify.diagnosis.runs.rows import CLOCKS
-from exidyn.identify.preparation.undelayed import earlier
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.diagnosis import diagnose
+from exidyn.identification.diagnosis.runs.rows import CLOCKS
+from exidyn.identification.preparation.undelayed import earlier
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.small.small_diagnosis import nominal_model, recordings
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates.disturbance import disturbances
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.words.sentences import sentence
+from exidyn.identification.diagnosis.candidates.disturbance import disturbances
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.words.sentences import sentence
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

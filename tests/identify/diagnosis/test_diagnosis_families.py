@@ -7,15 +7,15 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates import KINDS, family_of, kinds
-from exidyn.identify.diagnosis.candidates.friction import GRADUAL
-from exidyn.identify.diagnosis.findings.family import FAMILIES
-from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.search import selected
-from exidyn.identify.diagnosis.search.selected import judged, odds_of
-from exidyn.identify.effects import StribeckFriction
-from exidyn.identify.effects.effect import JointEffect
-from exidyn.identify.effects.smooth_sign import smooth_sign
+from exidyn.identification.diagnosis.candidates import KINDS, family_of, kinds
+from exidyn.identification.diagnosis.candidates.friction import GRADUAL
+from exidyn.identification.diagnosis.findings.family import FAMILIES
+from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
+from exidyn.identification.diagnosis.search import selected
+from exidyn.identification.diagnosis.search.selected import judged, odds_of
+from exidyn.identification.effects import StribeckFriction
+from exidyn.identification.effects.effect import JointEffect
+from exidyn.identification.effects.smooth_sign import smooth_sign
 
 from ...parts.small.small_search import record, searched
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from exidyn.identify.diagnosis import diagnose
-from exidyn.identify.diagnosis.refit import model_to_fit
-from exidyn.identify.diagnosis.words.sentences import sentence
-from exidyn.identify.effects import CoulombFriction, Hysteresis, StribeckFriction
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.diagnosis import diagnose
+from exidyn.identification.diagnosis.refit import model_to_fit
+from exidyn.identification.diagnosis.words.sentences import sentence
+from exidyn.identification.effects import CoulombFriction, Hysteresis, StribeckFriction
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, record, searched

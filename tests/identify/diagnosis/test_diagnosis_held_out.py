@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.findings.family import FAMILIES
-from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.search import checks, held_out
-from exidyn.identify.diagnosis.words.verdict import verdict
-from exidyn.identify.effects import JointSpring, NonlinearViscousFriction
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.family import FAMILIES
+from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
+from exidyn.identification.diagnosis.search import checks, held_out
+from exidyn.identification.diagnosis.words.verdict import verdict
+from exidyn.identification.effects import JointSpring, NonlinearViscousFriction
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates.joint_elasticity import of_stiffness
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.diagnosis.search.search import search
-from exidyn.identify.effects import JointSpring
-from exidyn.identify.measurements.twist import bent
-from exidyn.identify.simulation.plant.link_size import link_size
+from exidyn.identification.diagnosis.candidates.joint_elasticity import of_stiffness
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.search.search import search
+from exidyn.identification.effects import JointSpring
+from exidyn.identification.measurements.twist import bent
+from exidyn.identification.simulation.plant.link_size import link_size
 
 from ...parts.small.small_search import TICK, names, problem, record
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates.contact_event import Reach, _pushed
-from exidyn.identify.diagnosis.diagnose import diagnose, nominal
-from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.diagnosis.candidates.contact_event import Reach, _pushed
+from exidyn.identification.diagnosis.diagnose import diagnose, nominal
+from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ..fit.test_passive_joint import arm, swinging
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.blocks.block_likelihood import trusted
-from exidyn.identify.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks, BlockSums
-from exidyn.identify.diagnosis.questions.block_answer import prior_std
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.search.selected import contradicted
+from exidyn.identification.diagnosis.blocks.block_likelihood import trusted
+from exidyn.identification.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks, BlockSums
+from exidyn.identification.diagnosis.questions.block_answer import prior_std
+from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.search.selected import contradicted
 
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.blocks.block_likelihood import common_variance
-from exidyn.identify.diagnosis.questions.block_answer import Answer
-from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.results.remainder import beside_unnamed, discrepancies, line, remainders
-from exidyn.identify.effects import JointSpring
+from exidyn.identification.diagnosis.blocks.block_likelihood import common_variance
+from exidyn.identification.diagnosis.questions.block_answer import Answer
+from exidyn.identification.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.results.remainder import beside_unnamed, discrepancies, line, remainders
+from exidyn.identification.effects import JointSpring
 
 from ...parts.small.small_search import record, searched
 

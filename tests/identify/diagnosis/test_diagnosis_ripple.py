@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis.candidates import candidates, hypotheses
-from exidyn.identify.diagnosis.candidates.torque_ripple import _peaks, ripples
-from exidyn.identify.diagnosis.questions.candidate import Thinned
-from exidyn.identify.diagnosis.questions.shape import reshaped
-from exidyn.identify.diagnosis.results.evidence import places_of
-from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.diagnosis.search.search import search
-from exidyn.identify.effects import TorqueRipple
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.diagnosis.candidates import candidates, hypotheses
+from exidyn.identification.diagnosis.candidates.torque_ripple import _peaks, ripples
+from exidyn.identification.diagnosis.questions.candidate import Thinned
+from exidyn.identification.diagnosis.questions.shape import reshaped
+from exidyn.identification.diagnosis.results.evidence import places_of
+from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.search.search import search
+from exidyn.identification.effects import TorqueRipple
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.simulation.simulate import Sensors, simulate
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import TRUE, nominal_model

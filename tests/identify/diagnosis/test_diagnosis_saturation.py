@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates.drives import saturations
+from exidyn.identification.diagnosis.candidates.drives import saturations
 
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import problem, record

@@ -7,22 +7,28 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from exidyn.identify.diagnosis.candidates import KINDS, contact_event, hypotheses
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.questions.block_answer import CREDIBLE, Answer, against_all
-from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.questions.comparison import better, by_blocks, competing
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.questions.shape import refined, with_shape
-from exidyn.identify.diagnosis.results.evidence import deviations, places_of
-from exidyn.identify.diagnosis.runs.rows import CLOCK, torque_rate
-from exidyn.identify.diagnosis.search import once, search, selected
-from exidyn.identify.diagnosis.search.once import moments
-from exidyn.identify.diagnosis.search.ranking import _by_hypothesis
-from exidyn.identify.diagnosis.search.selected import Selected, contradicted, keys_of, log_prior, odds_of
-from exidyn.identify.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.diagnosis.candidates import KINDS, contact_event, hypotheses
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.questions.block_answer import CREDIBLE, Answer, against_all
+from exidyn.identification.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identification.diagnosis.questions.comparison import better, by_blocks, competing
+from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.questions.shape import refined, with_shape
+from exidyn.identification.diagnosis.results.evidence import deviations, places_of
+from exidyn.identification.diagnosis.runs.rows import CLOCK, torque_rate
+from exidyn.identification.diagnosis.search import once, search, selected
+from exidyn.identification.diagnosis.search.once import moments
+from exidyn.identification.diagnosis.search.ranking import _by_hypothesis
+from exidyn.identification.diagnosis.search.selected import (
+    Selected,
+    contradicted,
+    keys_of,
+    log_prior,
+    odds_of,
+)
+from exidyn.identification.effects import JointSpring, LoadDependentFriction, NonlinearViscousFriction
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.text_table import NORMAL_95
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

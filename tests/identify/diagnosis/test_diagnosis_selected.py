@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.search import selected
-from exidyn.identify.diagnosis.search.selected import Selected, judged, odds_of
+from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
+from exidyn.identification.diagnosis.search import selected
+from exidyn.identification.diagnosis.search.selected import Selected, judged, odds_of
 
 
 def answer(effect, joints, gain, by_joint):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from exidyn.identify.diagnosis.candidates import candidates
-from exidyn.identify.diagnosis.questions.shape import Shaped, asked_again
-from exidyn.identify.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.candidates import candidates
+from exidyn.identification.diagnosis.questions.shape import Shaped, asked_again
+from exidyn.identification.diagnosis.search.problem import Problem
 
 from ...parts.small import small_diagnosis, small_search
 

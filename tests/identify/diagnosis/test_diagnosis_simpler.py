@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.search.simpler import contains
-from exidyn.identify.effects import Prior
+from exidyn.identification.diagnosis.search.simpler import contains
+from exidyn.identification.effects import Prior
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

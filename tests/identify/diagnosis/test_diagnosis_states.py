@@ -7,13 +7,13 @@ import pinocchio as pin
 import pytest
 from scipy import signal
 
-from exidyn.identify.arm.tangent import tangent
-from exidyn.identify.diagnosis.candidates import backlash, contact_event, joint_elasticity
-from exidyn.identify.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.measurements.twist import bent, loose
-from exidyn.identify.preparation.filters import Decimation
-from exidyn.identify.simulation.plant import Plant, Transmission
+from exidyn.identification.arm.tangent import tangent
+from exidyn.identification.diagnosis.candidates import backlash, contact_event, joint_elasticity
+from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
+from exidyn.identification.diagnosis.runs.driven import Driven
+from exidyn.identification.measurements.twist import bent, loose
+from exidyn.identification.preparation.filters import Decimation
+from exidyn.identification.simulation.plant import Plant, Transmission
 
 from ...parts.runs.simulated import LEVER, MASS, ROTOR, follow, pendulum, pendulum_values, stiff
 from ...parts.small import two_joints

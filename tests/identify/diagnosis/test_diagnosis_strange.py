@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.questions.candidate import Thinned
-from exidyn.identify.diagnosis.questions.question import ask
-from exidyn.identify.diagnosis.questions.shape import reshaped
-from exidyn.identify.diagnosis.search import ranking
-from exidyn.identify.diagnosis.search.ranking import ranked
+from exidyn.identification.diagnosis.questions.candidate import Thinned
+from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.questions.shape import reshaped
+from exidyn.identification.diagnosis.search import ranking
+from exidyn.identification.diagnosis.search.ranking import ranked
 
 from ...parts.small.small_search import problem, record
 

@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.diagnosis.candidates.base_tilt import tilts
-from exidyn.identify.diagnosis.diagnose import diagnose
-from exidyn.identify.diagnosis.improved.improved import as_found
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.diagnosis.words.sentences import sentence
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.diagnosis.candidates.base_tilt import tilts
+from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.improved.improved import as_found
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.words.sentences import sentence
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording
 
 from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import names, problem, record, searched

@@ -7,14 +7,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.newton_euler import joints_of
-from exidyn.identify.diagnosis.candidates import candidates, hypotheses
-from exidyn.identify.diagnosis.candidates.kinematics import across
-from exidyn.identify.diagnosis.candidates.springs import flange_places
-from exidyn.identify.diagnosis.runs.driven import Driven, link_torque
-from exidyn.identify.effects import RigidBody, ViscousFriction
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.newton_euler import joints_of
+from exidyn.identification.diagnosis.candidates import candidates, hypotheses
+from exidyn.identification.diagnosis.candidates.kinematics import across
+from exidyn.identification.diagnosis.candidates.springs import flange_places
+from exidyn.identification.diagnosis.runs.driven import Driven, link_torque
+from exidyn.identification.effects import RigidBody, ViscousFriction
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints

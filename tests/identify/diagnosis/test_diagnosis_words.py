@@ -8,21 +8,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
-from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
-from exidyn.identify.diagnosis.candidates.curves import NAMES
-from exidyn.identify.diagnosis.findings.finding import Budget, Change, Moment, Share
-from exidyn.identify.diagnosis.findings.quantities import Formatted, with_interval
-from exidyn.identify.diagnosis.findings.size import LeftOut, Point, Size
-from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.results.budget import NOISE as NOISE_SHARE
-from exidyn.identify.diagnosis.results.budget import OTHER
-from exidyn.identify.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
-from exidyn.identify.diagnosis.words.sentences import direction, moment_sentence, sentence
-from exidyn.identify.diagnosis.words.verdict import verdict
-from exidyn.identify.pages.budget import percents
-from exidyn.identify.pages.diagnosis_document import report_html, summary
-from exidyn.identify.pages.profiles import AXES
+from exidyn.identification.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
+from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
+from exidyn.identification.diagnosis.candidates.curves import NAMES
+from exidyn.identification.diagnosis.findings.finding import Budget, Change, Moment, Share
+from exidyn.identification.diagnosis.findings.quantities import Formatted, with_interval
+from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
+from exidyn.identification.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
+from exidyn.identification.diagnosis.results.budget import OTHER
+from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
+from exidyn.identification.diagnosis.words.sentences import direction, moment_sentence, sentence
+from exidyn.identification.diagnosis.words.verdict import verdict
+from exidyn.identification.pages.budget import percents
+from exidyn.identification.pages.diagnosis_document import report_html, summary
+from exidyn.identification.pages.profiles import AXES
 
 from ...parts.small import two_joints
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.diagnose import diagnosed
-from exidyn.identify.diagnosis.results.evidence import deviations, places_of
-from exidyn.identify.diagnosis.results.motor_torque import with_all_torque
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.effects import JointSpring
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.diagnosis.diagnose import diagnosed
+from exidyn.identification.diagnosis.results.evidence import deviations, places_of
+from exidyn.identification.diagnosis.results.motor_torque import with_all_torque
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.effects import JointSpring
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.text_table import NORMAL_95
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model

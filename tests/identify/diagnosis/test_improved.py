@@ -6,22 +6,22 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis import Finding, Quantity
-from exidyn.identify.diagnosis.candidates import KINDS, hypotheses
-from exidyn.identify.diagnosis.candidates.backlash import plays
-from exidyn.identify.diagnosis.candidates.joint_elasticity import gears
-from exidyn.identify.diagnosis.findings.finding import Evidence
-from exidyn.identify.diagnosis.improved.forward import forward
-from exidyn.identify.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
-from exidyn.identify.diagnosis.questions.candidate import Candidate
-from exidyn.identify.diagnosis.refit import model_to_fit, refit
-from exidyn.identify.diagnosis.runs.driven import Driven
-from exidyn.identify.effects import JointSpring, Payload, Prior, SpringBalancer
-from exidyn.identify.measurements import MEASUREMENTS, TimeDelay
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.diagnosis import Finding, Quantity
+from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
+from exidyn.identification.diagnosis.candidates.backlash import plays
+from exidyn.identification.diagnosis.candidates.joint_elasticity import gears
+from exidyn.identification.diagnosis.findings.finding import Evidence
+from exidyn.identification.diagnosis.improved.forward import forward
+from exidyn.identification.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
+from exidyn.identification.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.refit import model_to_fit, refit
+from exidyn.identification.diagnosis.runs.driven import Driven
+from exidyn.identification.effects import JointSpring, Payload, Prior, SpringBalancer
+from exidyn.identification.measurements import MEASUREMENTS, TimeDelay
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.small.small_diagnosis import STIFFNESS, diagnosis, nominal_model, recording, recordings
 

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.candidates import family_of
-from exidyn.identify.diagnosis.findings.family import FAMILIES
-from exidyn.identify.diagnosis.findings.finding import Budget, Remainder, Share
-from exidyn.identify.diagnosis.results.located import LEAST, dependence_of, located
+from exidyn.identification.diagnosis.candidates import family_of
+from exidyn.identification.diagnosis.findings.family import FAMILIES
+from exidyn.identification.diagnosis.findings.finding import Budget, Remainder, Share
+from exidyn.identification.diagnosis.results.located import LEAST, dependence_of, located
 
 
 def found(effect, probability, joint=0):

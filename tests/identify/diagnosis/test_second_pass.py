@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis import diagnose
-from exidyn.identify.diagnosis.improved.improved import found_model, left_out
-from exidyn.identify.measurements import (
+from exidyn.identification.diagnosis import diagnose
+from exidyn.identification.diagnosis.improved.improved import found_model, left_out
+from exidyn.identification.measurements import (
     Backlash,
     CurrentClipping,
     DriveGainSaturation,
@@ -15,10 +15,10 @@ from exidyn.identify.measurements import (
     Measurement,
     TimeDelay,
 )
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.robot_files.robot_text import model_text
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.small import two_joints

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from exidyn.identify.diagnosis.blocks.prediction import CERTAIN
-from exidyn.identify.diagnosis.questions.block_answer import Answer
-from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.results.evidence import deviations
-from exidyn.identify.diagnosis.search.selected import Selected
-from exidyn.identify.effects import Shape
+from exidyn.identification.diagnosis.blocks.prediction import CERTAIN
+from exidyn.identification.diagnosis.questions.block_answer import Answer
+from exidyn.identification.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identification.diagnosis.results.evidence import deviations
+from exidyn.identification.diagnosis.search.selected import Selected
+from exidyn.identification.effects import Shape
 
 from ...parts.small.small_rows import blocks, predicted, rows
 

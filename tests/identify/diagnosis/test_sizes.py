@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.findings.finding import Quantity
-from exidyn.identify.diagnosis.findings.quantities import quantities
-from exidyn.identify.diagnosis.questions.block_answer import Answer
-from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.results.evidence import deviations, with_shapes
-from exidyn.identify.diagnosis.results.sizes import left_out, size
-from exidyn.identify.diagnosis.search.selected import Selected
-from exidyn.identify.effects import Shape
+from exidyn.identification.diagnosis.findings.finding import Quantity
+from exidyn.identification.diagnosis.findings.quantities import quantities
+from exidyn.identification.diagnosis.questions.block_answer import Answer
+from exidyn.identification.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identification.diagnosis.results.evidence import deviations, with_shapes
+from exidyn.identification.diagnosis.results.sizes import left_out, size
+from exidyn.identification.diagnosis.search.selected import Selected
+from exidyn.identification.effects import Shape
 
 from ...parts.small.small_rows import blocks, predicted, rows
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from exidyn.identify.document.document import (
+from exidyn.identification.document.document import (
     Chapter,
     Document,
     Figure,
@@ -22,12 +22,12 @@ from exidyn.identify.document.document import (
     Statements,
     Table,
 )
-from exidyn.identify.document.html import block, html, unit
-from exidyn.identify.document.markdown import section_markdown
-from exidyn.identify.document.text import text
-from exidyn.identify.pages.report_material import Material, Run
-from exidyn.identify.pages.runs_document import runs_sections
-from exidyn.identify.text_table import percent, table
+from exidyn.identification.document.html import block, html, unit
+from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.document.text import text
+from exidyn.identification.pages.report_material import Material, Run
+from exidyn.identification.pages.runs_document import runs_sections
+from exidyn.identification.text_table import percent, table
 
 TABLE = Table(
     ["joint", "value", "± 95 %", "verdict", "plot"],

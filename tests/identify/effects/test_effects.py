@@ -5,12 +5,12 @@ from dataclasses import MISSING, fields, replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.effects import EFFECTS, Effect, JointEffect
-from exidyn.identify.effects.simulator_terms import JointTerms
-from exidyn.identify.errors import UnknownJoint
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.effects import EFFECTS, Effect, JointEffect
+from exidyn.identification.effects.simulator_terms import JointTerms
+from exidyn.identification.errors import UnknownJoint
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import random_motion, six_axis, sliding
 

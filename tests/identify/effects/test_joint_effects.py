@@ -6,7 +6,7 @@ from math import cos, exp, pi, sin, sqrt, tanh
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     FrictionAsymmetry,
@@ -20,8 +20,8 @@ from exidyn.identify.effects import (
     TorqueRipple,
     ViscousFriction,
 )
-from exidyn.identify.errors import NotRecorded
-from exidyn.identify.model import Model
+from exidyn.identification.errors import NotRecorded
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import random_motion, six_axis, sliding
 

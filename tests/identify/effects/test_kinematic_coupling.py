@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import CoulombFriction, KinematicCoupling, RotorInertia, ViscousFriction
-from exidyn.identify.errors import RobotError, UnknownJoint
-from exidyn.identify.model import Model
+from exidyn.identification.effects import CoulombFriction, KinematicCoupling, RotorInertia, ViscousFriction
+from exidyn.identification.errors import RobotError, UnknownJoint
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import random_motion, six_axis
 

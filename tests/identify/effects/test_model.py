@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     CoulombFriction,
     LoadDependentFriction,
     Payload,
@@ -11,9 +11,9 @@ from exidyn.identify.effects import (
     ViscousFriction,
     known_parameters,
 )
-from exidyn.identify.errors import RobotError
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identification.errors import RobotError
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import parse_model
 
 from ...parts.runs.robots import random_motion, six_axis
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import LoadDependentFriction, Payload, RigidBody, ViscousFriction
-from exidyn.identify.effects import known_parameters as known
-from exidyn.identify.model import Model
+from exidyn.identification.effects import LoadDependentFriction, Payload, RigidBody, ViscousFriction
+from exidyn.identification.effects import known_parameters as known
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import random_motion
 from .test_effects import POINTWISE, ROBOTS, default

@@ -2,10 +2,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.effects.rigid_body import inertial_parameters
-from exidyn.identify.errors import RobotError, UnknownKey
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.effects.rigid_body import inertial_parameters
+from exidyn.identification.errors import RobotError, UnknownKey
 
 from ...parts.runs.robots import body, random_motion, six_axis, sliding
 

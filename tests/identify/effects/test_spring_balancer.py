@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import SpringBalancer
+from exidyn.identification.effects import SpringBalancer
 
 from ...parts.runs.robots import random_motion, six_axis
 

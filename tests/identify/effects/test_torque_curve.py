@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from exidyn.identify.effects import TorqueCurve
-from exidyn.identify.effects.torque_curve import ABSCISSAE, DENSE, SPLINES
+from exidyn.identification.effects import TorqueCurve
+from exidyn.identification.effects.torque_curve import ABSCISSAE, DENSE, SPLINES
 
 from ...parts.runs.robots import random_motion, six_axis
 

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import (
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import (
     EFFECTS,
     CoulombFriction,
     CurrentOffset,
@@ -21,14 +21,14 @@ from exidyn.identify.effects import (
     StribeckFriction,
     ViscousFriction,
 )
-from exidyn.identify.errors import FitError, RobotError
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.portable import left_out, possible
-from exidyn.identify.fit.agreement import agreement
-from exidyn.identify.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identification.errors import FitError, RobotError
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.export.portable import left_out, possible
+from exidyn.identification.fit.agreement import agreement
+from exidyn.identification.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import parse_model
 
 from ...parts.runs.robots import random_motion, six_axis, sliding
 from ...parts.runs.simulated import known
@@ -297,7 +297,7 @@ def kept_names():
 
 
 def parts(run):
-    from exidyn.identify.fit.equations import decimated_regressor
+    from exidyn.identification.fit.equations import decimated_regressor
 
     return decimated_regressor(fit().model, fit().base, run, run.motion)
 

@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 import mujoco
 import pytest
 
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.robot_files.commented import commented_text
-from exidyn.identify.robot_files.robot_file import parse_model
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.robot_files.commented import commented_text
+from exidyn.identification.robot_files.robot_file import parse_model
 from exidyn.quoting import one_line
 
 from ...parts.runs.simulated import known

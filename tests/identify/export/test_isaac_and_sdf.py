@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Limits, PositionServo
-from exidyn.identify.effects import (
+from exidyn.identification.arm.robot import Limits, PositionServo
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     JointSpring,
@@ -21,8 +21,8 @@ from exidyn.identify.effects import (
     StribeckFriction,
     ViscousFriction,
 )
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.model import Model
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import six_axis, sliding
 from ...parts.runs.simulated import known

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import RobotError
-from exidyn.identify.export.mjcf_gears import Gear, add_gears
+from exidyn.identification.errors import RobotError
+from exidyn.identification.export.mjcf_gears import Gear, add_gears
 
 mujoco = pytest.importorskip("mujoco")
 

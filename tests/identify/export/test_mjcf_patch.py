@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.arm.robot import PositionServo
-from exidyn.identify.effects import Prior
-from exidyn.identify.effects.rigid_body import inertial_parameters, with_bodies
-from exidyn.identify.errors import RobotError
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.export.mjcf_patch import patch
-from exidyn.identify.export.spread import Spread
-from exidyn.identify.fit.fit_file import write_fit
-from exidyn.identify.fit.identified import Standard, identified, standard_parameters
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import PositionServo
+from exidyn.identification.effects import Prior
+from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
+from exidyn.identification.errors import RobotError
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.export.mjcf_patch import patch
+from exidyn.identification.export.spread import Spread
+from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.fit.identified import Standard, identified, standard_parameters
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.mujoco_models import compiled, inverse, random_motion, smooth_torque
 from ...parts.small.small_fit import plain_fit

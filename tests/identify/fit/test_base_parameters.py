@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import (
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     LoadDependentFriction,
@@ -16,10 +16,10 @@ from exidyn.identify.effects import (
     ViscousFriction,
     known_parameters,
 )
-from exidyn.identify.fit.base_parameters import base_parameters, from_columns, rich_motion
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files import robots
-from exidyn.identify.robot_files.robot_file import parse_model, read_model
+from exidyn.identification.fit.base_parameters import base_parameters, from_columns, rich_motion
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files import robots
+from exidyn.identification.robot_files.robot_file import parse_model, read_model
 
 from ...parts.runs.robots import kinematics, random_motion, six_axis, sliding
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     JointSpring,
     NonlinearViscousFriction,
     SpringBalancer,

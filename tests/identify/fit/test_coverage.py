@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.estimators import (
+from exidyn.identification.fit.estimators import (
     bayesian,
     consistent,
     maximum_likelihood,
@@ -13,7 +13,7 @@ from exidyn.identify.fit.estimators import (
     reweighted,
     weighted,
 )
-from exidyn.identify.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
 
 from ...parts.small.two_joints import GAIN, coloured, equations
 

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.edit_test import edit_sentences, edit_tests
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import read_fit, write_fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.verdict import verdict
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.fit.edit_test import edit_sentences, edit_tests
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit, write_fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import verdict
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import WRONG, loaded, run

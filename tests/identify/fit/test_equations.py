@@ -3,16 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify import model as module
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia
-from exidyn.identify.errors import RecordingError
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.equations import assemble, decimated_regressor
-from exidyn.identify.model import Model
-from exidyn.identify.preparation.prepare import Filtering, prepare
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification import model as module
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import CoulombFriction, Payload, RigidBody, RotorInertia
+from exidyn.identification.errors import RecordingError
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.equations import assemble, decimated_regressor
+from exidyn.identification.model import Model
+from exidyn.identification.preparation.prepare import Filtering, prepare
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.simulation.simulate import Sensors, simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.runs.robots import six_axis

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identify.fit.estimators import Estimate
-from exidyn.identify.fit.settled_gains import unsupported
+from exidyn.identification.fit.estimators import Estimate
+from exidyn.identification.fit.settled_gains import unsupported
 
 pytestmark = pytest.mark.numerical
 

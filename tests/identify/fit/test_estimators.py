@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from exidyn.identify.errors import FitError, NeedsPayload, NotExcited
-from exidyn.identify.fit.estimators import (
+from exidyn.identification.errors import FitError, NeedsPayload, NotExcited
+from exidyn.identification.fit.estimators import (
     ESTIMATORS,
     bayesian,
     consistent,
@@ -18,11 +18,11 @@ from exidyn.identify.fit.estimators import (
     total,
     weighted,
 )
-from exidyn.identify.fit.estimators.bayesian import finite_tolerance, joined, prior
-from exidyn.identify.fit.estimators.compressed import Compressed, solve
-from exidyn.identify.fit.estimators.consistent import pseudo_inertia, square, triangle
-from exidyn.identify.fit.estimators.covariance import sandwich
-from exidyn.identify.fit.estimators.least_squares import residual, weighted_solution
+from exidyn.identification.fit.estimators.bayesian import finite_tolerance, joined, prior
+from exidyn.identification.fit.estimators.compressed import Compressed, solve
+from exidyn.identification.fit.estimators.consistent import pseudo_inertia, square, triangle
+from exidyn.identification.fit.estimators.covariance import sandwich
+from exidyn.identification.fit.estimators.least_squares import residual, weighted_solution
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
@@ -195,7 +195,7 @@ def test_each_run_counts_with_its_own_noise():
 def test_gram_with_known_colour_is_the_double_sum():
     from scipy import signal
 
-    from exidyn.identify.fit.estimators.covariance import _coloured_gram
+    from exidyn.identification.fit.estimators.covariance import _coloured_gram
 
     from ..preparation.test_noise import exact_autocovariance
 
@@ -241,7 +241,7 @@ def test_instrumental_covariance_is_that_of_its_instruments(exact):
 
 
 def test_segments_of_a_long_run_change_the_sandwich_little(monkeypatch):
-    from exidyn.identify.fit.estimators import covariance
+    from exidyn.identification.fit.estimators import covariance
 
     system, truth = equations(rows=4000)
     random = np.random.default_rng(6)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Prior
-from exidyn.identify.errors import NotExcited
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.estimators import Estimate, weighted
-from exidyn.identify.fit.fit_warnings import SMALLEST, WORST, excitation_warnings
-from exidyn.identify.fit.identification import priors_away_from_zero, solvable
-from exidyn.identify.fit.settled_gains import unsupported
-from exidyn.identify.preparation.filters import Decimation
-from exidyn.identify.preparation.noise import quantisation
+from exidyn.identification.effects import Prior
+from exidyn.identification.errors import NotExcited
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.estimators import Estimate, weighted
+from exidyn.identification.fit.fit_warnings import SMALLEST, WORST, excitation_warnings
+from exidyn.identification.fit.identification import priors_away_from_zero, solvable
+from exidyn.identification.fit.settled_gains import unsupported
+from exidyn.identification.preparation.filters import Decimation
+from exidyn.identification.preparation.noise import quantisation
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import other_run

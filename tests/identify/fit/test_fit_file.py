@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import CoulombFriction, RigidBody
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.fit.estimators import consistent
-from exidyn.identify.fit.fit_file import FORMAT, fit_text, read_fit, write_fit
-from exidyn.identify.fit.identification import identify
+from exidyn.identification.effects import CoulombFriction, RigidBody
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.fit.estimators import consistent
+from exidyn.identification.fit.fit_file import FORMAT, fit_text, read_fit, write_fit
+from exidyn.identification.fit.identification import identify
 
 from ...parts.small.small_fit import fit, other_run, plain_fit
 from ...parts.small.two_joint_files import run

@@ -7,16 +7,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exidyn.identify.document.markdown import section_markdown
-from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import fit_text, read_fit
-from exidyn.identify.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.verdict import UNTESTED, joint_verdicts, payload_centres, verdict
-from exidyn.identify.pages.fit_document import fit_document, report_html, summary
-from exidyn.identify.preparation.prepare import Filtering, choose
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.errors import DifferentRobot, RecordingError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import fit_text, read_fit
+from exidyn.identification.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import UNTESTED, joint_verdicts, payload_centres, verdict
+from exidyn.identification.pages.fit_document import fit_document, report_html, summary
+from exidyn.identification.preparation.prepare import Filtering, choose
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.estimators import ESTIMATORS
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.robot_files.robot_text import model_text
+from exidyn.identification.fit.estimators import ESTIMATORS
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.small import two_joints
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import RigidBody, RotorInertia, ViscousFriction
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.estimators import Estimate
-from exidyn.identify.fit.fit_warnings import OPEN, unclear
-from exidyn.identify.model import Model
+from exidyn.identification.effects import RigidBody, RotorInertia, ViscousFriction
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.estimators import Estimate
+from exidyn.identification.fit.fit_warnings import OPEN, unclear
+from exidyn.identification.model import Model
 
 from ...parts.small.two_joints import GAIN, arm
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.fit.fit_file import fit_text, read_fit
-from exidyn.identify.fit.identified import exported, identified
-from exidyn.identify.fit.verdict import verdict
-from exidyn.identify.pages.fit_document import report_html, summary
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.fit.fit_file import fit_text, read_fit
+from exidyn.identification.fit.identified import exported, identified
+from exidyn.identification.fit.verdict import verdict
+from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.text_table import NORMAL_95
 
 from ...parts.small.small_fit import fit, plain_fit
 

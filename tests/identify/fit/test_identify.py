@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Payload
-from exidyn.identify.errors import (
+from exidyn.identification.effects import Payload
+from exidyn.identification.errors import (
     DifferentRobot,
     FitError,
     NotExcited,
@@ -14,13 +14,13 @@ from exidyn.identify.errors import (
     RecordingError,
     RobotError,
 )
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.estimators import ESTIMATORS, ordinary
-from exidyn.identify.fit.estimators.nominal_gains import given_nominal
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.preparation.prepare import Filtering, prepare
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.simulation.simulate import Sensors, simulate
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.estimators import ESTIMATORS, ordinary
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.preparation.prepare import Filtering, prepare
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.simulation.simulate import Sensors, simulate
 
 from ...parts.runs.robots import six_axis
 from ...parts.small.two_joints import GAIN, MASS, arm, model, trajectory, true_values
@@ -120,8 +120,8 @@ def test_value_by_name_with_and_without_the_r(fit):
 
 
 def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
-    from exidyn.identify.fit.equations import assemble
-    from exidyn.identify.fit.identification import pooled_noise
+    from exidyn.identification.fit.equations import assemble
+    from exidyn.identification.fit.identification import pooled_noise
 
     prepared = pooled_noise([prepare(run, fit.filtering) for run in runs])
     equations = assemble(fit.model, fit.base, prepared)

@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.estimators import bayesian, instrumental, maximum_likelihood, ordinary, weighted
-from exidyn.identify.fit.estimators.nominal_gains import given_nominal, slope
+from exidyn.identification.fit.estimators import (
+    bayesian,
+    instrumental,
+    maximum_likelihood,
+    ordinary,
+    weighted,
+)
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal, slope
 
 from ...parts.small.two_joints import GAIN, equations, white
 

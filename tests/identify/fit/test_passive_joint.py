@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects.rigid_body import RigidBody
-from exidyn.identify.errors import NotRecorded, UnknownJoint
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.verdict import joint_verdicts, verdict
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects.rigid_body import RigidBody
+from exidyn.identification.errors import NotRecorded, UnknownJoint
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import joint_verdicts, verdict
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
 
 RATE = 500.0
 

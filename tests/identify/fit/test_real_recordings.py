@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.robot_files.robot_file import read_model
 
 DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 

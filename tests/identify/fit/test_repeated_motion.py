@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.fit_warnings import repeated_motions
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.fit.fit_warnings import repeated_motions
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.small.two_joints import model, motion, true_values
 

@@ -7,24 +7,24 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import CoulombFriction, Payload, RigidBody, RotorInertia, ViscousFriction
-from exidyn.identify.export import Portable
-from exidyn.identify.export.texts import toml
-from exidyn.identify.fit.agreement import agreement
-from exidyn.identify.fit.equations import decimated_regressor
-from exidyn.identify.fit.estimators import ESTIMATORS, maximum_likelihood
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.fit.settled_gains import open_gains, settled
-from exidyn.identify.fit.verdict import verdict
-from exidyn.identify.model import Model
-from exidyn.identify.pages.fit_document import report_html, summary
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import CoulombFriction, Payload, RigidBody, RotorInertia, ViscousFriction
+from exidyn.identification.export import Portable
+from exidyn.identification.export.texts import toml
+from exidyn.identification.fit.agreement import agreement
+from exidyn.identification.fit.equations import decimated_regressor
+from exidyn.identification.fit.estimators import ESTIMATORS, maximum_likelihood
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.fit.settled_gains import open_gains, settled
+from exidyn.identification.fit.verdict import verdict
+from exidyn.identification.model import Model
+from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 GAIN = np.array([-40.0, 25.0])

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import CoulombFriction, Hysteresis
-from exidyn.identify.errors import RobotError
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.equations import assemble
-from exidyn.identify.fit.estimators.compressed import Compressed
-from exidyn.identify.fit.shapes import fit_shapes
-from exidyn.identify.preparation.prepare import Filtering, Prepared, filtered, prepare
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import CoulombFriction, Hysteresis
+from exidyn.identification.errors import RobotError
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.equations import assemble
+from exidyn.identification.fit.estimators.compressed import Compressed
+from exidyn.identification.fit.shapes import fit_shapes
+from exidyn.identification.preparation.prepare import Filtering, Prepared, filtered, prepare
 
 from ...parts.small.two_joints import model, true_values
 from .test_identify import record

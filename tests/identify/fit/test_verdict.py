@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.verdict import joint_verdicts, surprises, verdict
-from exidyn.identify.preparation.prepare import SMOOTHED
-from exidyn.identify.text_table import digits
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.verdict import joint_verdicts, surprises, verdict
+from exidyn.identification.preparation.prepare import SMOOTHED
+from exidyn.identification.text_table import digits
 
 from ...parts.pages.report_pages import known_fit
 

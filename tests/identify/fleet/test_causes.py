@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fleet.learned import learned
-from exidyn.identify.fleet.report import KindReport, bound_words, change_words, odd_words
-from exidyn.identify.fleet.runs import Frame
-from exidyn.identify.fleet.scatter import LEAST_SEEN, Scatter, scatter_of
-from exidyn.identify.fleet.suspects import EXCHANGE, TOOL
+from exidyn.identification.fleet.learned import learned
+from exidyn.identification.fleet.report import KindReport, bound_words, change_words, odd_words
+from exidyn.identification.fleet.runs import Frame
+from exidyn.identification.fleet.scatter import LEAST_SEEN, Scatter, scatter_of
+from exidyn.identification.fleet.suspects import EXCHANGE, TOOL
 
 from ...parts.small.fleet_runs import START, kind_and_equations, season
 

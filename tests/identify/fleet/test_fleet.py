@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.fleet.compared import compared
-from exidyn.identify.fleet.evidence import CREEP, STEP
-from exidyn.identify.fleet.learned import SECONDS_A_YEAR, Expected, learned, scattered
-from exidyn.identify.fleet.report import KindReport, amount_words, change_words
-from exidyn.identify.fleet.runs import Frame
+from exidyn.identification.fleet.compared import compared
+from exidyn.identification.fleet.evidence import CREEP, STEP
+from exidyn.identification.fleet.learned import SECONDS_A_YEAR, Expected, learned, scattered
+from exidyn.identification.fleet.report import KindReport, amount_words, change_words
+from exidyn.identification.fleet.runs import Frame
 
 from ...parts.small.fleet_runs import SCATTER, START, kind_and_equations, season
 

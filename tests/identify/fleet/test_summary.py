@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.fleet.kind import Kind
-from exidyn.identify.fleet.summary import summarised
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.fleet.summary import summarised
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     FrictionAsymmetry,
     Hysteresis,
     KinematicCoupling,
@@ -21,12 +21,12 @@ from exidyn.identify.effects import (
     TemperatureDependentFriction,
     TorqueRipple,
 )
-from exidyn.identify.errors import RobotError, RobotWarning
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.in_mujoco.attached import Attached
-from exidyn.identify.in_mujoco.callbacks import ARMS
-from exidyn.identify.robot_files.robot_file import model_text
-from exidyn.identify.simulation.plant import DriveControl, Integration, Plant
+from exidyn.identification.errors import RobotError, RobotWarning
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.in_mujoco.attached import Attached
+from exidyn.identification.in_mujoco.callbacks import ARMS
+from exidyn.identification.robot_files.robot_file import model_text
+from exidyn.identification.simulation.plant import DriveControl, Integration, Plant
 from exidyn.mujoco import attach
 
 from ...parts.small import two_joints

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.effects import Prior, StribeckFriction
-from exidyn.identify.errors import RecordingError, RobotError
-from exidyn.identify.in_mujoco.distances import Distances
-from exidyn.identify.in_mujoco.ladder import Stage, nearer_joints, worse_joints
-from exidyn.identify.in_mujoco.replay import Run, what_is_commanded
-from exidyn.identify.in_mujoco.servo_torque import lead, servo_torque
-from exidyn.identify.pages.gap_document import Compared, verdict
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
+from exidyn.identification.effects import Prior, StribeckFriction
+from exidyn.identification.errors import RecordingError, RobotError
+from exidyn.identification.in_mujoco.distances import Distances
+from exidyn.identification.in_mujoco.ladder import Stage, nearer_joints, worse_joints
+from exidyn.identification.in_mujoco.replay import Run, what_is_commanded
+from exidyn.identification.in_mujoco.servo_torque import lead, servo_torque
+from exidyn.identification.pages.gap_document import Compared, verdict
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
 
 mujoco = pytest.importorskip("mujoco")

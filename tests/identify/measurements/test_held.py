@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Prior, RotorInertia
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit.fit_file import fit_text
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.measurements import (
+from exidyn.identification.effects import Prior, RotorInertia
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.fit.fit_file import fit_text
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.measurements import (
     MEASUREMENTS,
     Backlash,
     CurrentClipping,
@@ -19,13 +19,13 @@ from exidyn.identify.measurements import (
     JointElasticity,
     TimeDelay,
 )
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.robot_files.commented import commented_text
-from exidyn.identify.robot_files.robot_file import parse_model
-from exidyn.identify.robot_files.robot_text import model_text
-from exidyn.identify.simulation.plant import DriveControl, Plant, Sensors, Transmission
-from exidyn.identify.simulation.simulate import Sensors as Noise
-from exidyn.identify.simulation.simulate import follow, simulate
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.robot_files.commented import commented_text
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
+from exidyn.identification.simulation.plant import DriveControl, Plant, Sensors, Transmission
+from exidyn.identification.simulation.simulate import Sensors as Noise
+from exidyn.identification.simulation.simulate import follow, simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.small import two_joints

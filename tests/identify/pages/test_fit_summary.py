@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.fit import Unclear
-from exidyn.identify.fit.fit_file import read_fit, write_fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.pages.fit_document import summary
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.text_table import WIDTH, at_point, digits, fixed, paragraph, table
+from exidyn.identification.fit.fit import Unclear
+from exidyn.identification.fit.fit_file import read_fit, write_fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.text_table import WIDTH, at_point, digits, fixed, paragraph, table
 
 from ...parts.small.small_fit import fit, plain_fit
 from ...parts.small.two_joint_files import run

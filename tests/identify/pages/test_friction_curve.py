@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Hysteresis, LoadDependentFriction, StribeckFriction
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.pages.fit_plots import friction_curve, velocity_grid
+from exidyn.identification.effects import Hysteresis, LoadDependentFriction, StribeckFriction
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.pages.fit_plots import friction_curve, velocity_grid
 
 from ...parts.pages.report_pages import known_fit
 from ...parts.small.two_joints import model

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.pages.fit_document import write_report
-from exidyn.identify.text_table import digits
+from exidyn.identification.pages.fit_document import write_report
+from exidyn.identification.text_table import digits
 
 from ...parts.pages.report_pages import Page, dots_of, known_fit, points_of
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.pages.fit_plots import informative_stretch, interval_bar, torque_plot
-from exidyn.identify.pages.svg import Panel, Span, envelope, label, path, ticks
+from exidyn.identification.pages.fit_plots import informative_stretch, interval_bar, torque_plot
+from exidyn.identification.pages.svg import Panel, Span, envelope, label, path, ticks
 
 from ...parts.pages.report_pages import Page, known_fit, points_of
 

@@ -7,16 +7,22 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import CoulombFriction, JointSpring, RigidBody, RotorInertia, ViscousFriction
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.fit_file import fit_text
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.identified import identified
-from exidyn.identify.model import Model
-from exidyn.identify.pages.fit_document import report_html, summary
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import (
+    CoulombFriction,
+    JointSpring,
+    RigidBody,
+    RotorInertia,
+    ViscousFriction,
+)
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import fit_text
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.model import Model
+from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 OF_TURNING = ("N m", "N·m", "rad", "kg m^2", "kg m²")

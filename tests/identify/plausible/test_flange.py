@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import body_regressor
-from exidyn.identify.effects.payload import known_parameters
-from exidyn.identify.plausible.flange import body_suspicions
-from exidyn.identify.plausible.gate import doubts
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import body_regressor
+from exidyn.identification.effects.payload import known_parameters
+from exidyn.identification.plausible.flange import body_suspicions
+from exidyn.identification.plausible.gate import doubts
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.runs.logs import cobot_log
 

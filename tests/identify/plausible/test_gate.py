@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import rigid_regressor
-from exidyn.identify.effects.spring_balancer import SpringBalancer
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.fit.verdict import verdict
-from exidyn.identify.plausible.block_prediction import BlockPrediction
-from exidyn.identify.plausible.changes import with_gravity
-from exidyn.identify.plausible.gate import doubts, suspect
-from exidyn.identify.plausible.sampled_runs import sampled_run
-from exidyn.identify.plausible.suspicion import NONE_OF_THESE
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import rigid_regressor
+from exidyn.identification.effects.spring_balancer import SpringBalancer
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import verdict
+from exidyn.identification.plausible.block_prediction import BlockPrediction
+from exidyn.identification.plausible.changes import with_gravity
+from exidyn.identification.plausible.gate import doubts, suspect
+from exidyn.identification.plausible.sampled_runs import sampled_run
+from exidyn.identification.plausible.suspicion import NONE_OF_THESE
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, kr270_log
 

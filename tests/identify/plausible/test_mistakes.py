@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.plausible.evidence import Reading
-from exidyn.identify.plausible.gate import suspect
-from exidyn.identify.plausible.log_facts import LogFacts
-from exidyn.identify.plausible.mistakes import TABLE
-from exidyn.identify.plausible.position_mistakes import equal_chains
-from exidyn.identify.plausible.samples import sampled
-from exidyn.identify.plausible.servo_gains import servo_gain_doubts
-from exidyn.identify.plausible.weigh import weigh
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.recordings.servo_error import LAW
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.plausible.evidence import Reading
+from exidyn.identification.plausible.gate import suspect
+from exidyn.identification.plausible.log_facts import LogFacts
+from exidyn.identification.plausible.mistakes import TABLE
+from exidyn.identification.plausible.position_mistakes import equal_chains
+from exidyn.identification.plausible.samples import sampled
+from exidyn.identification.plausible.servo_gains import servo_gain_doubts
+from exidyn.identification.plausible.weigh import weigh
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.recordings.servo_error import LAW
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log
 

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.derivatives import differentiate
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import rigid_regressor
-from exidyn.identify.effects.rigid_body import inertial_parameters
-from exidyn.identify.plausible.changes import with_gravity
-from exidyn.identify.plausible.proposal import one_after_another, propose
-from exidyn.identify.plausible.proposal_text import proposal_text, robot_toml
-from exidyn.identify.plausible.proposed_units import GRAVITY
-from exidyn.identify.recordings.importers import read_tables
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.derivatives import differentiate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import rigid_regressor
+from exidyn.identification.effects.rigid_body import inertial_parameters
+from exidyn.identification.plausible.changes import with_gravity
+from exidyn.identification.plausible.proposal import one_after_another, propose
+from exidyn.identification.plausible.proposal_text import proposal_text, robot_toml
+from exidyn.identification.plausible.proposed_units import GRAVITY
+from exidyn.identification.recordings.importers import read_tables
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, columns
 from ...parts.runs.runs import DATA, needs_data

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BadTime, RecordingError
-from exidyn.identify.plausible.guess import Guess
-from exidyn.identify.plausible.proposal import propose
-from exidyn.identify.plausible.weigh import posterior
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import BadTime, RecordingError
+from exidyn.identification.plausible.guess import Guess
+from exidyn.identification.plausible.proposal import propose
+from exidyn.identification.plausible.weigh import posterior
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, columns
 from ...parts.runs.runs import DATA, needs_data
@@ -197,7 +197,7 @@ def test_probabilities_sum_to_one_and_decide():
 
 @needs_data
 def test_motor_torques_of_a_real_arm_are_no_torques_of_its_joints():
-    from exidyn.identify.recordings.importers import read_tables
+    from exidyn.identification.recordings.importers import read_tables
 
     folder = DATA / "kuka_kr300_weigand"
     table = read_tables(folder / "2020-10-21_A.csv.gz")[0]

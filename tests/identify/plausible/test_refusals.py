@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotFinite
-from exidyn.identify.model import Model
-from exidyn.identify.plausible.proposal import propose
+from exidyn.identification.errors import NotFinite
+from exidyn.identification.model import Model
+from exidyn.identification.plausible.proposal import propose
 
 from ...parts.small import two_joints
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.recording import Signal
 
 from ...parts.small.two_joint_files import run
 

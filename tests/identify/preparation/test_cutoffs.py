@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identify.preparation.cutoffs import (
+from exidyn.identification.preparation.cutoffs import (
     LOWEST,
     accelerations,
     motion_band,

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotRecorded
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.errors import NotRecorded
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.recording import Signal
 
 from ...parts.small.two_joint_files import run
 

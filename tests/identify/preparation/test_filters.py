@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.derivatives import differentiate
-from exidyn.identify.preparation.filters import Decimation, low_pass, uniform
+from exidyn.identification.arm.derivatives import differentiate
+from exidyn.identification.preparation.filters import Decimation, low_pass, uniform
 
 pytestmark = pytest.mark.numerical
 

@@ -2,8 +2,14 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identify.preparation.filters import Decimation
-from exidyn.identify.preparation.noise import autocovariance, noise_above, noise_at_rest, smoothed, spectrum
+from exidyn.identification.preparation.filters import Decimation
+from exidyn.identification.preparation.noise import (
+    autocovariance,
+    noise_above,
+    noise_at_rest,
+    smoothed,
+    spectrum,
+)
 
 from ...parts.small.two_joints import MIX, POLES, colour_covariance, coloured
 

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 

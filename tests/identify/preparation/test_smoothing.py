@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identify.effects import Hysteresis
-from exidyn.identify.fit.identification import common_filtering
-from exidyn.identify.preparation.cutoffs import recorded_band
-from exidyn.identify.preparation.prepare import Filtering
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.effects import Hysteresis
+from exidyn.identification.fit.identification import common_filtering
+from exidyn.identification.preparation.cutoffs import recorded_band
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.small.two_joints import model, motion, true_values
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.preparation.even import torque_off
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.preparation.even import torque_off
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import loaded, run

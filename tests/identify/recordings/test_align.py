@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.recordings.align import align, aligned
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import DifferentRobot, RecordingError
+from exidyn.identification.recordings.align import align, aligned
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.runs import DATA, model, needs_data
 from .test_kuka_trace import trace

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.io
 
-from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, RecordingError, WrongShape
-from exidyn.identify.recordings.importers import import_source, kind_of, read_tables
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, RecordingError, WrongShape
+from exidyn.identification.recordings.importers import import_source, kind_of, read_tables
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.recordings.arrival_times import regular_clock
+from exidyn.identification.recordings.arrival_times import regular_clock
 
 PERIOD = 0.01
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.runs.parser_files import write_case
 from ...parts.runs.runs import HOSTILE, needs_hostile

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.recordings.importers import import_source, kind_of
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.recordings.importers import import_source, kind_of
 
 from ...parts.runs import bags
 from ...parts.runs.bags import sent

@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.errors import NotAFile, RecordingError
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.case_folder import nominal_model
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.errors import NotAFile, RecordingError
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.case_folder import nominal_model
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 
 from ...parts.runs.runs import CASES, needs_cases
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise, table
 

@@ -5,10 +5,10 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from exidyn.identify.errors import ExidynError, NotAFile, RecordingError
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds, topics_of
-from exidyn.identify.recordings.mcap.mcap_writer import EPOCH, Head, RecordingWriter
+from exidyn.identification.errors import ExidynError, NotAFile, RecordingError
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.mcap.mcap_topics import nanoseconds, topics_of
+from exidyn.identification.recordings.mcap.mcap_writer import EPOCH, Head, RecordingWriter
 
 from ...parts.runs.full_run import SAMPLES, model, recording
 

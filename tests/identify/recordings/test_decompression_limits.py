@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from exidyn.identify.errors import NotAFile, RecordingError
-from exidyn.identify.recordings.decompression_limits import LEAST, RATIO, VARIABLE, largest_size
-from exidyn.identify.recordings.importers import import_source, read_apart, read_tables
-from exidyn.identify.recordings.mcap.mcap_records import read_contents
+from exidyn.identification.errors import NotAFile, RecordingError
+from exidyn.identification.recordings.decompression_limits import LEAST, RATIO, VARIABLE, largest_size
+from exidyn.identification.recordings.importers import import_source, read_apart, read_tables
+from exidyn.identification.recordings.mcap.mcap_records import read_contents
 
 from ...parts.runs.runs import model
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.recordings.align import follows_by
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.recordings.align import follows_by
+from exidyn.identification.recordings.recording import Signal
 
 TIME = np.arange(0.0, 8.0, 0.002)
 

@@ -5,10 +5,10 @@ import warnings
 import pytest
 
 from exidyn.drivers.errors import BadSettings
-from exidyn.identify.errors import BrokenTree, ExidynError, RecordingError, RobotError, listed
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf import parse_urdf
+from exidyn.identification.errors import BrokenTree, ExidynError, RecordingError, RobotError, listed
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.urdf import parse_urdf
 
 from ...parts.fuzz import fuzz
 from ...parts.fuzz.fuzz_parsers import PARSERS, Parser

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import ExidynError, NotAFile, UnknownKey
-from exidyn.identify.recordings.importers import IMPORTERS, import_source
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import Recording, Signal
+from exidyn.identification.errors import ExidynError, NotAFile, UnknownKey
+from exidyn.identification.recordings.importers import IMPORTERS, import_source
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotAFile, RecordingError, WrongShape
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.errors import NotAFile, RecordingError, WrongShape
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
 

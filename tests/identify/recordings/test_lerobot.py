@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotAFile, RecordingError, WrongShape
-from exidyn.identify.recordings.importers import import_source, kind_of
+from exidyn.identification.errors import NotAFile, RecordingError, WrongShape
+from exidyn.identification.recordings.importers import import_source, kind_of
 
 from ...parts.runs.runs import model, motion, noise
 

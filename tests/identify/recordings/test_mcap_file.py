@@ -7,10 +7,10 @@ import pinocchio as pin
 import pytest
 from mcap.reader import make_reader
 
-from exidyn.identify.arm.newton_euler import link_frames, link_poses
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds
-from exidyn.identify.recordings.recording import Signal
+from exidyn.identification.arm.newton_euler import link_frames, link_poses
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.mcap.mcap_topics import nanoseconds
+from exidyn.identification.recordings.recording import Signal
 
 from ...parts.runs.full_run import recording
 

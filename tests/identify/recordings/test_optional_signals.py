@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.recordings.importers import import_source
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.recordings.importers import import_source
 
 from ...parts.runs.runs import TIME, model, motion, noise
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BadUnit, RecordingError, RobotError, WrongShape
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.preset import preset_names, read_preset
-from exidyn.identify.recordings.units import percent_of_travel
+from exidyn.identification.errors import BadUnit, RecordingError, RobotError, WrongShape
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.tables.preset import preset_names, read_preset
+from exidyn.identification.recordings.units import percent_of_travel
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 

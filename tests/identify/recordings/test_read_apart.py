@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.errors import NotAFile
-from exidyn.identify.recordings.decompression_limits import VARIABLE
-from exidyn.identify.recordings.importers import read_apart, read_tables
+from exidyn.identification.errors import NotAFile
+from exidyn.identification.recordings.decompression_limits import VARIABLE
+from exidyn.identification.recordings.importers import read_apart, read_tables
 
 from ...parts.descendants import started, within
 from ...parts.runs.runs import HOSTILE, needs_hostile
@@ -72,7 +72,7 @@ def test_memory_beyond_the_limit_is_refused(library, monkeypatch, capsys):
 def test_the_reader_ends_with_the_command(library, tmp_path):
     path = library("import os, pathlib, time; pathlib.Path(os.environ['BEGUN']).touch(); time.sleep(600.0)")
     begun = tmp_path / "begun"
-    code = f"from exidyn.identify.recordings.importers import read_tables; read_tables({str(path)!r})"
+    code = f"from exidyn.identification.recordings.importers import read_tables; read_tables({str(path)!r})"
     modules = os.pathsep.join([str(path.parent / "stubs"), *filter(None, sys.path)])
     with started(["-c", code], PYTHONPATH=modules, BEGUN=str(begun)) as command:
         assert within(PATIENCE, begun.exists)

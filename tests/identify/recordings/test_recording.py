@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import RigidBody
-from exidyn.identify.errors import (
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import RigidBody
+from exidyn.identification.errors import (
     BadTime,
     BadUnit,
     NotFinite,
@@ -17,11 +17,11 @@ from exidyn.identify.errors import (
     UnknownKey,
     WrongShape,
 )
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.recordings.recording_checks import check, check_alive, check_recorded
-from exidyn.identify.recordings.units import joint_side
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.recordings.recording_checks import check, check_alive, check_recorded
+from exidyn.identification.recordings.units import joint_side
 
 pytestmark = pytest.mark.clocked
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.written import TABLES, columns_of, left_out
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.tables.written import TABLES, columns_of, left_out
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
 from ...parts.runs.full_run import recording as full_run
 from ...parts.runs.runs import TIME, model, motion, noise

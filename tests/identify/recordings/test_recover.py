@@ -6,9 +6,9 @@ from mcap.reader import make_reader
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.info_command import LOST, target_of
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.mcap.mcap_recover import recover
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.mcap.mcap_recover import recover
 
 from ...parts.runs.recorded import cycle, end, event, head, record
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
-from exidyn.identify.recordings.importers import import_source, kind_of
-from exidyn.identify.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
+from exidyn.identification.recordings.importers import import_source, kind_of
+from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
 

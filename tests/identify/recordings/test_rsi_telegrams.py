@@ -5,8 +5,8 @@ import gzip
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BadTime, NotAFile, NotRecorded, RecordingError
-from exidyn.identify.recordings.importers import import_source, kind_of
+from exidyn.identification.errors import BadTime, NotAFile, NotRecorded, RecordingError
+from exidyn.identification.recordings.importers import import_source, kind_of
 
 from ...parts.runs.runs import model
 

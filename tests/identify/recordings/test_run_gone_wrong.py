@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.errors import BadTime, BadUnit, NotFinite
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.recordings.recording_checks import check
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.errors import BadTime, BadUnit, NotFinite
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.recordings.recording_checks import check
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.small.two_joint_files import run, write
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import WrongShape
-from exidyn.identify.recordings.mcap import cdr
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import Event, Timing
+from exidyn.identification.errors import WrongShape
+from exidyn.identification.recordings.mcap import cdr
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import Event, Timing
 
 from ...parts.runs.full_run import recording
 

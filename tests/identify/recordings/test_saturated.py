@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.recordings.recording_checks import check
-from exidyn.identify.recordings.saturated import saturated
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.recordings.recording_checks import check
+from exidyn.identification.recordings.saturated import saturated
 
 from ...parts.runs.logs import cobot_log
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.recordings.importers import import_source
+from exidyn.identification.recordings.importers import import_source
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 

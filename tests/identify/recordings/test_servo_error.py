@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import PositionServo
-from exidyn.identify.errors import RecordingError, RobotError, WrongShape
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.written import columns_of
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.recordings.servo_error import delayed_command, servo_words, with_servo_error
-from exidyn.identify.robot_files.robot_file import model_text, parse_model, read_model
+from exidyn.identification.arm.robot import PositionServo
+from exidyn.identification.errors import RecordingError, RobotError, WrongShape
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.tables.written import columns_of
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.recordings.servo_error import delayed_command, servo_words, with_servo_error
+from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.small.two_joint_files import NOMINAL
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.plausible.column_names import signal_of
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.signal_words import UNITS_ONLY, WORDS
+from exidyn.identification.plausible.column_names import signal_of
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.tables.signal_words import UNITS_ONLY, WORDS
 
 from ...parts.small import two_joints
 

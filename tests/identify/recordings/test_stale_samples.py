@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import NotFinite
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.recordings.recording import Signal
-from exidyn.identify.recordings.recording_checks import check, without_stale
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.errors import NotFinite
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.recordings.recording_checks import check, without_stale
+from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 

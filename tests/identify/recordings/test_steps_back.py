@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BadTime
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.steps_back import CUT, SKIP, SORT, advice, steps_back
+from exidyn.identification.errors import BadTime
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.steps_back import CUT, SKIP, SORT, advice, steps_back
 
 from ...parts.runs.runs import TIME as RUN_TIME
 from ...parts.runs.runs import model, motion, noise

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BadUnit, NotFinite, WrongShape
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.importers.tables.table import read_csv
+from exidyn.identification.errors import BadUnit, NotFinite, WrongShape
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.importers.tables.table import read_csv
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 

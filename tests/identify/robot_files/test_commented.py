@@ -2,9 +2,9 @@
 
 import pytest
 
-from exidyn.identify.effects import KinematicCoupling, StribeckFriction
-from exidyn.identify.robot_files.commented import commented_text
-from exidyn.identify.robot_files.robot_file import model_text, parse_model, read_model
+from exidyn.identification.effects import KinematicCoupling, StribeckFriction
+from exidyn.identification.robot_files.commented import commented_text
+from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 
 @pytest.mark.parametrize("name", ["cobot", "kr270"])

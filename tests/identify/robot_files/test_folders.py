@@ -5,12 +5,12 @@ import struct
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BrokenTree, RobotError
-from exidyn.identify.robot_files import xacro_macros
-from exidyn.identify.robot_files.folders import VARIABLE
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.mjcf import compile_mjcf
-from exidyn.identify.robot_files.urdf import read_urdf
+from exidyn.identification.errors import BrokenTree, RobotError
+from exidyn.identification.robot_files import xacro_macros
+from exidyn.identification.robot_files.folders import VARIABLE
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.mjcf import compile_mjcf
+from exidyn.identification.robot_files.urdf import read_urdf
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))

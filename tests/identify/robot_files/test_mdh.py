@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.errors import BrokenTree, RobotError, UnknownKey
-from exidyn.identify.robot_files.mdh import mdh_kinematics, parse_mdh
-from exidyn.identify.robot_files.urdf import parse_urdf
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.errors import BrokenTree, RobotError, UnknownKey
+from exidyn.identification.robot_files.mdh import mdh_kinematics, parse_mdh
+from exidyn.identification.robot_files.urdf import parse_urdf
 
 pytestmark = pytest.mark.numerical
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint
-from exidyn.identify.robot_files.robot_file import model_text, parse_model, read_model
+from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
+from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.mujoco_models import compiled, inverse, random_motion, smooth_torque
 

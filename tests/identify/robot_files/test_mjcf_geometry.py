@@ -5,8 +5,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
 

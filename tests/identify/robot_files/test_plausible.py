@@ -9,10 +9,10 @@ import pinocchio as pin
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.errors import RobotError, RobotWarning
-from exidyn.identify.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identify.robot_files.kinematics import inertia_doubt
-from exidyn.identify.robot_files.robot_file import builtin_names, model_text, parse_model, read_model
+from exidyn.identification.errors import RobotError, RobotWarning
+from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
+from exidyn.identification.robot_files.kinematics import inertia_doubt
+from exidyn.identification.robot_files.robot_file import builtin_names, model_text, parse_model, read_model
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import run

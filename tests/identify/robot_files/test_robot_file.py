@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.newton_euler import link_frames
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import (
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.newton_euler import link_frames
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import (
     EFFECTS,
     CoulombFriction,
     Payload,
@@ -19,13 +19,13 @@ from exidyn.identify.effects import (
     RotorInertia,
     ViscousFriction,
 )
-from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
-from exidyn.identify.measurements import MEASUREMENTS
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.effect_rows import EFFECT_KEYS, key_of
-from exidyn.identify.robot_files.kinematics import LINK_KEYS
-from exidyn.identify.robot_files.mdh import ROW_KEYS as MDH_KEYS
-from exidyn.identify.robot_files.robot_file import (
+from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint, UnknownKey
+from exidyn.identification.measurements import MEASUREMENTS
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.effect_rows import EFFECT_KEYS, key_of
+from exidyn.identification.robot_files.kinematics import LINK_KEYS
+from exidyn.identification.robot_files.mdh import ROW_KEYS as MDH_KEYS
+from exidyn.identification.robot_files.robot_file import (
     DRIVE_KEYS,
     KEYS,
     LIMIT_KEYS,
@@ -35,7 +35,7 @@ from exidyn.identify.robot_files.robot_file import (
     read_model,
     urdf_text,
 )
-from exidyn.identify.robot_files.urdf import parse_urdf
+from exidyn.identification.robot_files.urdf import parse_urdf
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "robot-toml.md"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.robot_files.robot_file import builtin_names, read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.robot_files.robot_file import builtin_names, read_model
 
 ALPHA = np.array([np.pi, np.pi / 2, 0.0, -np.pi / 2, np.pi / 2, -np.pi / 2])
 D = np.array([0.0, 0.35, 1.25, 0.055, 0.0, 0.0])

@@ -7,9 +7,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.errors import BrokenTree, RobotError, UnknownJoint
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.robot_files.urdf import movable_joints, parse_urdf
+from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.urdf import movable_joints, parse_urdf
 
 DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'

@@ -6,9 +6,9 @@ import sys
 import numpy as np
 import pytest
 
-from exidyn.identify.errors import BrokenTree, MissingPackage
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import BrokenTree, MissingPackage
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.robot_file import read_model
 
 from .test_urdf import INERTIAL
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.simulate import MOST, as_built
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import MOST, as_built
 
 
 @pytest.fixture(scope="module")

@@ -8,15 +8,15 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identify.effects import JointSpring
-from exidyn.identify.errors import DifferentRobot, RecordingError
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identify.robot_files.robot_file import model_text, read_model
-from exidyn.identify.simulation.comparison import compare
-from exidyn.identify.simulation.simulate import simulate
-from exidyn.identify.text_table import WIDTH
+from exidyn.identification.effects import JointSpring
+from exidyn.identification.errors import DifferentRobot, RecordingError
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.robot_files.robot_file import model_text, read_model
+from exidyn.identification.simulation.comparison import compare
+from exidyn.identification.simulation.simulate import simulate
+from exidyn.identification.text_table import WIDTH
 
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import of_another_arm, write

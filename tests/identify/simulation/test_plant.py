@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     EFFECTS,
     CoulombFriction,
     Payload,
@@ -14,10 +14,10 @@ from exidyn.identify.effects import (
     RotorInertia,
     known_parameters,
 )
-from exidyn.identify.errors import RobotError, WrongShape
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import (
+from exidyn.identification.errors import RobotError, WrongShape
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import (
     DriveControl,
     Integration,
     Measured,
@@ -25,8 +25,8 @@ from exidyn.identify.simulation.plant import (
     Sensors,
     typical_plant,
 )
-from exidyn.identify.simulation.plant.typical import typical_parts
-from exidyn.identify.simulation.simulate import exact_current
+from exidyn.identification.simulation.plant.typical import typical_parts
+from exidyn.identification.simulation.simulate import exact_current
 from exidyn.trajectories.random_motion import random_fourier
 
 from ...parts.runs.robots import six_axis, sliding

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import EFFECTS, Hysteresis, Payload, RigidBody, known_parameters
-from exidyn.identify.effects.rigid_body import inertial_parameters
-from exidyn.identify.errors import WrongShape
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import Transmission
-from exidyn.identify.simulation.plant.forces import SHIFT, ArmForces, Joints
+from exidyn.identification.effects import EFFECTS, Hysteresis, Payload, RigidBody, known_parameters
+from exidyn.identification.effects.rigid_body import inertial_parameters
+from exidyn.identification.errors import WrongShape
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import Transmission
+from exidyn.identification.simulation.plant.forces import SHIFT, ArmForces, Joints
 
 from ...parts.runs.robots import body, random_motion, six_axis, sliding
 from ...parts.runs.simulated import known

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import ViscousFriction
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import Plant, Sensors, Thermal, Transmission, typical_plant
-from exidyn.identify.simulation.plant.sensors import Readings
-from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identification.effects import ViscousFriction
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import Plant, Sensors, Thermal, Transmission, typical_plant
+from exidyn.identification.simulation.plant.sensors import Readings
+from exidyn.identification.simulation.plant.typical import typical_parts
 
 from ...parts.runs.simulated import GRAVITY, LEVER, MASS, ROTOR, pendulum, pendulum_values, stiff
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import EFFECTS
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.robot_file import read_model
-from exidyn.identify.simulation.plant import DriveControl, Plant, Transmission, drives, steps
+from exidyn.identification.effects import EFFECTS
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.plant import DriveControl, Plant, Transmission, drives, steps
 
 from ...parts.runs.robots import random_motion, six_axis
 from ..effects.test_effects import default

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.robot import PositionServo
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.arm.robot import PositionServo
+from exidyn.identification.simulation.plant import typical_plant
 
 from ...parts.small import two_joints
 

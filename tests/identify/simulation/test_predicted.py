@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.rigid_regressor import INERTIAL
-from exidyn.identify.fit.fit_file import fit_text, read_fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.recording import JOG, SIMULATED, KnownPayload
-from exidyn.identify.simulation.comparison import compare
-from exidyn.identify.simulation.predicted import predicted
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.fit.fit_file import fit_text, read_fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.recording import JOG, SIMULATED, KnownPayload
+from exidyn.identification.simulation.comparison import compare
+from exidyn.identification.simulation.predicted import predicted
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit

@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.effects import LoadDependentFriction, Payload, RigidBody
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.recordings.recording_checks import check
-from exidyn.identify.simulation.simulate import Sensors, exact_current, simulate
+from exidyn.identification.effects import LoadDependentFriction, Payload, RigidBody
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.recordings.recording_checks import check
+from exidyn.identification.simulation.simulate import Sensors, exact_current, simulate
 
 from ...parts.runs.robots import random_motion, six_axis
 from ...parts.small.two_joints import GAIN, MASS, model, trajectory, true_values

@@ -3,7 +3,7 @@
 import numpy as np
 
 from exidyn.drivers import Arm, Command, create
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.simulation.plant import typical_plant
 
 from ..small.two_joints import GAIN, model, trajectory, true_values
 

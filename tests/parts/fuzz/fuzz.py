@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.drivers.errors import DriverError
-from exidyn.identify.errors import ExidynError, RobotWarning
+from exidyn.identification.errors import ExidynError, RobotWarning
 
 from ..runs.parser_files import write
 from .fuzz_mutations import mutated

@@ -19,10 +19,10 @@ from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
 from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.recordings.importers import import_source
-from exidyn.identify.recordings.mcap.mcap_recover import recover
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.mcap.mcap_recover import recover
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 
 from ..runs import kept_files, parser_files

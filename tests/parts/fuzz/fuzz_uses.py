@@ -17,10 +17,10 @@ from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slowed, state_of
 from exidyn.drivers.values import checked
-from exidyn.identify.export import FORMATS, Portable
-from exidyn.identify.fit.fit_file import read_fit
-from exidyn.identify.pages.fit_document import summary
-from exidyn.identify.pages.report_document import joined_html
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.pages.report_document import joined_html
 
 from ..runs.kept_files import ARM
 from ..small import two_joints

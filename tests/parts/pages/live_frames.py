@@ -7,8 +7,8 @@ import numpy as np
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.recorder import RunHead
 from exidyn.drivers import Command, Sample
-from exidyn.identify.effects import Payload
-from exidyn.identify.simulation.simulate import Sensors, exact_current
+from exidyn.identification.effects import Payload
+from exidyn.identification.simulation.simulate import Sensors, exact_current
 from exidyn.trajectories.random_motion import random_fourier
 
 SENSORS = Sensors(current_noise=0.01, encoder_noise=1e-6, encoder_step=4e-6)

@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 
 import numpy as np
 
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
 
 from ...identify.fit.test_identify import BODY, record
 

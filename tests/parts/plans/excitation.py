@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
-from exidyn.identify.model import Model
+from exidyn.identification.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
+from exidyn.identification.model import Model
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     JointSpring,
@@ -17,7 +17,7 @@ from exidyn.identify.effects import (
     ViscousFriction,
     known_parameters,
 )
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, separation
 from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.unknowns import DriveGains

@@ -3,11 +3,11 @@
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import CoulombFriction, RigidBody
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.mcap.mcap_topics import nanoseconds
-from exidyn.identify.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import CoulombFriction, RigidBody
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_topics import nanoseconds
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
 SAMPLES = 2500
 

@@ -12,7 +12,7 @@ import pyarrow.parquet
 from exidyn.acquire.fleet.source import Found
 from exidyn.acquire.fleet.store import CHANGES, Row, Store, utc, write_table
 from exidyn.acquire.study.rounds import CHOICE, ROBOT
-from exidyn.identify.robot_files.robot_file import model_text
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ..small import fleet_runs, two_joints
 from ..small.small_choice import choice

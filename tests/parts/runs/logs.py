@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 
 
 class SimulatedLog(NamedTuple):

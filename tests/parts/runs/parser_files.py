@@ -21,11 +21,11 @@ from exidyn.acquire.files.diagnosis_files import write_diagnosis
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, package
 from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.drivers.ur_rtde.state import FIELDS
-from exidyn.identify.fit.fit_file import fit_text
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.mcap.mcap_records import Contents, read_contents
-from exidyn.identify.recordings.recording import Event, Recording, Signal, Timing
-from exidyn.identify.robot_files.robot_file import builtin_names, model_text
+from exidyn.identification.fit.fit_file import fit_text
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.mcap.mcap_records import Contents, read_contents
+from exidyn.identification.recordings.recording import Event, Recording, Signal, Timing
+from exidyn.identification.robot_files.robot_file import builtin_names, model_text
 from exidyn.trajectories.plans.plan_file import plan_text
 
 from ..plans import plans
@@ -245,7 +245,7 @@ def rtde_packages() -> bytes:
 
 def robots() -> dict[str, Files]:
     """Robot files: spelled out, by modified DH, by a URDF beside them."""
-    robots = resources.files("exidyn.identify.robot_files").joinpath("robots")
+    robots = resources.files("exidyn.identification.robot_files").joinpath("robots")
     built_in = {f"{name}.toml": robots.joinpath(f"{name}.toml").read_bytes() for name in builtin_names()}
     spelled = model_text(small_fit.fit().model).encode()
     beside = (

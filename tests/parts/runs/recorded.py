@@ -7,8 +7,8 @@ import numpy as np
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.recorder import RunHead, start_recorder
 from exidyn.drivers import Command, Sample
-from exidyn.identify.recordings.recording import KnownPayload
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.robot_files.robot_file import read_model
 
 MODEL = read_model("cobot")
 N = MODEL.robot.dof

@@ -3,8 +3,8 @@
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Robot
 
 
 def kinematics(joints="rrrrrr", parents=None, gravity=(0.0, 0.0, -9.81), seed=0):

@@ -6,7 +6,7 @@ from exidyn.acquire.run.frames import EVENT, SAMPLE, Unframed, read_cycle
 from exidyn.acquire.run.perform import Job
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Driver, Info, Sample
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.trajectory import State

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import RigidBody
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import RigidBody
+from exidyn.identification.model import Model
 
 BESIDE = Path(__file__).parents[4] / "shared"
 DATA = Path(os.environ.get("EXIDYN_DATA", BESIDE / "data"))

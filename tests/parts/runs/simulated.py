@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Prior, RigidBody, RotorInertia
-from exidyn.identify.model import Model
-from exidyn.identify.simulation.plant import DriveControl, Measured, Plant
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import Prior, RigidBody, RotorInertia
+from exidyn.identification.model import Model
+from exidyn.identification.simulation.plant import DriveControl, Measured, Plant
 
 GRAVITY = 9.81
 MASS, LEVER, ROTOR = 4.0, 0.5, 0.3

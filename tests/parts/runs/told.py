@@ -15,7 +15,7 @@ import numpy as np
 from exidyn.acquire.run.stopping.stop import WORDS
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.drivers import StopLevel
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.trajectories.limits.moves import move
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import write_plan

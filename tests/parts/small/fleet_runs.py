@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identify.fit.equations import Equations, assemble
-from exidyn.identify.fleet.kind import Kind
-from exidyn.identify.fleet.runs import Run
-from exidyn.identify.fleet.summary import held, reduced
-from exidyn.identify.preparation.prepare import prepare
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.fit.equations import Equations, assemble
+from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.fleet.runs import Run
+from exidyn.identification.fleet.summary import held, reduced
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.simulation.simulate import simulate
 
 from . import two_joints
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 
 from . import two_joints
 

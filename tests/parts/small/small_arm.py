@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.robot_file import read_model
 
 LINK = '<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" \
 izz="0.1"/></inertial>{bodies}</link>'

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from exidyn.identify.diagnosis import Alternative, Diagnosis, diagnose
-from exidyn.identify.diagnosis.candidates import hypotheses
-from exidyn.identify.effects import JointSpring, Prior
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.diagnosis import Alternative, Diagnosis, diagnose
+from exidyn.identification.diagnosis.candidates import hypotheses
+from exidyn.identification.effects import JointSpring, Prior
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from . import two_joints

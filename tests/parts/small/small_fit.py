@@ -3,11 +3,11 @@
 from dataclasses import replace
 from functools import cache
 
-from exidyn.identify.effects import FrictionAsymmetry
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.preparation.prepare import Prepared, prepare
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.effects import FrictionAsymmetry
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.preparation.prepare import Prepared, prepare
+from exidyn.identification.recordings.recording import KnownPayload
 
 from . import two_joints
 from .two_joint_files import NOMINAL, loaded, run

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import signal
 
-from exidyn.identify.diagnosis.blocks.blocks import Blocks
-from exidyn.identify.diagnosis.blocks.prediction import Prediction
-from exidyn.identify.diagnosis.questions.candidate import Candidate, Thinned
-from exidyn.identify.diagnosis.runs.rows import Rows
+from exidyn.identification.diagnosis.blocks.blocks import Blocks
+from exidyn.identification.diagnosis.blocks.prediction import Prediction
+from exidyn.identification.diagnosis.questions.candidate import Candidate, Thinned
+from exidyn.identification.diagnosis.runs.rows import Rows
 
 RATE = 100.0
 """Of the rows [Hz]."""

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.diagnosis.diagnose import nominal
-from exidyn.identify.diagnosis.runs.usable import usable
-from exidyn.identify.diagnosis.search.problem import Problem
-from exidyn.identify.diagnosis.search.search import SearchResult, search
-from exidyn.identify.effects import Effect
-from exidyn.identify.model import Model
-from exidyn.identify.recordings.recording import Recording, Signal
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.diagnosis.diagnose import nominal
+from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.search.search import SearchResult, search
+from exidyn.identification.effects import Effect
+from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
 
 from . import two_joints

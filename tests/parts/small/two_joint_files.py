@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identify.effects import Payload
-from exidyn.identify.recordings.mcap.mcap_file import write_recording
-from exidyn.identify.recordings.recording import KnownPayload, Recording
-from exidyn.identify.simulation.simulate import simulate
+from exidyn.identification.effects import Payload
+from exidyn.identification.recordings.mcap.mcap_file import write_recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.simulation.simulate import simulate
 
 from . import two_joints
 

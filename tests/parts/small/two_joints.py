@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from exidyn.identify.arm.robot import Limits, Robot
-from exidyn.identify.effects import CoulombFriction, CurrentOffset, Payload, RigidBody, ViscousFriction
-from exidyn.identify.fit.base_parameters import base_parameters
-from exidyn.identify.fit.equations import Equations
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Limits, Robot
+from exidyn.identification.effects import CoulombFriction, CurrentOffset, Payload, RigidBody, ViscousFriction
+from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.equations import Equations
+from exidyn.identification.model import Model
 from exidyn.trajectories.random_motion import random_fourier
 
 GAIN = np.array([-40.0, 25.0])

@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.errors import BrokenTree, RobotError
-from exidyn.identify.robot_files.geometry import read_geometry
-from exidyn.identify.robot_files.hulls import hull
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.errors import BrokenTree, RobotError
+from exidyn.identification.robot_files.geometry import read_geometry
+from exidyn.identification.robot_files.hulls import hull
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions

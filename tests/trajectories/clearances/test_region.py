@@ -2,8 +2,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identify.errors import RobotError
-from exidyn.identify.robot_files.toml_fields import parse_toml
+from exidyn.identification.errors import RobotError
+from exidyn.identification.robot_files.toml_fields import parse_toml
 from exidyn.trajectories.clearances.clearance import RESOLUTION
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import clear_position, random_positions

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import (
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import (
     JointSpring,
     SpringBalancer,
 )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     JointSpring,
     NonlinearViscousFriction,
     SpringBalancer,

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
-from exidyn.identify.model import Model
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
+from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions

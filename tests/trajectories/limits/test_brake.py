@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.limits.brake import stoppable, stopping_reach, stopping_reach_gradient
 from exidyn.trajectories.limits.moves import brake_reach

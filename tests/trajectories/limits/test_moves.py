@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import ruckig
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.moves import brake, brake_reach, move
 from exidyn.trajectories.trajectory import State

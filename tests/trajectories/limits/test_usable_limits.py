@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.usable_limits import Margins, require_movable, usable
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.belief.open_items import Item
+from exidyn.identification.diagnosis.belief.open_items import Item
 from exidyn.trajectories.next_run import choice
 from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDECIDABLE, Forecast, choose
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from exidyn.identify.effects import known_parameters
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.effects import known_parameters
+from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.trajectories.limits.usable_limits import Margins
 from exidyn.trajectories.next_run.offers import _narrower, _request, for_robot, kinds_of_joint
 from exidyn.trajectories.planning.wishes import Wishes

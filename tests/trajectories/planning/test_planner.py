@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Payload, known_parameters
-from exidyn.identify.errors import DifferentRobot
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.errors import DifferentRobot
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check

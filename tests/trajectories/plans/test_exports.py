@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.plans.exports import EXPORTS, KRL_AXES, csv_text, krl_text, ros_text
 

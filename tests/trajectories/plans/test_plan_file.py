@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import NotATrajectory
 from exidyn.trajectories.families import FAMILIES
 from exidyn.trajectories.families.fourier import Fourier

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.plans.plan_check import COARSEST, FINEST, nominal_torque, spacing, violations
 from exidyn.trajectories.plans.plan_limits import file_warnings, tightest, within

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import Payload
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import Payload
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Limits
-from exidyn.identify.effects import LoadDependentFriction, Payload, Prior, known_parameters
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import LoadDependentFriction, Payload, Prior, known_parameters
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable

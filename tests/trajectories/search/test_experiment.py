@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.robot import Robot
-from exidyn.identify.effects import Payload
-from exidyn.identify.effects import known_parameters as known
-from exidyn.identify.model import Model
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.effects import Payload
+from exidyn.identification.effects import known_parameters as known
+from exidyn.identification.model import Model
 from exidyn.trajectories.errors import NothingToIdentify
 from exidyn.trajectories.random_motion import random_fourier
 from exidyn.trajectories.search.experiment import Experiment

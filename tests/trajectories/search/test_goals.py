@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.arm.motion import Motion
-from exidyn.identify.effects import (
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import (
     CoulombFriction,
     LoadDependentFriction,
     Payload,
@@ -15,7 +15,7 @@ from exidyn.identify.effects import (
     StribeckFriction,
     known_parameters,
 )
-from exidyn.identify.model import Model
+from exidyn.identification.model import Model
 from exidyn.trajectories.errors import UnknownChoice
 from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, volume, worst
 from exidyn.trajectories.search.experiment import Experiment

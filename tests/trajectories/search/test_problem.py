@@ -6,7 +6,7 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import (
+from exidyn.identification.effects import (
     LoadDependentFriction,
     Payload,
     Prior,
@@ -14,8 +14,8 @@ from exidyn.identify.effects import (
     StribeckFriction,
     known_parameters,
 )
-from exidyn.identify.model import Model
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.search.bounds import ClearanceBound, kinematic_bounds

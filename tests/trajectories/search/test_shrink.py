@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import Payload, known_parameters
+from exidyn.identification.effects import Payload, known_parameters
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier

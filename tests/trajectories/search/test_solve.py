@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from exidyn.identify.effects import MotionGradient
+from exidyn.identification.effects import MotionGradient
 from exidyn.trajectories.search import solve as solver
 from exidyn.trajectories.search.bounds import kinematic_bounds
 from exidyn.trajectories.search.goals import Objective

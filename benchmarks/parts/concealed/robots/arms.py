@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identify.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ..plant.body import Body
 

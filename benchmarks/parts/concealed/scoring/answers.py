@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identify.diagnosis.candidates import kind_of
-from exidyn.identify.diagnosis.findings.family import FAMILIES
+from exidyn.identification.diagnosis.candidates import kind_of
+from exidyn.identification.diagnosis.findings.family import FAMILIES
 
 BY_SHAPE = "velocity"
 """What effects depend on whose family follows from their shape: all are friction over velocity."""

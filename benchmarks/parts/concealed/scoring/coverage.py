@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.identify.text_table import NORMAL_95
+from exidyn.identification.text_table import NORMAL_95
 
 from .answers import Guess
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 
-from exidyn.identify.diagnosis.candidates import kinds
+from exidyn.identification.diagnosis.candidates import kinds
 
 from .answers import NOTHING, UNEXPLAINED
 from .coverage import coverage_rows

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from common import show
 
-from exidyn.identify.fit.fit import Fit
-from exidyn.identify.fit.identification import identify
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ..controllers import ARMS, SEVEN, NoBus, controller
 from ..motion import COBOT, job

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.drivers.driver import Plant
-from exidyn.identify.simulation.plant import Plant as PlantWithMass
-from exidyn.identify.simulation.plant.typical import typical_parts
+from exidyn.identification.simulation.plant import Plant as PlantWithMass
+from exidyn.identification.simulation.plant.typical import typical_parts
 
 from ..motion import JOINTS, MODEL, START
 

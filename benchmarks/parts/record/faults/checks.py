@@ -3,7 +3,7 @@
 import numpy as np
 
 from exidyn.drivers import StopLevel
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.recordings.recording import Recording
 
 from .fault import Check, Seen
 

@@ -13,9 +13,9 @@ from exidyn.acquire.run.player import RUNNING
 from exidyn.acquire.run.recorder import part_of
 from exidyn.acquire.run.stopping.stop import StopRequests
 from exidyn.drivers import DriverError
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
-from exidyn.identify.recordings.recording import Recording
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.recording import Recording
 
 from ..controllers import Peer, controller
 from ..motion import job

@@ -26,8 +26,8 @@ from exidyn.acquire.run.recorder import part_of
 from exidyn.acquire.run.run_file import KEPT_BACK
 from exidyn.acquire.views.live_view import Targets, start_view
 from exidyn.drivers import StopLevel
-from exidyn.identify.errors import ExidynError
-from exidyn.identify.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.errors import ExidynError
+from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan, write_plan
 

@@ -3,7 +3,7 @@ import pytest
 
 from exidyn.acquire.run.stopping.watch import CommandCheck
 from exidyn.drivers import Command
-from exidyn.identify.arm.robot import SLIDING
+from exidyn.identification.arm.robot import SLIDING
 
 from ....parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
 

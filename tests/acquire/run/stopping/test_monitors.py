@@ -15,7 +15,7 @@ from exidyn.acquire.run.stopping.monitors import (
 )
 from exidyn.acquire.run.stopping.watch import ControllerClock
 from exidyn.drivers import Command, StopLevel
-from exidyn.identify.arm.robot import SLIDING
+from exidyn.identification.arm.robot import SLIDING
 
 JOINTS = ("one", "two")
 

@@ -9,7 +9,7 @@ from exidyn.acquire.run.stopping.escalation import Sign, State, escalate
 from exidyn.acquire.run.stopping.signs import Signs
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Command, Sample
-from exidyn.identify.arm.robot import Limits
+from exidyn.identification.arm.robot import Limits
 
 pytestmark = pytest.mark.clocked(patient=True)
 

@@ -13,7 +13,7 @@ from exidyn.acquire.run.stopping.stop import Stop
 from exidyn.acquire.terminal import run_summary
 from exidyn.drivers import StopLevel
 from exidyn.drivers.errors import LinkLost
-from exidyn.identify.simulation.plant import typical_plant
+from exidyn.identification.simulation.plant import typical_plant
 
 from ....parts.runs.run_parts import CYCLE, MODEL, ROBOT, START, Following, Listening, job
 

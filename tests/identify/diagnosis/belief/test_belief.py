@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.belief.belief import Believed, Question, separations
-from exidyn.identify.diagnosis.belief.gain_item import gain_deviations, gain_words, untested
-from exidyn.identify.diagnosis.belief.open_items import information, items, parameter_entropy, remaining
-from exidyn.identify.diagnosis.belief.questions import belief_of, confirmed
-from exidyn.identify.diagnosis.belief.run_columns import run_columns
-from exidyn.identify.diagnosis.belief.suspects import suspects_of
-from exidyn.identify.effects import JointSpring, known_parameters
-from exidyn.identify.recordings.recording import KnownPayload
+from exidyn.identification.diagnosis.belief.belief import Believed, Question, separations
+from exidyn.identification.diagnosis.belief.gain_item import gain_deviations, gain_words, untested
+from exidyn.identification.diagnosis.belief.open_items import information, items, parameter_entropy, remaining
+from exidyn.identification.diagnosis.belief.questions import belief_of, confirmed
+from exidyn.identification.diagnosis.belief.run_columns import run_columns
+from exidyn.identification.diagnosis.belief.suspects import suspects_of
+from exidyn.identification.effects import JointSpring, known_parameters
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ....parts.small import small_diagnosis, small_search
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from exidyn.identify.diagnosis.belief.open_items import entropy, expected_entropy
+from exidyn.identification.diagnosis.belief.open_items import entropy, expected_entropy
 
 
 def apart(separation):

@@ -6,10 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.belief.questions import belief_of, nameless_odds, nameless_torque, refused
-from exidyn.identify.diagnosis.belief.suspects import suspects_of
-from exidyn.identify.diagnosis.findings.finding import UNCERTAIN, Remainder
-from exidyn.identify.effects import JointSpring
+from exidyn.identification.diagnosis.belief.questions import (
+    belief_of,
+    nameless_odds,
+    nameless_torque,
+    refused,
+)
+from exidyn.identification.diagnosis.belief.suspects import suspects_of
+from exidyn.identification.diagnosis.findings.finding import UNCERTAIN, Remainder
+from exidyn.identification.effects import JointSpring
 
 from ....parts.small import small_diagnosis, small_search, two_joints
 

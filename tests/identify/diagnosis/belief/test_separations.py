@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identify.diagnosis.belief.belief import Stance, separations
-from exidyn.identify.diagnosis.questions.candidate_fit import FORMULA
+from exidyn.identification.diagnosis.belief.belief import Stance, separations
+from exidyn.identification.diagnosis.questions.candidate_fit import FORMULA
 
 COLUMNS = 1e-3 * np.random.default_rng(0).normal(size=(40, 4))
 """Torque over 40 rows of one unknown that all share, of two suspects, and of a third like the second; small
