@@ -41,14 +41,24 @@ def end_with_parent(parent: int, wait_for_its_end: Callable[[], object]) -> None
 
 
 def process_pool(
-    workers: int, initializer: Callable[..., object] | None = None, initargs: Sequence[Any] = ()
+    workers: int,
+    initializer: Callable[..., object] | None = None,
+    initargs: Sequence[Any] = (),
+    with_main: bool = False,
 ) -> "ProcessPoolExecutor":
-    """A pool of spawned processes, which end with this one; to be used by the thread that makes it."""
+    """A pool of spawned processes, which end with this one; to be used by the thread that makes it.
+
+    They do not run the program of this process again, so that a script needs no guard; `with_main` has them
+    do so, for what it defines.
+    """
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
+    from .without_main import ContextWithoutMain
+
     begin = (os.getpid(), initializer, tuple(initargs))
-    return ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, begin)
+    context = get_context("spawn") if with_main else ContextWithoutMain()
+    return ProcessPoolExecutor(workers, context, _begin_worker, begin)
 
 
 def _begin_worker(parent: int, initializer: Callable[..., object] | None, initargs: tuple[Any, ...]) -> None:

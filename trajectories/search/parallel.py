@@ -1,6 +1,7 @@
 """Run independent starts side by side, within a time, with an answer when it is cut short."""
 
 import os
+import pickle
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -86,7 +87,8 @@ def _in_processes(
         while not reports.empty():
             receive(reports.get())
 
-    with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports)) as pool:
+    of_script = b"__main__" in pickle.dumps(tasks)  # such as an effect that a script defines
+    with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports), of_script) as pool:
         try:
             with _deaf_to_interrupts():  # else it would kill a process that still imports
                 rounds = [-(-(len(tasks) - place) // workers) for place in range(len(tasks))]
@@ -97,8 +99,9 @@ def _in_processes(
             _gather(futures, seconds, note, event.set, listen, lambda: begun.value)
         except BrokenProcessPool as error:
             raise TrajectoryError(
-                "a process of the search died: memory may have run out, or a script was not guarded. Try to "
-                "call from under `if __name__ == '__main__':`, fewer starts, or an executor of your own"
+                "a process of the search died: memory may have run out, or a script that defines an effect "
+                "has no guard. Try fewer starts, an effect in a module of its own, or to call from under "
+                "`if __name__ == '__main__':`"
             ) from error
         finally:
             event.set()  # what still runs after an error ends now, and not at the end of its time
