@@ -1,27 +1,31 @@
-"""The library in a notebook: `import exidyn as ex`.
+"""The library: `import exidyn as ex`.
 
-Paths stand for what lies there: every function that takes recordings or a robot takes their paths as well.
+A run is a `Recording`, the path of a file, a pandas table, or a mapping of arrays as `Recording.from_arrays`
+takes them. An arm is a `Model`, the name of a built-in one, or the path of a robot.toml, URDF or MJCF.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.effects import EFFECTS
+from exidyn.identification.effects import EFFECTS, known_parameters
 from exidyn.identification.errors import ExidynError, RecordingError, UnknownKey
+from exidyn.identification.export import FORMATS
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit as _read_fit
 from exidyn.identification.fit.identification import identify as _identify
 from exidyn.identification.model import Model
-from exidyn.identification.pages.diagnosis_document import report_html as diagnosis_html
-from exidyn.identification.pages.fit_document import report_html
 from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.recordings.from_arrays import from_dataframe
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.robot_file import read_model
@@ -34,11 +38,12 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
-    "EFFECTS", "ESTIMATORS", "compare", "diagnose", "identify", "plan", "read", "read_all", "report", "robot",
-    "simulate",
+    "EFFECTS", "ESTIMATORS", "FORMATS", "Diagnosis", "Fit", "Model", "Plan", "Recording", "compare",
+    "diagnose", "identify", "plan", "read", "read_all", "read_fit", "report", "robot", "simulate",
 ]  # fmt: skip
 
-Run = Recording | Path | str
+Run = Any
+"""A recording, a path, a pandas table, or a mapping of arrays."""
 Arm = Model | Path | str
 
 
@@ -74,7 +79,17 @@ def read_all(source: Run, robot: Arm | None = None, **options: Any) -> list[Reco
     """All runs of a file or a folder, see `read`."""
     if isinstance(source, Recording):
         return [source]
-    return import_source(source, None if robot is None else _robot(robot), **options)
+    if isinstance(source, Path | str):
+        return import_source(source, None if robot is None else _robot(robot), **options)
+    if robot is None:
+        raise RecordingError("arrays and tables do not name their robot: give robot= or urdf=")
+    if isinstance(source, Mapping):
+        return [Recording.from_arrays(robot, **source, **options)]
+    if hasattr(source, "to_numpy"):
+        return from_dataframe(source, _robot(robot), **options)
+    raise RecordingError(
+        f"a {type(source).__name__} is no run; expected a Recording, a path, a pandas table or arrays by name"
+    )
 
 
 _robot = robot  # its name is an argument below
@@ -102,11 +117,21 @@ def plan(robot: Arm, *, search_seconds: float = 60.0, seed: int = 0, **wishes: A
 
 
 def identify(
-    runs: Run | Sequence[Run],
+    runs: Run | Sequence[Run] = (),
     validate: Run | Sequence[Run] = (),
     robot: Arm | None = None,
     estimator: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
+    *,
+    t: Any = None,
+    q: Any = None,
+    torque: Any = None,
+    current: Any = None,
+    degrees: bool = False,
+    urdf: Path | str | None = None,
+    payload: Run | Sequence[Run] = (),
+    mass: float | None = None,
+    com: Sequence[float] | None = None,
     **options: Any,
 ) -> Fit:
     """Base parameters of an arm, and its drive gains where a run carries a known payload.
@@ -114,10 +139,23 @@ def identify(
     Args:
         runs: To fit.
         validate: Only predicted.
-        robot: In place of the one inside the recordings.
+        robot: In place of the one inside the recordings; arrays and tables need one.
         estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
         filtering: Filters; chosen from the data where none is given.
+        t: Time of one more run to fit, shape (t,) [s].
+        q: Its positions, shape (t, n) [rad].
+        torque: Its joint torques, shape (t, n) [N m]; or its currents.
+        current: Its motor currents, shape (t, n) [A].
+        degrees: Whether its positions are in degrees.
+        urdf: The robot by its file, in place of `robot`.
+        payload: Runs to fit with a body on the flange.
+        mass: Of that body [kg]; without `payload`, of the body that the run of `t` and `q` carries.
+        com: Its center of mass from the flange's origin, in its axes, shape (3,) [m].
         options: drop, fitted_shapes, progress: see `exidyn.identification.fit.identification.identify`.
+
+    Example:
+        >>> fit = ex.identify(t=t, q=q, torque=torque, urdf="arm.urdf")
+        >>> print(fit.verdict, fit["Fv1"].interval)
 
     Raises:
         UnknownKey: There is no such estimator.
@@ -125,15 +163,32 @@ def identify(
     """
     if estimator and estimator not in ESTIMATORS:
         raise UnknownKey(estimator, "identify: estimator", tuple(ESTIMATORS))
-    model = None if robot is None else _robot(robot)
+    arm = urdf if robot is None else robot
+    loaded = [_carrying(run, mass, com) for run in _runs(payload, arm)]
+    fitted = [*_runs(runs, arm), *loaded]
+    if t is not None or q is not None:
+        body = {} if loaded or mass is None else {"mass": mass, "com": com}
+        arrays = {"t": t, "q": q, "torque": torque, "current": current, "degrees": degrees}
+        fitted += _runs({**arrays, **body}, arm)
+    held_out = _runs(validate, arm)
+    every = distinct_bodies([*fitted, *held_out])
     return _identify(
-        _runs(runs, robot),
-        _runs(validate, robot),
-        model=model,
+        every[: len(fitted)],
+        every[len(fitted) :],
+        model=None if arm is None else _robot(arm),
         estimator=ESTIMATORS[estimator] if estimator else None,
         filtering=filtering,
         **options,
     )
+
+
+def read_fit(path: Path | str) -> Fit:
+    """A fit that `Fit.save` or `exidyn identify` has written.
+
+    Raises:
+        NotAFile: There is none at that path, or it is of another kind.
+    """
+    return _read_fit(path)
 
 
 def diagnose(
@@ -213,12 +268,18 @@ def report(result: Fit | Diagnosis, path: Path | str) -> Path:
     """
     if not isinstance(result, Fit | Diagnosis):
         raise ExidynError(f"report: {type(result).__name__} has no page; expected a Fit or a Diagnosis")
-    page = report_html(result) if isinstance(result, Fit) else diagnosis_html(result)
-    Path(path).write_text(page, encoding="utf-8")
-    return Path(path)
+    return result.report(path)
 
 
 def _runs(given: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
     """Recordings, whatever stands for them."""
-    several = [given] if isinstance(given, Recording | Path | str) else given
+    several = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     return [recording for one in several for recording in read_all(one, robot)]
+
+
+def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -> Recording:
+    """The run with a body of that mass, or with the one that its file states."""
+    if mass is None:
+        return run if run.payload else replace(run, payload=KnownPayload())
+    name = run.payload.name if run.payload else KnownPayload().name
+    return replace(run, payload=KnownPayload(name, known_parameters(mass, com)))

@@ -13,13 +13,14 @@ from .arm.tangent import tangent
 from .effects import Effect, MotionGradient, Parameter, Prior
 from .errors import RobotError, WrongShape
 from .measurements import Gear, Measurement
+from .notebook import InNotebook
 
 CHUNK = 2000
 """Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, repr=False)
+class Model(InNotebook):
     """Joint torque = sum over effects of regressor @ parameters + known torque.
 
     Attributes:
@@ -47,6 +48,27 @@ class Model:
 
     def __add__(self, effect: Effect) -> "Model":
         return replace(self, effects=(*self.effects, effect))
+
+    def __repr__(self) -> str:
+        parts = ", ".join(type(part).__name__ for part in (*self.effects, *self.measurements))
+        return f"Model of {self.robot.name}: {self.robot.dof} joints, {len(self.names)} parameters: {parts}"
+
+    def with_values(self, **values: float) -> "Model":
+        """The same model with other nominal values, which keep their deviations.
+
+        Example:
+            >>> robot("kr270").with_values(Fv2=30.0)
+
+        Raises:
+            RobotError: There is no such parameter; the message lists the valid ones.
+        """
+        priors = dict(zip(self.names, self.priors, strict=True))
+        if unknown := [name for name in values if name not in priors]:
+            raise RobotError(
+                f"{self.robot.name} has no parameter {', '.join(unknown)}. Valid: {', '.join(priors)}"
+            )
+        changed = {name: Prior(float(value), priors[name].std) for name, value in values.items()}
+        return replace(self, stated={**self.stated, **changed})
 
     def at(self, values: np.ndarray) -> "Model":
         """The same model whose nominal values are these (p,), with the deviations that it has."""

@@ -113,7 +113,8 @@ def test_an_editable_install_takes_the_checkout(checkout, tmp_path):
 
 def test_no_function_has_the_name_of_a_package():
     assert list(inspect.signature(ex.identify).parameters) == [
-        "runs", "validate", "robot", "estimator", "filtering", "options",
+        "runs", "validate", "robot", "estimator", "filtering", "t", "q", "torque", "current", "degrees",
+        "urdf", "payload", "mass", "com", "options",
     ]  # fmt: skip
     import exidyn.identification.recordings.recording
     from exidyn.identification import effects

@@ -15,6 +15,7 @@ from .agreement import Agreement, Scores, agreement, figure
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
+from .methods import FitMethods
 
 
 class Moved(NamedTuple):
@@ -39,7 +40,7 @@ class Unclear:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit(InNotebook):
+class Fit(FitMethods, InNotebook):
     """Base parameters and drive gains of a model.
 
     Attributes:

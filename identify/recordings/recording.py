@@ -1,7 +1,8 @@
 """Recording: one run of one arm as measured, with events, the loop's timing and the controller's state."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -245,6 +246,48 @@ class Recording(InNotebook):
                     "position samples"
                 )
             _set_arrays(self, host_time=host_time)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        robot: "Model | Path | str",
+        t: Any,
+        q: Any,
+        *,
+        torque: Any = None,
+        current: Any = None,
+        dq: Any = None,
+        mass: float | None = None,
+        com: Sequence[float] | None = None,
+        degrees: bool = False,
+        name: str = "arrays",
+        **signals: Any,
+    ) -> "Recording":
+        """One run out of arrays.
+
+        Args:
+            robot: The nominal arm: a model, the name of a built-in one, or a robot.toml or URDF.
+            t: Time of the samples, shape (t,) [s].
+            q: Position, shape (t, n) [rad].
+            torque: Joint torque, shape (t, n) [N m].
+            current: Motor current, shape (t, n) [A].
+            dq: Velocity, shape (t, n) [rad/s], where it was recorded.
+            mass: Of a body on the flange [kg].
+            com: Its center of mass from the flange's origin, in its axes, shape (3,) [m].
+            degrees: Positions and velocities are in degrees.
+            name: What to call the run.
+            signals: Further ones of `SIGNALS`: temperature, command, link_position.
+
+        Example:
+            >>> Recording.from_arrays("arm.urdf", t, q, torque=torque)
+
+        Raises:
+            WrongShape: Arrays that do not fit each other or the robot.
+        """
+        from .from_arrays import from_arrays
+
+        kinds = {"torque": torque, "current": current, "dq": dq}
+        return from_arrays(robot, t, q, **kinds, mass=mass, com=com, degrees=degrees, name=name, **signals)
 
     @property
     def robot(self) -> Robot:

@@ -9,9 +9,11 @@ import numpy as np
 from ...model import Model
 from ...notebook import InNotebook, counted
 from ...preparation.prepare import Filtering
+from ...quantity import Quantity as Quantity
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from .located import Hinted, Located
+from .methods import DiagnosisMethods
 from .size import LeftOut, Size
 
 
@@ -50,14 +52,6 @@ class Evidence:
     peak: np.ndarray | None = None  # largest torque of each motor in the fitted runs, shape (n,) [N m]
 
 
-class Quantity(NamedTuple):
-    """A physical number, its standard deviation, NaN where the data do not determine it, and its unit."""
-
-    value: float
-    std: float
-    unit: str
-
-
 class Alternative(NamedTuple):
     """What the data do not exclude.
 
@@ -79,7 +73,7 @@ class Alternative(NamedTuple):
         return self.answer is None or self.answer.candidate.listed
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Finding:
     """One effect.
 
@@ -127,6 +121,28 @@ class Finding:
     def determined(self) -> dict[str, Quantity]:
         """Parameters that the data determine."""
         return {name: one for name, one in self.parameters.items() if name not in self.left_out}
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """95 % interval of each parameter that the data determine, in its SI unit."""
+        return {name: one.interval for name, one in self.determined.items()}
+
+    def __getitem__(self, name: str) -> Quantity:
+        """One parameter.
+
+        Raises:
+            KeyError: It has no such parameter; the message lists those that it has.
+        """
+        if name not in self.parameters:
+            raise KeyError(f"{self.effect} has no parameter '{name}'. It has: {', '.join(self.parameters)}")
+        return self.parameters[name]
+
+    def __repr__(self) -> str:
+        joints = ", ".join(f"joint {joint + 1}" for joint in self.joints) or "the arm"
+        numbers = ", ".join(f"{name} {one}" for name, one in self.determined.items())
+        return f"Finding {self.effect} of {joints}, {100 * self.probability:.3g} %" + f": {numbers}" * bool(
+            numbers
+        )
 
 
 UNCERTAIN = "no recorded quantity with certainty"
@@ -219,7 +235,7 @@ class Improvement:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis(InNotebook):
+class Diagnosis(DiagnosisMethods, InNotebook):
     """What is missing, what is not, and what is undecided.
 
     Attributes:

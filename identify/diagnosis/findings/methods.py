@@ -1,0 +1,59 @@
+"""What a diagnosis can do: state its verdict, give the model with its findings, write its page and its file.
+
+These methods call modules above this one, which are imported when a method is called.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from ...errors import ExidynError
+
+if TYPE_CHECKING:
+    from ...model import Model
+    from .finding import Diagnosis
+
+
+class DiagnosisMethods:
+    """Methods of `Diagnosis`."""
+
+    @property
+    def verdict(self) -> str:
+        """What is missing and how certain that is, in sentences."""
+        from ..words.verdict import verdict
+
+        return "\n".join(verdict(cast("Diagnosis", self)))
+
+    @property
+    def model(self) -> "Model":
+        """The model with all findings that a model can hold.
+
+        Raises:
+            ExidynError: The diagnosis comes from a file and has no model.
+        """
+        from ..improved.improved import found_model
+
+        model = found_model(cast("Diagnosis", self))
+        if model is None:
+            raise ExidynError("this diagnosis was read from a file, which does not contain its model")
+        return model
+
+    def to_json(self) -> dict[str, Any]:
+        """What `exidyn diagnose --json` writes, as a dictionary."""
+        from ..words.diagnosis_file import as_json, diagnosis_file
+
+        return as_json(diagnosis_file(cast("Diagnosis", self)))
+
+    def save(self, path: Path | str) -> Path:
+        """Write it as JSON; gives the path."""
+        import json
+
+        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
+        Path(path).write_text(text, encoding="utf-8")
+        return Path(path)
+
+    def report(self, path: Path | str) -> Path:
+        """Write it as one HTML page; gives the path."""
+        from ...pages.diagnosis_document import report_html
+
+        Path(path).write_text(report_html(cast("Diagnosis", self)), encoding="utf-8")
+        return Path(path)

@@ -1,0 +1,126 @@
+"""What a fit can do: predict torque, state its verdict, write its file, its page, and models for simulators.
+
+These methods call modules above this one, which are imported when a method is called.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..errors import UnknownKey, WrongShape
+from ..quantity import Quantity
+
+if TYPE_CHECKING:
+    from ..model import Model
+    from .fit import Fit
+
+
+class FitMethods:
+    """Methods of `Fit`."""
+
+    def __getitem__(self, name: str) -> Quantity:
+        """One base parameter, with or without the R of regrouping.
+
+        Example:
+            >>> fit["Fv1"].value, fit["Fv1"].interval
+            (3.02, (2.96, 3.08))
+
+        Raises:
+            KeyError: No such parameter, or it was dropped; the message lists the valid ones.
+        """
+        fit = cast("Fit", self)
+        value = fit.value(name)
+        names = fit.names if name in fit.names else [one.removesuffix("R") for one in fit.names]
+        place = names.index(name)
+        return Quantity(value, float(fit.estimate.std[place]), fit.base.units[place])
+
+    @property
+    def gains(self) -> dict[str, Quantity]:
+        """Drive gain of each joint by its name [N m/A]; estimated, or with the deviation that is stated."""
+        fit = cast("Fit", self)
+        estimate, joints = fit.estimate, fit.model.robot.joints
+        rows = zip(joints, estimate.gain, estimate.gain_std, strict=True)
+        return {joint: Quantity(float(value), float(std), "N m/A") for joint, value, std in rows}
+
+    @property
+    def verdict(self) -> str:
+        """How well each joint is explained and what the runs leave open, in sentences."""
+        from .verdict import verdict
+
+        return "\n".join(verdict(cast("Fit", self)))
+
+    def torque(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        payload: str = "",
+        time: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Joint torque that the fit predicts for a motion, shape (t, n) [N m].
+
+        Args:
+            q: Position, shape (t, n) [rad], or (n,) for one sample.
+            dq: Velocity, of the same shape [rad/s].
+            ddq: Acceleration, of the same shape [rad/s^2].
+            payload: Name of the body on the flange; empty for none.
+            time: Of the samples, shape (t,) [s]; needed by friction with a memory only.
+
+        Raises:
+            WrongShape: Arrays of different shapes, or not a column a joint.
+        """
+        fit = cast("Fit", self)
+        position, velocity, acceleration = parts = [np.atleast_2d(np.asarray(p, float)) for p in (q, dq, ddq)]
+        shape = (len(parts[0]), fit.model.robot.dof)
+        if any(part.shape != shape for part in parts):
+            found = ", ".join(
+                f"{name} {part.shape}" for name, part in zip(("q", "dq", "ddq"), parts, strict=True)
+            )
+            raise WrongShape(f"torque: shapes are {found}; expected {shape} (samples, joints) of each")
+        time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
+        motion = fit.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
+        regressor = fit.model.regressor(motion)[:, :, fit.base.kept]
+        return np.asarray(regressor @ fit.estimate.values + fit.model.known_torque(motion))
+
+    @property
+    def identified(self) -> "Model":
+        """The model with the values of an arm that can exist, nearest to the fit; see `Fit.moved`."""
+        from .identified import identified
+
+        return identified(cast("Fit", self))
+
+    def save(self, path: Path | str) -> Path:
+        """Write the fit as JSON, which `ex.read_fit` reads; gives the path."""
+        from .fit_file import write_fit
+
+        write_fit(cast("Fit", self), path)
+        return Path(path)
+
+    def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str:
+        """The identified model as text for a simulator, also written to a file where a path is given.
+
+        Args:
+            format: A name in `FORMATS`: urdf, mjcf, isaaclab, sdf, json or toml.
+            path: File to write.
+            payload: Name of a body of the model that becomes part of the last link.
+
+        Raises:
+            UnknownKey: There is no such format; the message lists the valid ones.
+        """
+        from ..export import FORMATS, Portable
+
+        if format not in FORMATS:
+            raise UnknownKey(format, "export: format", tuple(FORMATS))
+        text = FORMATS[format].text(Portable.of(self.identified, payload))
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    def report(self, path: Path | str) -> Path:
+        """Write the fit as one HTML page; gives the path."""
+        from ..pages.fit_document import write_report
+
+        write_report(cast("Fit", self), Path(path))
+        return Path(path)

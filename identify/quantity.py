@@ -1,0 +1,27 @@
+"""Quantity: a physical number with what is known of it."""
+
+from typing import NamedTuple
+
+from .text_table import NORMAL_95
+
+
+class Quantity(NamedTuple):
+    """A physical number, its standard deviation, NaN where the data do not determine it, and its unit.
+
+    Example:
+        >>> Quantity(2.0, 0.1, "N m").interval
+        (1.804, 2.196)
+    """
+
+    value: float
+    std: float
+    unit: str
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval, in the same unit."""
+        half = NORMAL_95 * self.std
+        return self.value - half, self.value + half
+
+    def __repr__(self) -> str:
+        return f"{self.value:.4g} ± {NORMAL_95 * self.std:.2g} {self.unit}".rstrip()
