@@ -18,7 +18,7 @@ COMMAND = re.compile(r"\bexidyn ([a-z]+)\b([^`|>\n#]*)")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)")
 BLOCK = re.compile(r"^ *```sh\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"[\w./-]+\.(?:toml|mcap|csv|json|urdf|xml)\b")
-YOUR_ARM = "README.md#your-own-arm"
+YOUR_ARM = ROOT / "docs" / "your-own-arm.md"
 DEFAULTS = {"exidyn-example", "exidyn-fit", "exidyn-diagnosis"}
 """Folders that commands make unless told otherwise."""
 WRITES = ("-o", "--output", "--json", "--save", ">")
@@ -82,10 +82,10 @@ def test_command_lines_are_found():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_pages_name_no_file_that_comes_from_nowhere(page):
-    """Each is written by a line before, named in the text, or one of README's where the page leads there."""
+    """Each is written by a line before, named in the text, or one of a walk to which the page leads."""
     known = DEFAULTS | named(page)
-    if page == README or YOUR_ARM in page.read_text(encoding="utf-8"):
-        known |= named(README) | {word for line in shell_lines(README) for word in words_of(line)}
+    if page == YOUR_ARM or YOUR_ARM.name in page.read_text(encoding="utf-8"):
+        known |= named(YOUR_ARM) | {word for line in shell_lines(YOUR_ARM) for word in words_of(line)}
     for line in shell_lines(page):
         words = words_of(line)
         known |= {word for before, word in zip(words, words[1:], strict=False) if before in WRITES}
