@@ -1,4 +1,4 @@
-"""Where the misfit goes: table, sentences and picture of a diagnosis's budget."""
+"""Misfit by cause: table, sentences and picture of a diagnosis's budget."""
 
 from collections.abc import Sequence
 from html import escape
@@ -46,12 +46,12 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
         return Section("budget", TITLE, ())
     source = _source(budget)
     note = (
-        "What the model, parameters and drive gains fitted within their tolerances, misses of the torque "
-        f"({source}; root mean square), and the shares of its square by what explains it."
+        "The misfit is the torque that the model misses with parameters and drive gains fitted within their "
+        f"tolerances ({source}; root mean square). Its square is divided among what explains it."
     )
     plot = (
-        "Each bar is 100 % of the squared misfit of a joint. Findings have cold colours, what has no name "
-        "and depends on something recorded warm ones; what depends on nothing is grey."
+        "Each bar is 100 % of the squared misfit of a joint. Findings are drawn in cold colors, what depends "
+        "on a recorded quantity but has no name in warm colors, and the rest in gray."
     )
     blocks: list[Block] = [
         Paragraph(note),
@@ -64,7 +64,7 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
     return Section("budget", TITLE, blocks)
 
 
-TITLE = "Where the misfit goes"
+TITLE = "Misfit by cause"
 
 
 def _source(budget: BudgetTable) -> str:
@@ -108,10 +108,13 @@ def percents(shares: np.ndarray) -> np.ndarray:
 
 
 def sentences(budget: BudgetTable, joints: Sequence[str]) -> list[str]:
-    """One for each joint: what explains how much of it, and with what most of the rest goes."""
+    """One for each joint of which a finding explains a part, and one for all other joints."""
     parts = lumped(budget)
     whole = percents(np.array([_shares(one) for one in parts]))
-    return [_sentence(budget, parts, joint, name, whole[:, joint]) for joint, name in enumerate(joints)]
+    every = [_sentence(budget, parts, joint, name, whole[:, joint]) for joint, name in enumerate(joints)]
+    unexplained = [lower(name) for name, text in zip(joints, every, strict=True) if not text]
+    said = [text for text in every if text]
+    return [*said, f"No finding explains any misfit of {joined(unexplained)}."] if unexplained else said
 
 
 def _sentence(
@@ -122,9 +125,7 @@ def _sentence(
     explaining = sorted((pair for pair in pairs if pair[0].finding is not None), key=lambda pair: -pair[1])
     rest = [one for one in parts if one.finding is None and _shares(one)[joint] > 0.0]
     if not explaining:
-        return (
-            f"{name}: no finding explains any of the {size} that the model misses{_most(rest, joint, '; ')}."
-        )
+        return ""
     (first, share), *others = explaining[:MOST]
     said = f"{name}: {_here(first, joint)} explains {share} % of the {size} that the model misses"
     if others:

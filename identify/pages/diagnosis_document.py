@@ -1,4 +1,4 @@
-"""What is said of a diagnosis: budget, verdict, findings, what is left, candidates, simulation, runs."""
+"""What is said of a diagnosis: verdict, where the misfit is, findings, what is left, candidates, runs."""
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def diagnosis_document(diagnosis: Diagnosed) -> Document:
     ]
     verdict = Section("verdict", "Verdict", [*verdict_blocks(diagnosis), *gained_blocks(diagnosis)])
     budget, *below = detail_sections(diagnosis)
-    sections = [located_section(diagnosis), budget, verdict, *below, simulation_section(diagnosis)]
+    sections = [verdict, located_section(diagnosis), budget, *below, simulation_section(diagnosis)]
     return Document(f"{file.name}: what the model leaves out", "", sections, facts=facts)
 
 

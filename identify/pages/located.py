@@ -1,4 +1,4 @@
-"""Located: the table that comes first, of what the misfit of every joint depends on."""
+"""Located: the table of what the misfit of every joint depends on."""
 
 from ..diagnosis.findings.located import Located
 from ..diagnosis.words.diagnosis_schema import DiagnosisFile
@@ -8,9 +8,10 @@ from ..text_table import percent
 from .diagnosed import Diagnosed
 
 NOTE = (
-    "What each joint's misfit depends on, and how much of it that is: by runs held out, or else by fitted "
-    "blocks that the others predict. Sure: that the torque depends on it. Name: the formula that is certain; "
-    "of several that fit about as well, their family."
+    "What the misfit of each joint depends on, with its share of the squared misfit in the runs held out "
+    "(without such runs: in fitted blocks that the others predict). Probability: that the torque depends on "
+    "this quantity, whatever the formula. Name: the formula, where one is certain; the family, where several "
+    "fit about equally well."
 )
 
 
@@ -47,4 +48,4 @@ def _name(row: Located, file: DiagnosisFile) -> str:
 TITLE = "Where the misfit is"
 OPEN = "formula open"
 """Of a family that is certain, when its member is not."""
-HEAD = ["joint", "depends on", "share", "sure", "name"]
+HEAD = ["joint", "depends on", "share", "probability", "name"]

@@ -290,7 +290,7 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
     html = report_html(full)
     page = Page(html)
     sections = [attributes["id"] for tag, attributes in page.elements if tag == "section"]
-    assert sections[:2] == ["located", "budget"]
+    assert sections[:3] == ["verdict", "located", "budget"]
     assert {"undecided", "moments", "candidates"} <= set(sections)
     assert "findings" not in sections
     bars = html.partition("where the misfit goes</title>")[2].partition("</svg>")[0]

@@ -326,10 +326,10 @@ def test_multiples_of_noise_are_reported_only_where_it_was_measured():
     assert "x noise" not in " ".join(verdict(replace(guessed, findings=(), budget=budget(noise=0.0))))
 
 
-def test_the_budget_comes_first_and_adds_up_to_a_hundred():
+def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
     lines = summary(diagnosis(finding())).splitlines()
-    start, end = lines.index("Where the misfit goes"), lines.index("Verdict")
-    assert start < end
+    start, end = lines.index("Misfit by cause"), len(lines)
+    assert lines.index("Verdict") < start
     shares = re.findall(r"(\d+) % \([\d.]+\)$", "\n".join(lines[start:end]), flags=re.M)
     assert sum(map(int, shares)) == 100
     assert (
