@@ -72,8 +72,8 @@ def checked(table: object, schema: type[T], where: str, error: type[ExidynError]
         assert match is not None
         text, path, toml = match["text"], match["path"] or "", issubclass(error, RobotError)
         missing, unknown = MISSING.match(text), UNKNOWN.match(text)
-        # What begins in lower case is the text of a `check_` function.
-        of_table = bool(missing or unknown or text[:1].islower())
+        by_check = problem.__cause__ is not None  # an error that a `check_` function raised
+        of_table = bool(missing or unknown or by_check)
         place = f"{where}{_place(path.lstrip('.'), toml, of_table)}"
         if unknown:
             kept = UnknownKey(unknown[1], place, _keys(schema, path))

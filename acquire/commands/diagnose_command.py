@@ -18,6 +18,7 @@ from exidyn.identification.notebook import counted
 from exidyn.identification.pages.diagnosis_document import Diagnosed as ShownDiagnosis
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
@@ -29,7 +30,7 @@ from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
-"""Stages by how their sentences begin, and their shares of the time."""
+"""Stages and their shares of the time."""
 STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
 
 
@@ -81,7 +82,7 @@ def diagnose_command(given: Namespace) -> int:
 def _read_and_do(folder: Path | None, output: Path, given: Namespace) -> None:
     """Diagnose a case folder, or the runs of the command line where there is none."""
     with Stopwatch(QUICK if given.quick else STAGES) as progress:
-        progress(f"read {folder or 'the recordings'}")
+        progress(StageText("read", f"read {folder or 'the recordings'}"))
         diagnose_case(read_case(folder) if folder else recorded_case(given), output, given, progress)
 
 
@@ -112,7 +113,7 @@ def _try(folder: Path, output: Path, given: Namespace) -> bool:
 
 def diagnose_case(case: Case, output: Path, given: Namespace, progress: Stopwatch) -> Diagnosed:
     """Diagnose one case, print and write what came out."""
-    progress(f"ask {counted(len(case.runs), 'run')} of {case.name}")
+    progress(StageText("ask", f"ask {counted(len(case.runs), 'run')} of {case.name}"))
     filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
     found = diagnosed(
         case.model,
@@ -140,7 +141,7 @@ def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward 
     """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
     runs = dict(case.runs[::-1])
     recording = runs.get(HELD_OUT) or case.runs[0][1]
-    progress(f"simulate {recording.name} before and after")
+    progress(StageText("simulate", f"simulate {recording.name} before and after"))
     try:
         return forward(diagnosis, recording)
     except ExidynError as error:
@@ -150,7 +151,7 @@ def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward 
 
 def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
     """The model with what was found, identified again; None where the runs cannot carry that."""
-    progress("identify the model again with what was found")
+    progress(StageText("identify", "identify the model again with what was found"))
     try:
         return refit(diagnosis, case.runs, filtering=filtering)
     except ExidynError as error:

@@ -12,6 +12,7 @@ from exidyn.identification.errors import RobotError
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.fit_warnings import WORST
 from exidyn.identification.model import Model
+from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
@@ -48,8 +49,8 @@ OPTIMISED = "best"
 """Name of the kind of run that is searched for; the others are made by rule."""
 IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
 """Options about what to identify, which another kind of run, or one to distinguish models, does not need."""
-STAGES = {"make": 0.01, "compute the torque": 0.6, "check it": 0.39}
-"""How sentences about a run made by rule begin -> share of the time."""
+STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
+"""Stages of a run made by rule, and their shares of the time."""
 GOAL = (
     Option(
         "--criterion NAME",
@@ -163,9 +164,9 @@ def excite_command(given: Namespace) -> None:
 
 def _checked(one: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
     """How much of the limits a motion uses, and what it does beyond them, a sentence each."""
-    progress(f"compute the torque of its {one.trajectory.duration:.0f} s")
+    progress(StageText("torque", f"compute the torque of its {one.trajectory.duration:.0f} s"))
     torque = nominal_torque(one, model)
-    progress("check it against all limits, and stops from every tick")
+    progress(StageText("check", "check it against all limits, and stops from every tick"))
     return [*limit_use(one), torque.use], violations(one, torque)
 
 
@@ -184,7 +185,7 @@ def _planned(given: Namespace, model: Model, progress: Progress) -> tuple[list[P
     """Motions, and what is to be said of them all."""
     wishes = wishes_of(given, model, progress)
     if given.kind != OPTIMISED:
-        progress(f"make {given.kind}")
+        progress(StageText("make", f"make {given.kind}"))
         joints = [model.robot.index(joint) for joint in given.joints or ()]
         return [by_rule(given.kind, model, wishes, joints, progress)], []
     if given.against:

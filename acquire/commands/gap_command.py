@@ -18,6 +18,7 @@ from exidyn.identification.in_mujoco.replay import POSITION, TORQUE
 from exidyn.identification.model import Model
 from exidyn.identification.pages.gap_document import gap_html, gap_text, verdict
 from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
@@ -40,7 +41,7 @@ from ..terminal.stopwatch import Stopwatch
 DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
 """What the recordings' robot says of its drives and no MJCF does."""
 STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
-"""Stages by how their sentences begin, and their shares of the time."""
+"""Stages and their shares of the time."""
 
 
 @Command(
@@ -81,7 +82,7 @@ def gap_command(given: Namespace) -> None:
         require_file(given.save, "--save", [given.arm, *given.runs, *given.validate])
     source = _source(given.arm)
     with Stopwatch(STAGES) as progress:
-        progress("read the recordings")
+        progress(StageText("read", "read the recordings"))
         model, runs = _read(given)
         filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
         found = gap(source, model, runs, given.commands or "", filtering, progress, given.as_recorded)

@@ -11,6 +11,7 @@ from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
 from exidyn.identification.pages.fit_document import summary
 from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
@@ -33,15 +34,15 @@ from ..terminal.stopwatch import Stopwatch
 
 STAGES = {
     "read": 0.1,
-    "compare units": 0.5,
+    "units": 0.5,
     "filter": 0.08,
-    "fit the": 0.0,
-    "find": 0.02,
+    "shapes": 0.0,
+    "base": 0.02,
     "form": 0.1,
     "estimate": 0.15,
     "compare": 0.05,
 }
-"""How their sentences begin, and their shares of the time."""
+"""Stages and their shares of the time."""
 
 
 @Command(
@@ -92,7 +93,7 @@ def _identify(given: Namespace, progress: Stopwatch) -> None:
     if given.save:
         require_file(given.save, "--save", [*given.runs, *given.validate])
     model = read_model(given.robot) if given.robot else None
-    progress("read the recordings")
+    progress(StageText("read", "read the recordings"))
     runs, held_out = _recordings(given, model)
     fit = identify(
         runs,

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from pathlib import Path
 
+from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option
@@ -15,7 +16,7 @@ from ..views.live_view import LOCAL, PORT, Targets
 
 ROBOT = robot_option("for tables, which do not name their robot")
 STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
-"""How their sentences begin, and their shares of the time."""
+"""Stages and their shares of the time."""
 
 
 @Command(
@@ -43,7 +44,7 @@ def report_command(given: Namespace) -> None:
     with Stopwatch(STAGES) as progress:
         model = read_model(given.robot) if given.robot else None
         found = material(files, given.payload, model, progress)
-        progress("draw the page")
+        progress(StageText("draw", "draw the page"))
         write_whole(given.output, joined_html(found))
     print_written(given.output)
 

@@ -12,6 +12,7 @@ from exidyn.identification.fit.verdict import counted
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import Diagnosed
 from exidyn.identification.pages.report_material import Fitted, Material, Run
+from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import EFFORT, JOG, SIMULATED, Recording
 from exidyn.identification.simulation.predicted import as_nominal, predicted
@@ -38,7 +39,7 @@ def material(
         NotAFile: A damaged file, or two diagnoses.
         DifferentRobot: Results of two arms.
     """
-    progress("read the files")
+    progress(StageText("read", "read the files"))
     paths = {kind: [one.path for one in files if one.kind == kind] for kind in KINDS}
     diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_compared(path)) for path in paths[COMPARISON]]
@@ -100,7 +101,7 @@ def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: P
 
 def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
     if recordings:
-        progress(f"predict {', '.join(one.name for one in recordings)} by {path}")
+        progress(StageText("predict", f"predict {', '.join(one.name for one in recordings)} by {path}"))
 
 
 def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from typing import Self, TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from exidyn.identification.progress import StageText
 from exidyn.identification.text_table import paragraph
 from exidyn.quoting import visible
 
@@ -44,8 +45,8 @@ class Stopwatch:
     left; in pipes and files there are the sentences alone.
 
     Args:
-        shares: How a stage's sentence begins -> its usual share of the work; they add up to one. A sentence
-            that none of them begins belongs to the stage before.
+        shares: Stage -> its usual share of the work; they add up to one. A sentence without a stage, or of
+            another one, belongs to the stage before.
         seconds: What the work is given, in place of stages [s]; what comes after it has no time left.
     """
 
@@ -75,14 +76,15 @@ class Stopwatch:
             self._thread = None
 
     def __call__(self, sentence: str) -> None:
-        """Print a sentence, and enter its stage."""
+        """Print a sentence, and enter the stage that it begins."""
         since = f"{time.perf_counter() - self._start:6.1f} s  "
         line = "\n".join(paragraph(sentence, " " * len(since), since))
         if self._bar is not None:
             tqdm.write(visible(line), beneath(sys.stderr))
         else:
             print(line, file=sys.stderr, flush=True)
-        self.enter(next((stage for stage in self._shares if sentence.startswith(stage)), self._stage))
+        if isinstance(sentence, StageText) and sentence.stage in self._shares:
+            self.enter(sentence.stage)
 
     def enter(self, stage: str) -> None:
         """Enter a stage without a sentence."""

@@ -12,6 +12,7 @@ from ..fit.identification import pooled_noise, with_payloads
 from ..model import Model
 from ..plausible.gate import doubts
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
+from ..progress import StageText
 from ..recordings.recording import Recording
 from .candidates import kind_of
 from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity, Trace
@@ -100,7 +101,7 @@ def _diagnosed(
 ) -> Diagnosed:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
-    progress("filter and differentiate")
+    progress(StageText("filter", "filter and differentiate"))
     runs, warnings = usable(model, recordings, filtering)
     suspicions: list[str] = []
     if not as_recorded:
@@ -109,11 +110,11 @@ def _diagnosed(
         suspicions = doubts(likely, model)
         for doubt in suspicions:
             progress(f"warning: {doubt}")
-    progress("form the columns of all candidates")
+    progress(StageText("form", "form the columns of all candidates"))
     problem = Problem.of(model, runs, before)
-    progress(f"search among {sum(problem.tried.values())} candidates")
+    progress(StageText("search", f"search among {sum(problem.tried.values())} candidates"))
     found = with_all_torque(search(problem))
-    progress("weigh what was found")
+    progress(StageText("weigh", "weigh what was found"))
     left = discrepancies(found.problem, found.prediction)
     noise, rested = noise_floor(found.problem.runs)
     material = MATERIAL

@@ -22,6 +22,7 @@ from ..preparation.prepare import (
     prepare,
     recorded_up_to,
 )
+from ..progress import StageText
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check, check_alive
 from .agreement import agreement
@@ -104,27 +105,27 @@ def _identify(
     every = [replace(run, model=model) for run in every]
     suspected: list[str] = []
     if not as_recorded:
-        progress("compare units, signs and order of joints with the robot's description")
+        progress(StageText("units", "compare units, signs and order of joints with the robot's description"))
         suspected = doubts(every, model)
         for doubt in suspected:
             progress(f"warning: {doubt}")
-    progress("filter and differentiate")
+    progress(StageText("filter", "filter and differentiate"))
     filtering = common_filtering(every[: len(runs)], filtering)
     prepared = pooled_noise([prepare(run, filtering) for run in every])
     used, held_out = prepared[: len(runs)], prepared[len(runs) :]
     if fitted_shapes:
-        progress("fit the shapes of " + ", ".join(fitted_shapes))
+        progress(StageText("shapes", "fit the shapes of " + ", ".join(fitted_shapes)))
         model = fit_shapes(model, used, fitted_shapes, progress=progress)
-    progress("find base parameters")
+    progress(StageText("base", "find base parameters"))
     base = base_parameters(model, sorted({run.motion.payload for run in used}))
-    progress(f"form and thin out the regressor of {len(base.kept)} base parameters")
+    progress(StageText("form", f"form and thin out the regressor of {len(base.kept)} base parameters"))
     equations = assemble(model, base, used)
-    progress("estimate")
+    progress(StageText("estimate", "estimate"))
     if estimator is None:  # drive gains can be identified from currents, where some torque is known
         gains = not equations.gain_known and bool(np.any(equations.known))
         estimator = maximum_likelihood if gains else weighted
     fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
-    progress("compare with the runs")
+    progress(StageText("compare", "compare with the runs"))
     warnings = (
         *fit_warnings(fit),
         *(f"{run.name}: {warning}" for run in every for warning in run.warnings),

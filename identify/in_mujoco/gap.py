@@ -20,6 +20,7 @@ from ..model import Model
 from ..plausible.gate import doubts
 from ..plausible.servo_gains import servo_gain_doubts
 from ..preparation.prepare import Filtering
+from ..progress import StageText
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
@@ -98,7 +99,7 @@ def gap(
         Run.of(_without(one, diagnosis, faults), filtering) for role, one in recordings if role == HELD_OUT
     )
     commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
-    progress("simulate the file as it is")
+    progress(StageText("simulate", "simulate the file as it is"))
     before = simulated(source, source.text, model, runs, commands, attach=False)
     ladder = Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
     with threadpool_limits(limits=1):  # steps of one arm are small: threads would wait for one another

@@ -20,6 +20,7 @@ from ..fit.fit import Fit
 from ..fit.identified import identified, standard_parameters
 from ..model import Model
 from ..preparation.prepare import Filtering
+from ..progress import StageText
 from ..recordings.recording import Recording
 from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
@@ -99,7 +100,7 @@ class Ladder:
         joints = self.diagnosis.joints
         for one in (None, *findings):
             name = NUMBERS if one is None else named(one.effect, one.joints, joints)
-            progress(f"simulate with {name}")
+            progress(StageText("simulate", f"simulate with {name}"))
             if self._try(name, [*kept, one] if one else kept, one.joints if one else ()):
                 kept += [one] if one else []
 

@@ -12,6 +12,7 @@ import pytest
 from exidyn.acquire.study.rounds import tell
 from exidyn.acquire.terminal import stopwatch
 from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
+from exidyn.identification.progress import StageText
 
 from ...parts.system_needs import TERMINALS
 
@@ -30,10 +31,10 @@ def clock(monkeypatch):
 
 def test_the_time_left_follows_from_the_stages_that_are_over(clock, capsys):
     watch = Stopwatch(SHARES)
-    watch("read the files")
+    watch(StageText("read", "read the files"))
     assert math.isnan(watch.left(1.0)[1])
     clock[0] = 10.0
-    watch("fit all joints")
+    watch(StageText("fit", "fit all joints"))
     assert watch.left(10.0) == pytest.approx((0.25, 30.0))
     assert watch.left(20.0) == pytest.approx((0.5, 20.0))
     clock[0] = 18.0
@@ -61,7 +62,7 @@ def test_a_long_sentence_is_wrapped_below_its_beginning(clock, capsys):
 def test_a_file_gets_the_sentences_alone(monkeypatch, capsys):
     monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
     with Stopwatch(SHARES) as watch:
-        watch("read the files")
+        watch(StageText("read", "read the files"))
         time.sleep(0.1)
     assert capsys.readouterr().err == "   0.0 s  read the files\n"
 
@@ -91,7 +92,7 @@ def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):
         monkeypatch.setattr(stopwatch.sys, "stderr", terminal)
         with Stopwatch(SHARES) as watch:
             time.sleep(0.1)
-            watch("fit all joints")
+            watch(StageText("fit", "fit all joints"))
             shown = ""
             while " left" not in shown and select.select([ours], [], [], 30.0)[0]:
                 shown += os.read(ours, 1 << 16).decode()
