@@ -14,7 +14,7 @@ from exidyn.identification.errors import ExidynError, RobotWarning
 from .arguments.command import Option, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
 from .arguments.parser import CommandParser, complaint
-from .commands import COMMANDS, command
+from .commands import COMMANDS, GROUPS, command
 from .screen import screens
 
 
@@ -99,7 +99,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Find out what a robot arm's dynamics really are.",
         epilog="\n\n".join(
             [
-                name_lines("commands", COMMANDS),
+                *(name_lines(title, group) for title, group in GROUPS.items()),
                 name_lines("exit codes", {str(code): words for code, words in MEANINGS.items()}),
                 "'exidyn COMMAND --help' explains a command. To begin: exidyn example",
             ]
