@@ -8,6 +8,7 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
+from exidyn.identification.text_table import digits
 
 from ..clearances.clearance import Clearance, nearest_words
 from ..errors import Infeasible, in_words_of
@@ -109,7 +110,7 @@ def _plan(
         series,
         limits,
         wishes.tick,
-        repeats=max(1, int(np.ceil(wishes.seconds / series.period - 1e-9))),
+        repeats=periods_in(wishes.seconds, series.period),
         start=wishes.start,
         rest=wishes.rest,
         clearances=wishes.clearances,
@@ -124,6 +125,7 @@ def _plan(
         details={
             **_bodies(wishes),
             **_nearest(run, wishes),
+            "length": length_words(wishes.seconds, series.period, run.duration),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(found.value),
@@ -260,3 +262,18 @@ def _why_not(
         if not nearest.allowed:
             return f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s"
     return ""
+
+
+def periods_in(seconds: float, period: float) -> int:
+    """The least number of whole periods that fill a time [s]."""
+    return max(1, int(np.ceil(seconds / period - 1e-9)))
+
+
+def length_words(asked: float, period: float, duration: float) -> str:
+    """What was asked for, and of what the delivered duration consists [s]."""
+    count = periods_in(asked, period)
+    whole = f"{count} whole periods fill" if count > 1 else "one whole period fills"
+    return (
+        f"asked {digits(asked)} s, which {whole} in {digits(count * period)} s; moving to and from it takes "
+        f"{digits(duration - count * period, 2)} s"
+    )
