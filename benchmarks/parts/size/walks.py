@@ -53,6 +53,8 @@ class Walker:
         own = [path for path in (self._root / "exidyn").iterdir() if path.suffix in (".py", ".typed")]
         for path in (*own, *(self._root / name for name in FOLDERS)):
             (self._package / path.name).symlink_to(path)
+        # The folder identify is the package identification; it had its own name in older checkouts.
+        (self._package / "identification").symlink_to(self._root / "identify")
         (self.folder / "hook").mkdir()
         shutil.copy(Path(__file__).with_name("entered.py"), self.folder / "hook" / "sitecustomize.py")
         self._exidyn(["example", "files", "--output", "."])
