@@ -166,8 +166,8 @@ OVERLAP = 0.5
 def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
     """A warning for each run held out with the motion of a fitted one that carries the same."""
     return [
-        f"{run.name} repeats the motion of {other.name}: that it is predicted shows that the arm repeats, "
-        "not that the model is right elsewhere. Hold out another motion"
+        f"{run.name} repeats the motion of {other.name}, so a good prediction shows that the arm repeats its "
+        "motion, not that the model holds for other motions. Hold out a different motion"
         for run in held_out
         for other in used
         if run.motion.payload == other.motion.payload and _difference(run, other) < ALIKE

@@ -43,11 +43,11 @@ TOP = 10
 CHECK = (
     'To check a row: add it to robot.toml ([[effect]], name = "...", joints = ["..."]), run "exidyn identify '
     'RUNS --robot robot.toml --validate OTHER" with it and without, and compare the squares of the residuals '
-    "held out. What is no effect of robot.toml (backlash, an elastic gear, a delay) cannot be checked so."
+    "held out. What robot.toml cannot hold (a hose, a supply that sags) cannot be checked this way."
 )
 HELD_OUT = (
-    "held out: by how much it lowers twice the negative log likelihood of runs held out; above zero, they "
-    "confirm it."
+    "held-out score: the decrease of -2 log likelihood on the runs held out; a positive score confirms the "
+    "effect."
 )
 
 
@@ -189,11 +189,11 @@ def _numbers(finding: FindingRow) -> list[list[Cell]]:
 
 
 def _sure(finding: FindingRow) -> str:
-    return f"probability {percent(finding.probability, 3)} that it is there and is this effect"
+    return f"probability {percent(finding.probability, 3)}"
 
 
 def _gain(finding: FindingRow) -> str:
-    return "" if finding.held_out is None else f", held out {digits(finding.held_out, 3)}"
+    return "" if finding.held_out is None else f", held-out score {digits(finding.held_out, 3)}"
 
 
 def _moments(diagnosis: Diagnosed) -> list[Block]:
@@ -233,10 +233,10 @@ def _changes(diagnosis: Diagnosed) -> list[Block]:
         return []
     data = "runs held out" if diagnosis.residuals else "fitted runs, each block predicted by the others"
     note = (
-        f"Change of the squared prediction error of {data}, with one candidate in the model and nothing "
-        f"else, on the joint that gains most; std: standard deviation over blocks. {CHECK}"
+        f"Change of the squared prediction error of {data} when only this candidate is added, on the joint "
+        f"that improves most (negative is better); std: standard deviation over time blocks. {CHECK}"
     )
-    head = ["candidate, alone", "gains most", "squared error, %", "std, %"]
+    head = ["candidate, alone", "joint improved most", "squared error, %", "std, %"]
     return [Table(head, rows, words=(1,), first=TOP), Paragraph(note)]
 
 

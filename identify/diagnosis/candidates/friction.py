@@ -13,7 +13,7 @@ from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Finding
 from ..findings.kind import Kind
-from ..findings.quantities import TURNING, together
+from ..findings.quantities import together
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.rows import REVERSALS
@@ -81,14 +81,6 @@ def _with_coulomb(arm: Arm, finding: Finding) -> Arm | None:
     return held.with_values({sudden: -more[f"Fg{joint + 1}"]})
 
 
-def _asymmetric(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """By how much one direction is above the mean; where that depends on speed, at 1 rad/s."""
-    if "Fa" not in known:
-        return {}
-    unit = "rad" if known["Fa"].unit == TURNING else "m"
-    return {"more": together(known, "Fa", "Fva"), "speed": f" at 1 {unit}/s" if "Fva" in known else ""}
-
-
 def _warming(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Whether friction rises, dry and viscous together at 1 rad/s."""
     return {"warm": together(known, "Fvt", "Fct")} if "Fvt" in known else {}
@@ -154,11 +146,10 @@ KINDS = {
     ),
     "friction_asymmetry": Kind(
         family="direction",
-        sentence="{joint} has asymmetric friction: {more:forwards|backwards} it is {more:size} above the "
-        "mean of both directions{speed}",
+        sentence="{joint} has asymmetric friction: {Fa:forwards|backwards} its dry friction is {Fa:size} "
+        "above the mean of both directions[, and {Fva:forwards|backwards} its viscous friction {Fva:size}]",
         drawn_against=("velocity", "position"),
         shapes=({}, {"viscous": True}),
-        derived=_asymmetric,
         mistaken_for=("current_offset", "joint_spring"),
         settled_by="constant speeds both ways (exidyn excite --kind sweeps)",
     ),

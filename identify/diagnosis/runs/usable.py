@@ -85,8 +85,8 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
         )
     if not any(run.motion.payload for run in runs):
         warnings.append(
-            "no run carries a known payload: wrong drive gains, encoder zeros, masses and friction under "
-            "load look more alike than they would"
+            "no run carries a known payload: without one, errors of drive gains, encoder zeros, masses and "
+            "load-dependent friction are hard to tell apart"
         )
     if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
         warnings.append(

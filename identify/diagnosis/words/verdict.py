@@ -213,7 +213,7 @@ def certainty(diagnosis: Diagnosis, place: int, folder: str) -> str:
 
 
 def _probability(probability: float) -> str:
-    return f"probability {percent(probability, 3)} that it is there and is this effect"
+    return f"probability {percent(probability, 3)}"
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:
