@@ -139,18 +139,18 @@ def identify(
     Args:
         runs: To fit.
         validate: Only predicted.
-        robot: In place of the one inside the recordings; arrays and tables need one.
+        robot: The arm, which replaces the one inside the recordings; arrays and tables need one.
         estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
         filtering: Filters; chosen from the data where none is given.
-        t: Time of one more run to fit, shape (t,) [s].
-        q: Its positions, shape (t, n) [rad].
-        torque: Its joint torques, shape (t, n) [N m]; or its currents.
-        current: Its motor currents, shape (t, n) [A].
-        degrees: Whether its positions are in degrees.
-        urdf: The robot by its file, in place of `robot`.
-        payload: Runs to fit with a body on the flange.
-        mass: Of that body [kg]; without `payload`, of the body that the run of `t` and `q` carries.
-        com: Its center of mass from the flange's origin, in its axes, shape (3,) [m].
+        t: Time of one more run to fit, given as arrays, shape (t,) [s].
+        q: Positions of that run, shape (t, n) [rad].
+        torque: Joint torques of that run, shape (t, n) [N m]; give these or the currents.
+        current: Motor currents of that run, shape (t, n) [A].
+        degrees: Whether the positions of that run are in degrees.
+        urdf: Path of the robot's file; another name for `robot`.
+        payload: Further runs to fit, in which the arm carries a body on the flange.
+        mass: Mass of the body in the `payload` runs [kg]; without such runs, of the body in the run `t`, `q`.
+        com: Center of mass of that body from the flange's origin, in the flange's axes, shape (3,) [m].
         options: drop, fitted_shapes, progress: see `exidyn.identification.fit.identification.identify`.
 
     Example:
@@ -171,10 +171,10 @@ def identify(
         arrays = {"t": t, "q": q, "torque": torque, "current": current, "degrees": degrees}
         fitted += _runs({**arrays, **body}, arm)
     held_out = _runs(validate, arm)
-    every = distinct_bodies([*fitted, *held_out])
+    runs_used = distinct_bodies([*fitted, *held_out])
     return _identify(
-        every[: len(fitted)],
-        every[len(fitted) :],
+        runs_used[: len(fitted)],
+        runs_used[len(fitted) :],
         model=None if arm is None else _robot(arm),
         estimator=ESTIMATORS[estimator] if estimator else None,
         filtering=filtering,
@@ -278,7 +278,7 @@ def _runs(given: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
 
 
 def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -> Recording:
-    """The run with a body of that mass, or with the one that its file states."""
+    """Add a body of this mass to the run; without a mass, keep the body that its file states."""
     if mass is None:
         return run if run.payload else replace(run, payload=KnownPayload())
     name = run.payload.name if run.payload else KnownPayload().name

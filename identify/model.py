@@ -54,7 +54,7 @@ class Model(InNotebook):
         return f"Model of {self.robot.name}: {self.robot.dof} joints, {len(self.names)} parameters: {parts}"
 
     def with_values(self, **values: float) -> "Model":
-        """The same model with other nominal values, which keep their deviations.
+        """Return the model with other nominal values; standard deviations stay as they are.
 
         Example:
             >>> robot("kr270").with_values(Fv2=30.0)

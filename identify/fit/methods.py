@@ -32,7 +32,7 @@ class FitMethods:
         """
         fit = cast("Fit", self)
         value = fit.value(name)
-        names = fit.names if name in fit.names else [one.removesuffix("R") for one in fit.names]
+        names = fit.names if name in fit.names else [regrouped.removesuffix("R") for regrouped in fit.names]
         place = names.index(name)
         return Quantity(value, float(fit.estimate.std[place]), fit.base.units[place])
 
@@ -66,7 +66,7 @@ class FitMethods:
             dq: Velocity, of the same shape [rad/s].
             ddq: Acceleration, of the same shape [rad/s^2].
             payload: Name of the body on the flange; empty for none.
-            time: Of the samples, shape (t,) [s]; needed by friction with a memory only.
+            time: Time of the samples, shape (t,) [s]; only friction with a memory needs it.
 
         Raises:
             WrongShape: Arrays of different shapes, or not a column a joint.
@@ -75,10 +75,10 @@ class FitMethods:
         position, velocity, acceleration = parts = [np.atleast_2d(np.asarray(p, float)) for p in (q, dq, ddq)]
         shape = (len(parts[0]), fit.model.robot.dof)
         if any(part.shape != shape for part in parts):
-            found = ", ".join(
+            shapes = ", ".join(
                 f"{name} {part.shape}" for name, part in zip(("q", "dq", "ddq"), parts, strict=True)
             )
-            raise WrongShape(f"torque: shapes are {found}; expected {shape} (samples, joints) of each")
+            raise WrongShape(f"torque: shapes are {shapes}; expected {shape} (samples, joints) of each")
         time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
         motion = fit.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
         regressor = fit.model.regressor(motion)[:, :, fit.base.kept]

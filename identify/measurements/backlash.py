@@ -25,7 +25,7 @@ class Backlash(Gear):
         gap: Whole width of the play, seen from the joint [rad].
         damping_ratio: Damping ratio of the link on its teeth [-].
         load_shift: Torque by which the load exceeds that of the model [N m].
-        resonance: Of the link on its teeth [Hz].
+        resonance: Resonance of the link on its teeth [Hz].
     """
 
     gap: float
@@ -61,7 +61,7 @@ def floating(
     """Twist of a link on teeth with a play, which also bend under the load where they are soft.
 
     Args:
-        link: Its inertia, damping, and stiffness by gravity without its gear, each (t,), as in `bent`.
+        link: Inertia, damping and stiffness by gravity of the link without its gear, each (t,); see `bent`.
         load: Torque that the gear transmits when it is rigid, shape (t,) [N m].
         step: Sampling period [s].
         gap: Whole width of the play [rad].

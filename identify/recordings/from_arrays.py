@@ -35,15 +35,15 @@ def from_arrays(
     """One recording out of arrays; see `Recording.from_arrays`."""
     model = read_model(robot) if isinstance(robot, Path | str) else robot
     time = np.asarray(t, float)
-    given = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
+    arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
     scale = {key: np.pi / 180.0 for key in IN_RADIANS} if degrees else {}
-    every = {
+    measured = {
         key: _signal(key, time, scale.get(key, 1.0) * np.asarray(values, float))
-        for key, values in given.items()
+        for key, values in arrays.items()
         if values is not None
     }
     body = None if mass is None else KnownPayload("L", known_parameters(mass, com))
-    return Recording(name, model, every, payload=body)
+    return Recording(name, model, measured, payload=body)
 
 
 def _signal(name: str, time: np.ndarray, array: np.ndarray) -> Signal:
@@ -60,9 +60,9 @@ def from_dataframe(table: Any, robot: "Model", name: str = "table", **options: A
 
     Args:
         table: The table; where its index has a name, that is a column too.
-        robot: Its arm.
-        name: Of the run.
-        options: Of `import_table`, such as the names of the columns.
+        robot: The arm that was recorded.
+        name: Name of the run.
+        options: Options of `import_table`, such as the names of the columns.
 
     Raises:
         RecordingError: It holds no run of this robot; the message gives the reason.

@@ -272,8 +272,8 @@ class Recording(InNotebook):
             torque: Joint torque, shape (t, n) [N m].
             current: Motor current, shape (t, n) [A].
             dq: Velocity, shape (t, n) [rad/s], where it was recorded.
-            mass: Of a body on the flange [kg].
-            com: Its center of mass from the flange's origin, in its axes, shape (3,) [m].
+            mass: Mass of a body on the flange [kg].
+            com: Center of mass of that body from the flange's origin, in the flange's axes, shape (3,) [m].
             degrees: Positions and velocities are in degrees.
             name: What to call the run.
             signals: Further ones of `SIGNALS`: temperature, command, link_position.

@@ -272,8 +272,8 @@ def periods_in(seconds: float, period: float) -> int:
 def length_words(asked: float, period: float, duration: float) -> str:
     """What was asked for, and of what the delivered duration consists [s]."""
     count = periods_in(asked, period)
-    whole = f"{count} whole periods fill" if count > 1 else "one whole period fills"
+    periods = f"{count} whole periods fill" if count > 1 else "one whole period fills"
     return (
-        f"asked {digits(asked)} s, which {whole} in {digits(count * period)} s; moving to and from it takes "
-        f"{digits(duration - count * period, 2)} s"
+        f"asked {digits(asked)} s, which {periods} in {digits(count * period)} s; moving to and from it "
+        f"takes {digits(duration - count * period, 2)} s"
     )
