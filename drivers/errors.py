@@ -29,7 +29,7 @@ class DriverError(Exception):
 
 
 def _shortened(text: str) -> str:
-    """As `exidyn.identification.errors.shortened`, which drivers do not know."""
+    """The same as `exidyn.identification.errors.shortened`: drivers import nothing from that package."""
     line = " ".join(text.split())
     line = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
     return line if len(line) <= LONGEST else f"{line[:HEAD]} ... {line[HEAD + 5 - LONGEST :]}"

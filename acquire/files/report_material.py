@@ -101,7 +101,9 @@ def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: P
 
 def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
     if recordings:
-        progress(StageText("predict", f"predict {', '.join(one.name for one in recordings)} by {path}"))
+        progress(
+            StageText("predict", f"predict {', '.join(recording.name for recording in recordings)} by {path}")
+        )
 
 
 def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:

@@ -111,9 +111,9 @@ def sentences(budget: BudgetTable, joints: Sequence[str]) -> list[str]:
     """One for each joint of which a finding explains a part, and one for all other joints."""
     parts = lumped(budget)
     whole = percents(np.array([_shares(one) for one in parts]))
-    every = [_sentence(budget, parts, joint, name, whole[:, joint]) for joint, name in enumerate(joints)]
-    unexplained = [lower(name) for name, text in zip(joints, every, strict=True) if not text]
-    said = [text for text in every if text]
+    lines = [_sentence(budget, parts, joint, name, whole[:, joint]) for joint, name in enumerate(joints)]
+    unexplained = [lower(name) for name, text in zip(joints, lines, strict=True) if not text]
+    said = [text for text in lines if text]
     return [*said, f"No finding explains any misfit of {joined(unexplained)}."] if unexplained else said
 
 

@@ -146,7 +146,7 @@ def _map(diagnosis: Diagnosed) -> list[Block]:
     if not diagnosis.over_noise:
         squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
         level, what = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
-    remark = f"{trace.name}; white is {what}, full colour four times that"
+    remark = f"{trace.name}; white is {what}, full color is four times as much"
     return [
         Figure(f"Where and when: {title}", remark, where_and_when(trace, level, diagnosis.names, which))
         for which, title in (("before", "nominal values"), ("after", "with findings"))

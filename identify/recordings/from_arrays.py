@@ -1,15 +1,13 @@
 """Recordings out of arrays and tables in memory."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects import known_parameters
 from ..errors import WrongShape
-from ..robot_files.robot_file import read_model
-from .recording import KnownPayload, Recording, Signal
+from .recording import Recording, Signal
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -18,32 +16,20 @@ IN_RADIANS = ("position", "velocity", "link_position", "command", "command_veloc
 """Signals that may be in degrees."""
 
 
-def from_arrays(
-    robot: "Model | Path | str",
-    t: Any,
-    q: Any,
-    *,
-    torque: Any = None,
-    current: Any = None,
-    dq: Any = None,
-    mass: float | None = None,
-    com: Sequence[float] | None = None,
-    degrees: bool = False,
-    name: str = "arrays",
-    **signals: Any,
-) -> Recording:
-    """One recording out of arrays; see `Recording.from_arrays`."""
-    model = read_model(robot) if isinstance(robot, Path | str) else robot
+def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
+    """Signals out of arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; None is left out.
+
+    Raises:
+        WrongShape: An array without a row for each time.
+    """
     time = np.asarray(t, float)
-    arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
-    scale = {key: np.pi / 180.0 for key in IN_RADIANS} if degrees else {}
-    measured = {
-        key: _signal(key, time, scale.get(key, 1.0) * np.asarray(values, float))
-        for key, values in arrays.items()
+    return {
+        name: _signal(
+            name, time, np.asarray(values, float) * (np.pi / 180.0 if degrees and name in IN_RADIANS else 1.0)
+        )
+        for name, values in arrays.items()
         if values is not None
     }
-    body = None if mass is None else KnownPayload("L", known_parameters(mass, com))
-    return Recording(name, model, measured, payload=body)
 
 
 def _signal(name: str, time: np.ndarray, array: np.ndarray) -> Signal:

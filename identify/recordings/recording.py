@@ -284,10 +284,14 @@ class Recording(InNotebook):
         Raises:
             WrongShape: Arrays that do not fit each other or the robot.
         """
-        from .from_arrays import from_arrays
+        from ..effects import known_parameters
+        from ..robot_files.robot_file import read_model
+        from .from_arrays import signals_of
 
-        kinds = {"torque": torque, "current": current, "dq": dq}
-        return from_arrays(robot, t, q, **kinds, mass=mass, com=com, degrees=degrees, name=name, **signals)
+        arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
+        body = None if mass is None else KnownPayload(known=known_parameters(mass, com))
+        model = read_model(robot) if isinstance(robot, Path | str) else robot
+        return cls(name, model, signals_of(t, arrays, degrees), payload=body)
 
     @property
     def robot(self) -> Robot:

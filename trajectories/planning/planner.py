@@ -269,11 +269,11 @@ def periods_in(seconds: float, period: float) -> int:
     return max(1, int(np.ceil(seconds / period - 1e-9)))
 
 
-def length_words(asked: float, period: float, duration: float) -> str:
+def length_words(seconds: float, period: float, duration: float) -> str:
     """What was asked for, and of what the delivered duration consists [s]."""
-    count = periods_in(asked, period)
+    count = periods_in(seconds, period)
     periods = f"{count} whole periods fill" if count > 1 else "one whole period fills"
     return (
-        f"asked {digits(asked)} s, which {periods} in {digits(count * period)} s; moving to and from it "
+        f"asked {digits(seconds)} s, which {periods} in {digits(count * period)} s; moving to and from it "
         f"takes {digits(duration - count * period, 2)} s"
     )

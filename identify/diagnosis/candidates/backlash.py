@@ -71,9 +71,8 @@ def plays(model: Model) -> Iterator[Candidate]:
         gear = _gear(model, joint, inertia, SHIFT * load)
         yield from (_play(gear, Play(width)) for width in PLAYS)
         twist = load / (inertia * (2 * np.pi * SOFT) ** 2)
-        visible = [
-            width for width in PLAYS[1::2] if width > VISIBLE * twist
-        ]  # soft teeth strike less sharply
+        # Soft teeth strike less sharply, so that half as many widths will do.
+        visible = [width for width in PLAYS[1::2] if width > VISIBLE * twist]
         yield from (_play(gear, Play(width, resonance=SOFT)) for width in visible)
 
 

@@ -125,7 +125,7 @@ class Finding:
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """95 % interval of each parameter that the data determine, in its SI unit."""
-        return {name: one.interval for name, one in self.determined.items()}
+        return {name: quantity.interval for name, quantity in self.determined.items()}
 
     def __getitem__(self, name: str) -> Quantity:
         """One parameter.
@@ -139,10 +139,9 @@ class Finding:
 
     def __repr__(self) -> str:
         joints = ", ".join(f"joint {joint + 1}" for joint in self.joints) or "the arm"
-        numbers = ", ".join(f"{name} {one}" for name, one in self.determined.items())
-        return f"Finding {self.effect} of {joints}, {100 * self.probability:.3g} %" + f": {numbers}" * bool(
-            numbers
-        )
+        numbers = ", ".join(f"{name} {quantity}" for name, quantity in self.determined.items())
+        head = f"Finding {self.effect} of {joints}, {100 * self.probability:.3g} %"
+        return f"{head}: {numbers}" if numbers else head
 
 
 UNCERTAIN = "no recorded quantity with certainty"

@@ -162,22 +162,22 @@ def remainders(
     return found
 
 
-def beside_unnamed(found: SearchResult, every: list[Answer], noise: np.ndarray) -> SearchResult:
+def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:
     """The result with what is left without a name on the joint of each finding, over what that explains.
 
     What depends on something counts whole. Of what is left above the noise (n,) [N m] and shows no
     dependence, any hypothesis would take its part: that of one kind of dependence among all, or of its
     columns among the columns of all kinds, whichever is more.
     """
-    prediction, joints = found.prediction, found.prediction.joints
-    left, columns = np.zeros(joints), np.zeros(joints)
-    for feature in every:
+    prediction, joints = result.prediction, result.prediction.joints
+    dependent, columns = np.zeros(joints), np.zeros(joints)
+    for feature in features:
         [joint] = feature.candidate.joints
         columns[joint] += len(feature.candidate.names)
         if odds_of(feature, joints * len(KINDS)) > CERTAIN_ODDS:
-            left[joint] = max(left[joint], _explained(prediction, feature, joint) ** 2)
+            dependent[joint] = max(dependent[joint], _explained(prediction, feature, joint) ** 2)
     above = np.maximum(rms(prediction.residual, prediction.rows.weight) ** 2 - noise**2, 0.0)
-    selected = list(found.selected)
+    selected = list(result.selected)
     for place, finding in enumerate(selected):
         joint = int(np.argmax(finding.answer.by_joint))
         # What was measured otherwise, or shows by stated values that would be strained, explains no blocks.
@@ -185,9 +185,9 @@ def beside_unnamed(found: SearchResult, every: list[Answer], noise: np.ndarray) 
         explained = 0.0 if apart else _explained(prediction, finding.answer, joint) ** 2
         if explained > 0.0:
             part = max(1.0 / len(KINDS), len(finding.answer.values) / max(columns[joint], 1.0))
-            alike = max(left[joint], part * above[joint])
+            alike = max(dependent[joint], part * above[joint])
             selected[place] = finding._replace(unnamed=float(alike / explained))
-    return replace(found, selected=tuple(selected)).ordered()
+    return replace(result, selected=tuple(selected)).ordered()
 
 
 def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
