@@ -22,7 +22,7 @@ from parts.injected.effects import EFFECTS, Added
 from parts.real.data import UR10E
 
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.findings.finding import Diagnosis
+from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
 from exidyn.identification.recordings.recording import Recording, Signal
 
 STRENGTHS = (0.5, 1.0, 2.0)

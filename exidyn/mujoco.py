@@ -4,14 +4,15 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from exidyn.acquire.files.diagnosis_files import ABSENT
 from exidyn.acquire.files.given_runs import read_arm
+from exidyn.identification.diagnosis.words.naming import effect_words
 from exidyn.identification.errors import RobotWarning
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.model import Model
-from exidyn.quoting import hash_comment
+from exidyn.identification.robot_files.finding_rows import parse_findings
+from exidyn.identification.robot_files.toml_fields import parse_toml, read_text
 
 __all__ = ["Attached", "attach"]
 
@@ -48,9 +49,8 @@ def _read(path: Path) -> Model:
     """The arm of a file; warns of findings that it does not hold, such as a hose."""
     arm = read_arm(str(path))
     if path.suffix == ".toml" and path.is_file():
-        first = path.read_text(encoding="utf-8").partition("\n")[0]
-        head = hash_comment(ABSENT)
-        if first.startswith(head):
-            words = f"{path}: not attached, since no model holds it: {first.removeprefix(head)}"
+        rows = parse_findings(parse_toml(read_text(path), str(path)))
+        if absent := ", ".join(effect_words(row.effect) for row in rows if not row.in_model):
+            words = f"{path}: not attached, since no model holds it: {absent}"
             warnings.warn(words, RobotWarning, stacklevel=3)
     return arm

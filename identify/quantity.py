@@ -1,11 +1,13 @@
 """Quantity: a physical number with what is known of it."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
+from .schema import Real
 from .text_table import NORMAL_95
 
 
-class Quantity(NamedTuple):
+@dataclass(frozen=True, repr=False)
+class Quantity:
     """A physical number, its standard deviation, NaN where the data do not determine it, and its unit.
 
     Example:
@@ -13,8 +15,8 @@ class Quantity(NamedTuple):
         (1.804, 2.196)
     """
 
-    value: float
-    std: float
+    value: Real
+    std: Real
     unit: str
 
     @property

@@ -7,8 +7,8 @@ field, what was expected, and the value; of TOML, whose errors are a `RobotError
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence, Sized
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from collections.abc import Callable, Collection, Mapping, Sequence, Sized
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
 
 import msgspec
 import numpy as np
@@ -25,8 +25,16 @@ SHOWN = 60
 
 Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """Finite."""
-Finite = Annotated[float, Meta(ge=-1.7e308, le=1.7e308)]
-"""Of any size, as what a simulation that diverges leaves."""
+LARGEST_FLOAT = 1.7e308
+"""Size of a number that a simulation may leave when it diverges, at most."""
+if TYPE_CHECKING:
+    Real = float
+else:
+
+    class Real(float):
+        """Any number; null in a file is NaN."""
+
+
 Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
 Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 """Zero or above, as a deviation or a root mean square is."""
@@ -58,15 +66,30 @@ class Disagreement(ValueError):
     """Fields that do not agree; msgspec puts before it where they are."""
 
 
-def checked(table: object, schema: type[T], where: str, error: type[ExidynError] = NotAFile) -> T:
-    """What was read of a file, parsed JSON or TOML, as its schema; `where` is what a message calls the file.
+def checked(
+    table: object,
+    schema: type[T],
+    where: str,
+    error: type[ExidynError] = NotAFile,
+    read: Callable[[type, Any], Any] | None = None,
+    written: object = None,
+) -> T:
+    """The content of a file, parsed JSON or TOML, as its schema.
+
+    Args:
+        table: Parsed content.
+        schema: Struct or dataclass that it has to be.
+        where: What a message calls the file.
+        error: Type of the error.
+        read: Makes values of types that msgspec does not know.
+        written: The table as the file has it, for the value in a message, where the table was changed.
 
     Raises:
         ExidynError: Of that type; the message names the field, what is expected, and the value.
         UnknownKey: In place of a `RobotError`, with the keys that are valid.
     """
     try:
-        return msgspec.convert(table, schema)
+        return msgspec.convert(table, schema, dec_hook=read)
     except msgspec.ValidationError as problem:
         match = PATH.match(str(problem))
         assert match is not None
@@ -87,7 +110,7 @@ def checked(table: object, schema: type[T], where: str, error: type[ExidynError]
             text = re.sub("`[^`]*`", _of_toml, text.partition(", got")[0])
         text = text.replace("`", "")
         text = text[:1].lower() + text[1:]
-        found = "" if match["key"] else _shown_at(table, path)
+        found = "" if match["key"] else _shown_at(table if written is None else written, path)
         raise error(f"{place}: {kind}{text}{found}") from None
 
 

@@ -15,8 +15,8 @@ from exidyn.identification.errors import ExidynError
 from exidyn.identification.file_names import distinct_stems
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.notebook import counted
-from exidyn.identification.pages.diagnosis_document import Diagnosed as ShownDiagnosis
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.description import NAMED
@@ -131,8 +131,8 @@ def diagnose_case(case: Case, output: Path, given: Namespace, progress: Stopwatc
     fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
     progress.close()
-    shown = ShownDiagnosis.of(diagnosis, simulated, str(output))
-    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.file)), given.json)
+    shown = Shown.of(diagnosis, str(output), simulated)
+    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), given.json)
     print_written(*written)
     return found
 

@@ -8,21 +8,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exidyn.identification.diagnosis import Diagnosis
-from exidyn.identification.diagnosis.findings.finding import Evidence, Trace
+from exidyn.identification.diagnosis.findings.evidence import Evidence, Trace
+from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
-from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
-from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identification.diagnosis.words.naming import effect_words
+from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json
+from exidyn.identification.document.html import html
 from exidyn.identification.errors import ExidynError, NotAFile
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_json, write_fit
 from exidyn.identification.model import Model
-from exidyn.identification.pages.diagnosis_document import report_html
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.pages.shown import Shown
 from exidyn.identification.recordings.decompression_limits import require_zip
+from exidyn.identification.robot_files.finding_rows import FindingRow, findings_text
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import check
-from exidyn.quoting import hash_comment
 
 from ..terminal.json_output import json_text, write_whole
 
@@ -31,8 +32,6 @@ NAME = "traces.npz"
 WORDS = ("name", "role", "run")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
-ABSENT = "Found, and no part of this model, which cannot hold it: "
-"""First line of a model that lacks findings."""
 SIMULATED = "simulated"
 """Key of what was simulated; runs have their place."""
 
@@ -42,13 +41,23 @@ def write_diagnosis(
 ) -> list[Path]:
     """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; name them."""
     folder.mkdir(parents=True, exist_ok=True)
+    shown = Shown.of(diagnosis, str(folder), simulated)
     texts = {
-        "diagnosis.json": json_text(as_json(diagnosis_file(diagnosis, simulated, str(folder)))),
-        "report.html": report_html(diagnosis, simulated, str(folder)),
+        "diagnosis.json": json_text(as_json(shown.diagnosis, str(folder))),
+        "report.html": html(diagnosis_document(shown)),
     }
     if (model := found_model(diagnosis)) is not None:
-        texts[FOUND] = _model_file(model, left_out(diagnosis))
-        texts |= {one.file: _model_file(one.model, one.left_out) for one in rivals(diagnosis)}
+        absent = left_out(diagnosis)
+        rows = [
+            _finding_row(diagnosis, finding, place not in absent)
+            for place, finding in enumerate(diagnosis.all_findings)
+        ]
+        texts[FOUND] = _model_file(model, rows)
+        for rival in rivals(diagnosis):
+            other = diagnosis.all_findings[rival.finding].alternatives[rival.alternative]
+            texts[rival.file] = _model_file(
+                rival.model, [_finding_row(diagnosis, other, rival.finding not in rival.left_out)]
+            )
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     if diagnosis.evidence is not None:
@@ -59,11 +68,14 @@ def write_diagnosis(
     return [folder / name for name in (*texts, *(name for name, one in others.items() if one is not None))]
 
 
-def _model_file(model: Model, absent: Sequence[str]) -> str:
-    """A robot.toml that first lists the findings that it does not hold."""
-    lacking = ", ".join(effect_words(one) for one in absent)
-    head = hash_comment(f"{ABSENT}{lacking}.") + "\n" if absent else ""
-    return head + model_text(model)
+def _finding_row(diagnosis: Diagnosis, hypothesis: Hypothesis, in_model: bool) -> FindingRow:
+    joints = tuple(diagnosis.joints[joint] for joint in hypothesis.joints)
+    return FindingRow(hypothesis.effect, joints, hypothesis.probability, in_model)
+
+
+def _model_file(model: Model, rows: Sequence[FindingRow]) -> str:
+    """A robot.toml with the findings that led to it."""
+    return "\n".join(filter(None, (model_text(model), findings_text(rows))))
 
 
 def read_answers(path: Path) -> dict[str, Any]:
@@ -140,7 +152,7 @@ def read_traces(path: Path) -> Traces:
         raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
 
 
-def traces_beside(path: Path, diagnosis: DiagnosisFile) -> Traces | None:
+def traces_beside(path: Path, diagnosis: Diagnosis) -> Traces | None:
     """The samples behind a diagnosis, if there are any beside its file.
 
     Raises:
@@ -151,7 +163,8 @@ def traces_beside(path: Path, diagnosis: DiagnosisFile) -> Traces | None:
     if traces is None:
         return None
     others = traces.model.robot.joints != diagnosis.joints
-    if others or any(len(one.explained) != len(diagnosis.every) for one in traces.traces):
+    findings = len(diagnosis.all_findings)
+    if others or any(len(trace.explained) != findings for trace in traces.traces):
         raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
     return traces
 

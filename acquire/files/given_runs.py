@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.questions.shape import Shaped
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.effects import known_parameters

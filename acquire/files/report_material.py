@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import DifferentRobot, NotAFile
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.verdict import counted
 from exidyn.identification.model import Model
-from exidyn.identification.pages.diagnosis_document import Diagnosed
 from exidyn.identification.pages.report_material import Fitted, Material, Run
+from exidyn.identification.pages.shown import Shown
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import EFFORT, JOG, SIMULATED, Recording
@@ -21,7 +21,7 @@ from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
 from .diagnosis_files import Traces
 from .given_runs import PayloadRun, carrying, renamed, role_words
-from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_compared, read_diagnosed
+from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_comparison, read_shown
 
 
 def material(
@@ -42,20 +42,20 @@ def material(
     progress(StageText("read", "read the files"))
     paths = {kind: [one.path for one in files if one.kind == kind] for kind in KINDS}
     diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
-    comparisons = [(path, read_compared(path)) for path in paths[COMPARISON]]
+    comparisons = [(path, read_comparison(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
     recordings = _recordings(paths[RECORDING], loaded, model)
     joints = _one_arm(
         [
             *((str(path), fit.model.robot.joints) for path, fit in read),
-            *((str(path), diagnosis.file.joints) for path in paths[DIAGNOSIS] if diagnosis),
-            *((str(path), one.comparison.joints) for path, one in comparisons),
+            *((str(path), diagnosis.diagnosis.joints) for path in paths[DIAGNOSIS] if diagnosis),
+            *((str(path), comparison.joints) for path, comparison in comparisons),
             *((one.name, one.robot.joints) for one in recordings),
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
     fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
-    added = diagnosis is not None and bool(diagnosis.file.findings)
+    added = diagnosis is not None and bool(diagnosis.diagnosis.findings)
     improved = [_improved(*one, recordings, progress) for one in read if added and one[0].resolve() in beside]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
@@ -64,16 +64,16 @@ def material(
         runs=_runs(recordings, traces, fits),
         fits=(*fits, *improved),
         diagnosis=diagnosis,
-        comparisons=tuple(one for _, one in comparisons),
+        comparisons=tuple(comparison for _, comparison in comparisons),
         files={kind: counted(count, kind) for kind, count in counts.items() if count},
     )
 
 
-def _diagnosis(paths: Sequence[Path]) -> tuple[Diagnosed | None, Traces | None]:
+def _diagnosis(paths: Sequence[Path]) -> tuple[Shown | None, Traces | None]:
     """The diagnosis and its samples, if there is one."""
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
-    return read_diagnosed(paths[0]) if paths else (None, None)
+    return read_shown(paths[0]) if paths else (None, None)
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:

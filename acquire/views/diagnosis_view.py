@@ -5,11 +5,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identification.arm.newton_euler import link_frames
-from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
 from exidyn.identification.document.markdown import section_markdown
-from exidyn.identification.pages.diagnosis_document import Diagnosed, diagnosis_document
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.pages.shown import Shown
 
 from ..files.diagnosis_files import Traces
 from ..files.given_runs import role_words
@@ -46,11 +47,11 @@ COLUMNS = rrb.TextLogColumns(
 """Of the list of moments: the time, on which one clicks to go there, and the words."""
 
 
-def diagnosis_view(diagnosis: Diagnosed, traces: Traces | None) -> View:
+def diagnosis_view(shown: Shown, traces: Traces | None) -> View:
     """A view of a diagnosis and of the samples behind it; without them, of words only."""
-    table = diagnosis.file
-    known = [] if traces is None else suspects(table, traces)
-    sections = [section for section in diagnosis_document(diagnosis).sections if section.blocks]
+    diagnosis = shown.diagnosis
+    known = [] if traces is None else suspects(diagnosis, traces)
+    sections = [section for section in diagnosis_document(shown).sections if section.blocks]
     texts = {section.anchor: section_markdown(section) for section in sections}
 
     def log(stream: rr.RecordingStream) -> None:
@@ -58,7 +59,7 @@ def diagnosis_view(diagnosis: Diagnosed, traces: Traces | None) -> View:
             log_markdown(stream, f"texts/{name}", words)
         if traces is not None:
             for trace in traces.traces:
-                _log_run(stream, table, traces, trace, known)
+                _log_run(stream, diagnosis, traces, trace, known)
 
     found = rrb.Vertical(
         rrb.TextDocumentView(origin="texts/verdict", name="verdict"),
@@ -73,19 +74,19 @@ def diagnosis_view(diagnosis: Diagnosed, traces: Traces | None) -> View:
     )
     layout: rrb.Container = found
     if traces is not None and traces.traces:
-        runs = [_tab(table, traces, trace, known) for trace in traces.traces]
+        runs = [_tab(diagnosis, traces, trace, known) for trace in traces.traces]
         layout = rrb.Horizontal(rrb.Tabs(*runs, active_tab=0), found, column_shares=[3, 1])
     return View("diagnosis", log, screen(layout))
 
 
-def _tab(table: DiagnosisFile, traces: Traces, trace: Trace, known: list[Suspect]) -> rrb.Container:
+def _tab(diagnosis: Diagnosis, traces: Traces, trace: Trace, known: list[Suspect]) -> rrb.Container:
     """Plots on the left, the arm and the list of moments on the right."""
     views: list[rrb.View | rrb.Container] = []
     for suspect in known[:MOST]:
         unit = TURNING if traces.model.robot.revolute[suspect.joint] else SLIDING
-        title = f"{suspect.name}: residual of {table.joints[suspect.joint]} [{unit}]"
+        title = f"{suspect.name}: residual of {diagnosis.joints[suspect.joint]} [{unit}]"
         views.append(_plot(trace, suspect.name, title, legend=not views))
-    scale = "over noise" if table.noise_measured_at_rest else "[N m] or [N]"
+    scale = "over noise" if diagnosis.noise_measured_at_rest else "[N m] or [N]"
     every = [_plot(trace, which, f"every joint, {which}, {scale}", True) for which in ("after", "before")]
     views += [rrb.Tabs(*every, active_tab=0)] if known else every[::-1]
     arm = arm_view(traces.model, arm_name(trace.name))
@@ -110,16 +111,16 @@ def _entity(trace: Trace, *parts: str) -> str:
 
 
 def _log_run(
-    stream: rr.RecordingStream, table: DiagnosisFile, traces: Traces, trace: Trace, known: list[Suspect]
+    stream: rr.RecordingStream, diagnosis: Diagnosis, traces: Traces, trace: Trace, known: list[Suspect]
 ) -> None:
     """Everything about one run."""
-    measured = table.noise_measured_at_rest
+    measured = diagnosis.noise_measured_at_rest
     colours = joint_colours(len(traces.noise))
     for which in ("before", "after"):
         residual = getattr(trace, which) / (traces.noise if measured else 1.0)
         shown = lasting(trace.time, residual, trace.weight)
         path = _entity(trace, "residuals", which)
-        log_lines(stream, path, table.joints, colours, trace.time, shown, 1.2)
+        log_lines(stream, path, diagnosis.joints, colours, trace.time, shown, 1.2)
     Arm(stream, traces.model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in known:
         _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]) if measured else None)

@@ -10,7 +10,7 @@ from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.simulation.predicted import predicted
 
 from ..files.given_runs import renamed
-from ..files.report_files import FORMAT, read_diagnosed
+from ..files.report_files import read_shown
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .recording_view import recording_view
@@ -41,9 +41,9 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if "exidyn_fit" in table:
         return fit_view(predicted(read_fit(results[0]), recordings))
-    if table.get("exidyn_diagnosis") != FORMAT:
-        raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis of format {FORMAT}; update exidyn")
+    if "exidyn_diagnosis" not in table:
+        raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if recordings:
         raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
-    diagnosis, traces = read_diagnosed(results[0])
-    return diagnosis_view(diagnosis, traces and traces._replace(traces=tuple(renamed(traces.traces))))
+    shown, traces = read_shown(results[0])
+    return diagnosis_view(shown, traces and traces._replace(traces=tuple(renamed(traces.traces))))

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identification.arm.robot import Robot
-from exidyn.identification.diagnosis.findings.finding import Trace
+from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identification.diagnosis.words.diagnosis_schema import DiagnosisFile
-from exidyn.identification.diagnosis.words.naming import effect_words, joint_words, lower, named
+from exidyn.identification.diagnosis.words.naming import effect_words, finding_names, joint_words, lower
 from exidyn.identification.text_table import digits
 
 from ..files.diagnosis_files import Traces
@@ -90,22 +90,16 @@ class Suspect(NamedTuple):
         return f"{when}  {self.short}: {size} at {where}"
 
 
-def suspects(file: DiagnosisFile, traces: Traces) -> list[Suspect]:
+def suspects(diagnosis: Diagnosis, traces: Traces) -> list[Suspect]:
     """Those of a diagnosis: findings first."""
-    found = [
-        (
-            one.name or named(one.effect, one.places, file.joints),
-            effect_words(one.effect),
-            _clearest(traces, place),
-            place,
-        )
-        for place, one in enumerate(file.every)
+    findings = zip(finding_names(diagnosis), diagnosis.all_findings, strict=True)
+    every: list[tuple[str, str, int, int | None]] = [
+        (name, effect_words(finding.effect), _clearest(traces, place), place)
+        for place, (name, finding) in enumerate(findings)
     ]
-    left = [
-        (f"Left on {lower(joint_words(one.joint - 1, file.joints))}", "left", one.joint - 1, None)
-        for one in file.remainders
-    ]
-    every = [*found, *left]
+    for remainder in diagnosis.remainders:
+        where = lower(joint_words(remainder.joint, diagnosis.joints))
+        every.append((f"Left on {where}", "left", remainder.joint, None))
     names = distinct_names([name for name, *_ in every])
     return [
         Suspect(name, short, joint, place, SUSPECTS[number % len(SUSPECTS)])

@@ -1,6 +1,8 @@
 """Diagnosis: which physics a model leaves out, where, and with what evidence."""
 
+from ..quantity import Quantity
 from .diagnose import diagnose
-from .findings.finding import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
+from .findings.diagnosis import Diagnosis, Remainder
+from .findings.finding import Finding, Hypothesis
 
-__all__ = ["Alternative", "Diagnosis", "Finding", "Improvement", "Quantity", "Remainder", "diagnose"]
+__all__ = ["Diagnosis", "Finding", "Hypothesis", "Quantity", "Remainder", "diagnose"]

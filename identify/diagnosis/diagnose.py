@@ -13,14 +13,17 @@ from ..model import Model
 from ..plausible.gate import doubts
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..progress import StageText
+from ..quantity import Quantity
 from ..recordings.recording import Recording
 from .candidates import kind_of
-from .findings.finding import Alternative, Diagnosis, Evidence, Finding, Improvement, Quantity, Trace
-from .findings.quantities import quantities
+from .findings.diagnosis import Diagnosis
+from .findings.evidence import Evidence, Trace
+from .findings.finding import Finding
+from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
-from .results.budget import budget, changes
+from .results.budget import NOISE, budget, changes
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.located import hinted, located
 from .results.motor_torque import undetermined_gains, with_all_torque
@@ -32,6 +35,7 @@ from .search.held_out import hints
 from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
+from .words.measures import in_units_of_joints, torque_units
 
 SMOOTH = (
     "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
@@ -129,7 +133,7 @@ def _diagnosed(
     spread, named = with_shapes(found), sum(one.named for one in found.selected)
     warnings = [*warnings, *undetermined_gains(found, spread)]
     std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]
-    every = [
+    findings = [
         _sized(found, place, spread, fitted, _finding(found, place, std[place]))
         for place in range(len(found.selected))
     ]
@@ -138,23 +142,25 @@ def _diagnosed(
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
-        findings=tuple(every[:named]),
-        undecided=tuple(every[named:]),
+        torque_units=torque_units(model.robot),
+        findings=tuple(in_units_of_joints(finding, model.robot) for finding in findings[:named]),
+        undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),
-        improvement=_improvement(proof, found.problem.held_out),
+        moments=tuple(moments(found.problem, found.prediction)),
+        changes=tuple(changes(found.problem, found.single)),
+        located=located(spent, found.selected, remaining),
+        hints=hinted(hints(found.left, found.total)),
+        budget=spent,
+        noise=proof.noise,
+        noise_measured_at_rest=any(share.kind == NOISE for share in spent.shares),
         runs=tuple(run.prepared.name for run in found.problem.fitted),
         suspicions=tuple(suspicions),
         warnings=tuple(warnings),
-        evidence=proof,
         seconds=time.monotonic() - began,
         tried=found.problem.tried,
-        budget=spent,
-        changes=tuple(changes(found.problem, found.single)),
-        moments=tuple(moments(found.problem, found.prediction)),
-        located=located(spent, found.selected, remaining),
-        hints=hinted(hints(found.left, found.total)),
+        evidence=proof,
     )
-    return Diagnosed(diagnosis, found)
+    return Diagnosed(_with_held_out(diagnosis, proof, found.problem.held_out), found)
 
 
 def nominal(model: Model) -> Model:
@@ -171,32 +177,30 @@ def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
 
 
 def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
-    one, values = found.selected[place], found.prediction.values[places_of(found, place)]
-    answer, candidate = one.answer, one.answer.candidate
+    selected, values = found.selected[place], found.prediction.values[places_of(found, place)]
+    answer, candidate = selected.answer, selected.answer.candidate
     torque = np.zeros(found.prediction.joints)
     torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
     held_out = answer.gains[~found.problem.blocks.fitted]
     return Finding(
-        candidate.effect,
-        candidate.joints,
-        quantities(candidate, values, *spread) | _range(answer, values),
-        one.certainty,
-        tuple(Alternative(a.candidate.effect, a.candidate.joints, p, a) for a, p in one.elsewhere),
-        torque,
-        2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
-        candidate,
-        one.alone,
-        one.unnamed >= 1.0,
-        family=one.family.name if one.family else "",
-        family_probability=one.family.probability if one.family else float("nan"),
-        proven=one.proven,
+        **stated(candidate),
+        parameters=quantities(candidate, values, *spread) | _range(answer, values),
+        probability=selected.certainty,
+        alternatives=tuple(alternative(other, chance) for other, chance in selected.elsewhere),
+        torque_rms=torque,
+        held_out=2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
+        alone=selected.alone,
+        unnamed=selected.unnamed >= 1.0,
+        family=selected.family.name if selected.family else "",
+        family_probability=selected.family.probability if selected.family else float("nan"),
+        proven=selected.proven,
     )
 
 
 def _sized(
     found: SearchResult, place: int, spread: Spread, fitted: Sequence[Trace], finding: Finding
 ) -> Finding:
-    """The finding with its torque and what of its numbers is not determined, by traces of the runs fitted."""
+    """The finding with its torque, from traces of the fitted runs, and what is not determined."""
     undetermined = left_out(found, spread, place, finding.parameters)
     if not kind_of(finding.effect).formula:
         undetermined = dict.fromkeys(finding.parameters, OF_A_CURVE)
@@ -213,15 +217,16 @@ def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
     return {name: Quantity(value, float("nan"), unit) for name, value in ends.items()}
 
 
-def _improvement(known: Evidence, runs: Sequence[Driven]) -> Improvement | None:
-    """What the findings change on runs held out; None without any."""
+def _with_held_out(diagnosis: Diagnosis, proof: Evidence, runs: Sequence[Driven]) -> Diagnosis:
+    """The diagnosis with residuals of its held-out runs; unchanged without any."""
     if not runs:
-        return None
-    traces = known.traces[: len(runs)]
-    weight = np.concatenate([one.weight for one in traces])
-    before, after = (
-        rms(np.concatenate(left), weight)
-        for left in ([one.before for one in traces], [one.after for one in traces])
+        return diagnosis
+    traces = proof.traces[: len(runs)]
+    weight = np.concatenate([trace.weight for trace in traces])
+    return replace(
+        diagnosis,
+        held_out=tuple(run.prepared.name for run in runs),
+        torque_rms_before=rms(np.concatenate([trace.before for trace in traces]), weight),
+        torque_rms_after=rms(np.concatenate([trace.after for trace in traces]), weight),
+        torque_rms_filter_hz=min(run.prepared.decimation.cutoff for run in runs),
     )
-    band = min(run.prepared.decimation.cutoff for run in runs)
-    return Improvement(tuple(run.prepared.name for run in runs), before, after, known.noise, band)

@@ -9,10 +9,10 @@ from ..fit.identification import identify
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
-from .findings.finding import Diagnosis
+from .findings.diagnosis import Diagnosis
 from .improved.improved import as_found
 from .runs.usable import HELD_OUT
-from .words.measures import by_kind, slides
+from .words.measures import slides
 from .words.sentences import sentence
 
 NOT_HELD = "no part of this fit, as no model can hold it"
@@ -50,10 +50,9 @@ def refit(
         as_recorded=True,  # asked before the diagnosis
         progress=progress,
     )
-    every = by_kind(diagnosis).findings
+    absent = [diagnosis.findings[place] for place in left_out]
     warnings = [
-        f"{sentence(every[place], diagnosis.joints, slides(diagnosis, every[place]))}: {NOT_HELD}"
-        for place in left_out
+        f"{sentence(finding, diagnosis.joints, slides(diagnosis, finding))}: {NOT_HELD}" for finding in absent
     ]
     return replace(fit, warnings=(*warnings, *fit.warnings))
 

@@ -11,7 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from ..diagnosis.candidates import kind_of
 from ..diagnosis.diagnose import diagnosed
-from ..diagnosis.findings.finding import Diagnosis, Finding
+from ..diagnosis.findings.diagnosis import Diagnosis
+from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.runs.usable import HELD_OUT
 from ..diagnosis.words.sentences import sentence

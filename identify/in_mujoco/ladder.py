@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnosis.candidates import kind_of
-from ..diagnosis.findings.finding import Diagnosis, Finding
+from ..diagnosis.findings.diagnosis import Diagnosis
+from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found
 from ..diagnosis.refit import refit
 from ..diagnosis.words.naming import named

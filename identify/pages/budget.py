@@ -2,20 +2,24 @@
 
 from collections.abc import Sequence
 from html import escape
+from typing import NamedTuple
 
 import numpy as np
 
+from ..diagnosis.findings.diagnosis import Budget, Diagnosis
+from ..diagnosis.findings.finding import Hypothesis
 from ..diagnosis.results.budget import NOISE, OTHER
-from ..diagnosis.words.diagnosis_file import array_of
-from ..diagnosis.words.diagnosis_schema import BudgetTable, ShareRow
-from ..diagnosis.words.naming import joined, lower
+from ..diagnosis.words.naming import effect_words, finding_names, joined, lower, named
+from ..diagnosis.words.sentences import possible
 from ..document.document import Block, Cell, Figure, Number, Numbers, Paragraph, Section, Statements, Table
 from ..text_table import digits, percent
+from .shown import Shown
 from .svg import picture, text
 
 SMALL = 0.01
 """Share of the misfit below which a kind is put together with others, where it is that on every joint."""
 LUMPED = "other kinds, less than 1 % each"
+UNDECIDED = " (name undecided)"
 CONTAINED = f'Sensor noise was not measured at rest: it is part of "{OTHER}".'
 MOST = 3
 """Parts that a sentence names; the table has them all."""
@@ -35,16 +39,30 @@ LEGIBLE = 0.045
 """Share of a bar from which on its per cent fit into it."""
 
 
-def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section:
-    """The picture, a sentence a joint, and the table; empty for a diagnosis without.
+class Part(NamedTuple):
+    """A share of the misfit as it is drawn.
 
-    Args:
-        budget: As diagnosis.json has it.
-        joints: In words.
+    Attributes:
+        name: A finding and where it acts, what the misfit depends on, or that it is noise.
+        effect: The effect alone; empty where it is no finding.
+        joints: Joints of the finding, from 0.
+        is_finding: Whether a finding explains it.
+        shares: Share of the squared misfit of each joint, shape (n,) [-].
     """
-    if budget is None:
+
+    name: str
+    effect: str
+    joints: tuple[int, ...]
+    is_finding: bool
+    shares: np.ndarray
+
+
+def budget_section(shown: Shown) -> Section:
+    """The picture, a sentence a joint, and the table; empty for a diagnosis without."""
+    diagnosis, joints = shown.diagnosis, shown.names
+    if (budget := diagnosis.budget) is None:
         return Section("budget", TITLE, ())
-    source = _source(budget)
+    parts, units, source = lumped(parts_of(diagnosis)), diagnosis.torque_units, _source(budget)
     note = (
         "The misfit is the torque that the model misses with parameters and drive gains fitted within their "
         f"tolerances ({source}; root mean square). Its square is divided among what explains it."
@@ -53,13 +71,14 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
         "Each bar is 100 % of the squared misfit of a joint. Findings are drawn in cold colors, what depends "
         "on a recorded quantity but has no name in warm colors, and the rest in gray."
     )
+    drawing = budget_plot(budget, parts, joints, units)
     blocks: list[Block] = [
         Paragraph(note),
         Paragraph(plot, "plot"),
-        Figure("Misfit by joint", f"{source}; root mean square on the right", budget_plot(budget, joints)),
-        Statements(sentences(budget, joints)),
-        *([] if budget.noise_measured_at_rest else [Paragraph(CONTAINED)]),
-        _table(budget, joints),
+        Figure("Misfit by joint", f"{source}; root mean square on the right", drawing),
+        Statements(sentences(budget, parts, joints, units)),
+        *([] if diagnosis.noise_measured_at_rest else [Paragraph(CONTAINED)]),
+        _table(budget, parts, joints, units),
     ]
     return Section("budget", TITLE, blocks)
 
@@ -67,30 +86,48 @@ def budget_section(budget: BudgetTable | None, joints: Sequence[str]) -> Section
 TITLE = "Misfit by cause"
 
 
-def _source(budget: BudgetTable) -> str:
+def _source(budget: Budget) -> str:
     if budget.held_out:
         return f"held out: {', '.join(budget.held_out)}"
     return "fitted runs, each block predicted by the others"
 
 
-def _shares(one: ShareRow) -> np.ndarray:
-    return array_of(one.percent) / 100.0
+def parts_of(diagnosis: Diagnosis) -> list[Part]:
+    """The shares of a diagnosis with names; an undecided finding has that of its most probable hypothesis."""
+    assert diagnosis.budget is not None
+    names, findings = finding_names(diagnosis), diagnosis.all_findings
+    parts = []
+    for share in diagnosis.budget.shares:
+        shares = share.percent / 100.0
+        if share.finding is None:
+            name = share.kind if share.kind in (NOISE, OTHER) else f"depends on {share.kind}"
+            parts.append(Part(name, "", (), False, shares))
+            continue
+        finding, mark = findings[share.finding], ""
+        likeliest: Hypothesis = finding
+        name = names[share.finding]
+        if share.finding >= len(diagnosis.findings):
+            likeliest, mark = possible(finding)[0], UNDECIDED
+        if likeliest is not finding:
+            name = named(likeliest.effect, likeliest.joints, diagnosis.joints)
+        parts.append(Part(name + mark, effect_words(likeliest.effect) + mark, likeliest.joints, True, shares))
+    return parts
 
 
-def lumped(budget: BudgetTable) -> list[ShareRow]:
-    """Its parts, with small kinds in one."""
-    small = [one for one in budget.shares if _small(one)]
+def lumped(parts: Sequence[Part]) -> list[Part]:
+    """The parts, with small kinds in one."""
+    small = [part for part in parts if _small(part)]
     if len(small) < 2:
-        return list(budget.shares)
-    kept = [one for one in budget.shares if not _small(one)]
-    sums = np.sum([array_of(one.percent) for one in small], axis=0)
-    last = [one for one in kept if one.name in (NOISE, OTHER)]
-    first = [one for one in kept if one.name not in (NOISE, OTHER)]
-    return [*first, ShareRow(LUMPED, "", (), None, tuple(sums)), *last]
+        return list(parts)
+    large = [part for part in parts if not _small(part)]
+    last = [part for part in large if part.name in (NOISE, OTHER)]
+    first = [part for part in large if part.name not in (NOISE, OTHER)]
+    return [*first, Part(LUMPED, "", (), False, np.sum([part.shares for part in small], axis=0)), *last]
 
 
-def _small(one: ShareRow) -> bool:
-    return one.finding is None and one.name not in (NOISE, OTHER) and bool(np.all(_shares(one) < SMALL))
+def _small(part: Part) -> bool:
+    unnamed = not part.is_finding and part.name not in (NOISE, OTHER)
+    return unnamed and bool(np.all(part.shares < SMALL))
 
 
 def percents(shares: np.ndarray) -> np.ndarray:
@@ -107,67 +144,65 @@ def percents(shares: np.ndarray) -> np.ndarray:
     return whole.astype(int)
 
 
-def sentences(budget: BudgetTable, joints: Sequence[str]) -> list[str]:
+def sentences(
+    budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]
+) -> list[str]:
     """One for each joint of which a finding explains a part, and one for all other joints."""
-    parts = lumped(budget)
-    whole = percents(np.array([_shares(one) for one in parts]))
-    lines = [_sentence(budget, parts, joint, name, whole[:, joint]) for joint, name in enumerate(joints)]
+    whole = percents(np.array([part.shares for part in parts]))
+    sizes = [f"{digits(rms, 3)} {unit}" for rms, unit in zip(budget.before_rms, units, strict=True)]
+    lines = [
+        _sentence(parts, joint, name, sizes[joint], whole[:, joint]) for joint, name in enumerate(joints)
+    ]
     unexplained = [lower(name) for name, text in zip(joints, lines, strict=True) if not text]
     said = [text for text in lines if text]
     return [*said, f"No finding explains any misfit of {joined(unexplained)}."] if unexplained else said
 
 
-def _sentence(
-    budget: BudgetTable, parts: Sequence[ShareRow], joint: int, name: str, whole: np.ndarray
-) -> str:
-    size = f"{digits(array_of(budget.before_rms)[joint], 3)} {budget.units[joint]}"
-    pairs = [(one, int(share)) for one, share in zip(parts, whole, strict=True) if share]
-    explaining = sorted((pair for pair in pairs if pair[0].finding is not None), key=lambda pair: -pair[1])
-    rest = [one for one in parts if one.finding is None and _shares(one)[joint] > 0.0]
+def _sentence(parts: Sequence[Part], joint: int, name: str, size: str, whole: np.ndarray) -> str:
+    pairs = [(part, int(share)) for part, share in zip(parts, whole, strict=True) if share]
+    explaining = sorted((pair for pair in pairs if pair[0].is_finding), key=lambda pair: -pair[1])
+    rest = [part for part in parts if not part.is_finding and part.shares[joint] > 0.0]
     if not explaining:
         return ""
     (first, share), *others = explaining[:MOST]
     said = f"{name}: {_here(first, joint)} explains {share} % of the {size} that the model misses"
     if others:
-        said += f", besides {joined([f'{_here(one, joint)} ({part} %)' for one, part in others])}"
+        said += f", besides {joined([f'{_here(part, joint)} ({percent} %)' for part, percent in others])}"
     return f"{said}{_most(rest, joint, '; of the rest, ')}."
 
 
-def _here(one: ShareRow, joint: int) -> str:
+def _here(part: Part, joint: int) -> str:
     """The finding's name, with its joint where that is another."""
-    return lower(one.effect if one.joints in ((joint + 1,), ()) else one.name)
+    return lower(part.effect if part.joints in ((joint,), ()) else part.name)
 
 
-def _most(rest: Sequence[ShareRow], joint: int, opening: str) -> str:
-    total = sum(float(_shares(one)[joint]) for one in rest)
+def _most(rest: Sequence[Part], joint: int, opening: str) -> str:
+    total = sum(float(part.shares[joint]) for part in rest)
     if total < SMALL:
         return ""
-    largest = max(rest, key=lambda one: float(_shares(one)[joint]))
-    share = float(_shares(largest)[joint]) / total
+    largest = max(rest, key=lambda part: float(part.shares[joint]))
+    share = float(largest.shares[joint]) / total
     amount = "most" if share > 0.5 else f"the largest part ({percent(share)})"
     if largest.name == NOISE:
         return f"{opening}{amount} is {NOISE}"
-    # Older files have "goes with".
-    known = largest.name.startswith(("depends on", "goes with"))
-    return f"{opening}{amount} {largest.name if known else f'depends on {largest.name}'}"
+    depends = "depends on " if largest.name in (OTHER, LUMPED) else ""
+    return f"{opening}{amount} {depends}{largest.name}"
 
 
-def _table(budget: BudgetTable, joints: Sequence[str]) -> Table:
+def _table(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]) -> Table:
     """Misfit before and after, and the share of each part with the torque that it is, root mean square."""
-    before = array_of(budget.before_rms)
-    one_unit = f" [{budget.units[0]}]" if len(set(budget.units)) == 1 else ""
-    units = [""] * len(joints) if one_unit else list(budget.units)
+    shared_unit = f" [{units[0]}]" if len(set(units)) == 1 else ""
+    cell_units = [""] * len(joints) if shared_unit else list(units)
     rows: list[list[Cell]] = [
         [
-            name + one_unit,
-            *(Number(value, 3, unit) for value, unit in zip(array_of(values), units, strict=True)),
+            name + shared_unit,
+            *(Number(value, 3, unit) for value, unit in zip(values, cell_units, strict=True)),
         ]
         for name, values in (("misfit before", budget.before_rms), ("misfit after", budget.after_rms))
     ]
-    parts = lumped(budget)
-    for one, whole in zip(parts, percents(np.array([_shares(one) for one in parts])), strict=True):
-        if np.any(_shares(one) > SHOWN):
-            rows.append([one.name, *map(_cell, _shares(one), whole, before)])
+    for part, whole in zip(parts, percents(np.array([part.shares for part in parts])), strict=True):
+        if np.any(part.shares > SHOWN):
+            rows.append([part.name, *map(_cell, part.shares, whole, budget.before_rms)])
     return Table(["", *(name.partition(" (")[0].lower() for name in joints)], rows)
 
 
@@ -177,57 +212,57 @@ def _cell(share: float, whole: int, before: float) -> Cell:
     return Numbers(f"{whole or '< 1'} % ({{}})", (Number(np.sqrt(share) * before, 2),))
 
 
-def budget_plot(budget: BudgetTable, joints: Sequence[str]) -> str:
-    """Bars of 100 % each, with the misfit before and after beside them, and what the colours mean below."""
-    shown = lumped(budget)
-    colours = _colours(shown)
-    parts = [text(LEFT + WIDTH + 8, 12, "before → after", "tick")]
-    parts += [_bar(budget, shown, joint, name, colours) for joint, name in enumerate(joints)]
+def budget_plot(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]) -> str:
+    """Bars of 100 % each, with the misfit before and after beside them, and what the colors mean below."""
+    colors = _colors(parts)
+    drawn = [text(LEFT + WIDTH + 8, 12, "before → after", "tick")]
+    for joint, (name, unit) in enumerate(zip(joints, units, strict=True)):
+        before, after = budget.before_rms[joint], budget.after_rms[joint]
+        drawn += [
+            text(LEFT - 8, 35 + STEP * joint, name, "name end"),
+            *_bar(parts, colors, joint, before, unit),
+        ]
+        sizes = f"{digits(before, 3)} → {digits(after, 3)} {unit}"
+        drawn.append(text(LEFT + WIDTH + 8, 35 + STEP * joint, sizes, "name"))
     bottom = 28 + STEP * len(joints)
-    pairs = list(zip(shown, colours, strict=True))
-    sides = [[one for one in pairs if (one[0].finding is None) == unnamed] for unnamed in (False, True)]
+    pairs = list(zip(parts, colors, strict=True))
+    sides = [[pair for pair in pairs if pair[0].is_finding == is_finding] for is_finding in (True, False)]
     sides = [side for side in sides if side]
     keys = "".join(
-        _key(LEFT + KEYS * column, bottom + 18 * row, colour, part.name)
+        _key(LEFT + KEYS * column, bottom + 18 * row, color, part.name)
         for column, side in enumerate(sides)
-        for row, (part, colour) in enumerate(side)
+        for row, (part, color) in enumerate(side)
     )
     height = bottom + 18 * max(map(len, sides), default=0)
-    return picture(LEFT + WIDTH + 190, height, "where the misfit goes", "".join(parts) + keys)
+    return picture(LEFT + WIDTH + 190, height, "where the misfit goes", "".join(drawn) + keys)
 
 
-def _colours(parts: Sequence[ShareRow]) -> list[str]:
-    colours, count = [], [0, 0]
+def _colors(parts: Sequence[Part]) -> list[str]:
+    colors, count = [], [0, 0]
     for part in parts:
-        kind = int(part.finding is None)
-        palette = (FOUND, KINDS)[kind]
-        colours.append(PLAIN.get(part.name) or palette[count[kind] % len(palette)])
-        count[kind] += part.name not in PLAIN
-    return colours
+        palette = (FOUND, KINDS)[not part.is_finding]
+        colors.append(PLAIN.get(part.name) or palette[count[part.is_finding] % len(palette)])
+        count[part.is_finding] += part.name not in PLAIN
+    return colors
 
 
-def _bar(
-    budget: BudgetTable, parts: Sequence[ShareRow], joint: int, name: str, colours: Sequence[str]
-) -> str:
-    top, x, unit = 20 + STEP * joint, LEFT, budget.units[joint]
-    before, after = (array_of(values)[joint] for values in (budget.before_rms, budget.after_rms))
-    drawn = [text(LEFT - 8, top + 15, name, "name end")]
-    for part, colour in zip(parts, colours, strict=True):
-        share = float(np.nan_to_num(_shares(part)[joint]))
+def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float, unit: str) -> list[str]:
+    """The bar of one joint: a rectangle a part, with its share where that fits."""
+    top, x, drawn = 20 + STEP * joint, LEFT, list[str]()
+    for part, color in zip(parts, colors, strict=True):
+        share = float(np.nan_to_num(part.shares[joint]))
         if share <= 0.0:
             continue
-        width = WIDTH * share
-        size = f"{digits(np.sqrt(share) * before, 3)} {unit}"
+        width, size = WIDTH * share, f"{digits(np.sqrt(share) * before, 3)} {unit}"
         title = f"<title>{escape(part.name)}: {digits(100 * share, 3)} %, {size}</title>"
         drawn.append(
-            f'<rect fill="{colour}" x="{x:.1f}" y="{top:g}" width="{width:.1f}" height="20">{title}</rect>'
+            f'<rect fill="{color}" x="{x:.1f}" y="{top:g}" width="{width:.1f}" height="20">{title}</rect>'
         )
         if share >= LEGIBLE:
             place = f'x="{x + width / 2:.1f}" y="{top + 14:g}"'
             drawn.append(f'<text {place} class="middle" style="fill:#fff">{100 * share:.0f} %</text>')
         x += width
-    sizes = f"{digits(before, 3)} → {digits(after, 3)} {unit}"
-    return "".join([*drawn, text(LEFT + WIDTH + 8, top + 15, sizes, "name")])
+    return drawn
 
 
 def _key(x: float, y: float, colour: str, name: str) -> str:

@@ -72,13 +72,13 @@ def _pair(first: Comparison, last: Comparison) -> Section:
 
 def _tables(comparison: Comparison) -> list[Section]:
     by_joint = Section("joints", "Mismatch by joint, root mean square", [_by_joint(comparison)])
-    return [by_joint, *(_by_region(comparison, mismatch) for mismatch in comparison.mismatches)]
+    return [by_joint, *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values())]
 
 
 def _by_joint(comparison: Comparison) -> Table:
     effort, over = comparison.effort, _over(comparison)
     head, columns = ["joint"], list[list[Cell]]([list(comparison.joints)])
-    for mismatch in comparison.mismatches:
+    for mismatch in comparison.mismatch.values():
         head.append(mismatch.quantity + _unit(mismatch))
         columns.append(_scaled(mismatch, mismatch.rms))
     head += [f"{effort.quantity} mean", "% of recorded", "over noise"]
@@ -124,7 +124,7 @@ def differs(comparison: Comparison) -> bool:
 
 def two_motions(comparison: Comparison) -> bool:
     """Whether both did other things, so that there is nothing to compare."""
-    position = comparison.mismatches[0]
+    position = comparison.mismatch["position"]
     return bool(np.linalg.norm(position.rms) > ANOTHER * np.linalg.norm(position.size))
 
 
@@ -149,7 +149,7 @@ def _alike(comparison: Comparison) -> list[str]:
 def _compared(comparison: Comparison) -> str:
     """How both were brought together; an offset of less than its last digit has no sign."""
     return (
-        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.cutoff:.3g} Hz, "
+        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.filter_hz:.3g} Hz, "
         f"{comparison.simulated} moved by {round(comparison.offset, 4) + 0.0:.4f} s"
     )
 
@@ -162,7 +162,7 @@ def verdict(comparison: Comparison) -> list[str]:
     """What differs most, and what should be known of the comparison, in sentences."""
     effort, over = comparison.effort, _over(comparison)
     if two_motions(comparison):
-        position = comparison.mismatches[0]
+        position = comparison.mismatch["position"]
         most = int(np.argmax(position.rms))
         return [
             f"{comparison.simulated} and {comparison.recorded} are two different motions: "
@@ -214,7 +214,7 @@ def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:
 
 def _span(comparison: Comparison, kind: str, joint: int, third: int) -> str:
     """From where to where a third goes."""
-    position, velocity, effort = comparison.mismatches
+    position, velocity, effort = comparison.mismatch.values()
     unit = {"position": position, "speed": velocity, "load": effort}[kind].units[joint]
     low, high = effort.regions[kind].edges[joint, third : third + 2]
     return f"{digits(low)} to {digits(high)} {unit}"

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..diagnosis.findings.finding import Moment, Trace
+from ..diagnosis.findings.axes import AXES
+from ..diagnosis.findings.diagnosis import Diagnosis, Moment
+from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.findings.quantities import TURNING
+from ..diagnosis.findings.size import Size
 from ..diagnosis.improved.forward import Forward
-from ..diagnosis.words.size_schema import SizeTable
 from ..text_table import NORMAL_95, digits
 from .profiles import Axis, Profile, orders, profile, spectrum
 from .svg import Panel, Span, legend, picture, stretch, text
@@ -56,16 +58,17 @@ def profile_plot(
     return picture(472, 246, f"residual over {label}", content)
 
 
-def size_plot(size: SizeTable) -> str:
+def size_plot(size: Size, diagnosis: Diagnosis) -> str:
     """Torque of a finding over what it depends on, with its 95 % band."""
-    x, torque, std = np.array([(one.at, one.torque, one.std) for one in size.curve]).T
+    x, torque, std = np.array([(point.at, point.torque, point.std) for point in size.curve]).T
     low, high = torque - NORMAL_95 * std, torque + NORMAL_95 * std
     panel = Panel(Span.around(x, margin=0.02), Span.around(low, high, np.zeros(1)), 64, 24, 400, 190)
-    label = f"{size.over} [{size.over_unit}]"
-    what = "torque against the motion" if size.braking else "torque"
+    axis, unit = AXES[size.over], diagnosis.torque_units[size.joint]
+    label = axis.title(unit == TURNING)
+    what = "torque against the motion" if axis.braking else "torque"
     less = " over the first" if size.change else ""
     content = (
-        panel.axes(label, f"{what}{less} [{size.unit}]")
+        panel.axes(label, f"{what}{less} [{unit}]")
         + panel.band(x, low, high, "sure")
         + panel.line(x, torque, "after")
     )

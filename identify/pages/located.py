@@ -1,11 +1,11 @@
 """Located: the table of what the misfit of every joint depends on."""
 
+from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.located import Located
-from ..diagnosis.words.diagnosis_schema import DiagnosisFile
 from ..diagnosis.words.naming import effect_words
 from ..document.document import Cell, Paragraph, Section, Table
 from ..text_table import percent
-from .diagnosed import Diagnosed
+from .shown import Shown
 
 NOTE = (
     "What the misfit of each joint depends on, with its share of the squared misfit in the runs held out "
@@ -15,30 +15,29 @@ NOTE = (
 )
 
 
-def located_section(diagnosis: Diagnosed) -> Section:
-    """The table; empty for a diagnosis without a budget, and for one of an older version."""
-    file = diagnosis.file
+def located_section(shown: Shown) -> Section:
+    """The table; empty for a diagnosis without a budget."""
     rows: list[list[Cell]] = [
         [
-            diagnosis.names[row.joint - 1],
+            shown.names[row.joint],
             row.depends_on.replace("_", " "),
             percent(row.share),
             "" if row.probability is None else percent(row.probability, 3),
-            _name(row, file),
+            _name(row, shown.diagnosis),
         ]
-        for row in file.located
+        for row in shown.diagnosis.located
     ]
     if not rows:
         return Section("located", TITLE, ())
     return Section("located", TITLE, (Paragraph(NOTE), Table(HEAD, rows, words=(1, 4))))
 
 
-def _name(row: Located, file: DiagnosisFile) -> str:
+def _name(row: Located, diagnosis: Diagnosis) -> str:
     """The effect that is named, the family, or that it is undecided; nothing for what no finding explains."""
     if row.finding is None:
         return ""
-    finding = file.every[row.finding]
-    if row.finding < len(file.findings):
+    finding = diagnosis.all_findings[row.finding]
+    if row.finding < len(diagnosis.findings):
         return effect_words(finding.effect)
     if not finding.family:
         return "undecided"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..diagnosis.findings.axes import AXES as AXES
 from ..diagnosis.findings.axes import Axis
-from ..diagnosis.findings.finding import Trace
+from ..diagnosis.findings.evidence import Trace
 
 BINS = 28
 """Across a profile: each then has some hundred rows of a run of half a minute."""

@@ -19,13 +19,14 @@ from ..document.html import html
 from ..fit.agreement import Agreement
 from ..fit.fit import Fit
 from ..fit.verdict import MISSING, counted
+from ..simulation.comparison import Comparison
 from ..text_table import digits
-from .compared_document import compared_sections
+from .compared_document import compared_sections, verdict
 from .diagnosis_document import detail_sections, gained_blocks, simulation_section, verdict_blocks
 from .diagnosis_plots import bars
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
-from .report_material import Compared, Fitted, Material
+from .report_material import Fitted, Material
 from .robot_document import robot_sections
 from .runs_document import runs_sections
 
@@ -64,21 +65,21 @@ def _verdict(material: Material) -> Iterator[Block]:
     for fitted in (one for one in material.fits if one.improved):
         yield from (Heading("What was identified with what was found"), *fit_verdict_blocks(fitted.fit))
     if material.comparisons:
-        lines = [_compared(one) for one in material.comparisons]
+        lines = [_compared(comparison) for comparison in material.comparisons]
         yield from (Heading("What simulations come to"), Statements(lines, "verdict"))
     if lacking := list(_lacking(material)):
         yield from (Heading("What this page does not contain"), Statements(lacking))
 
 
-def _compared(one: Compared) -> str:
+def _compared(comparison: Comparison) -> str:
     """How many joints differ by more than noise, and by how much at most."""
-    found, effort = one.comparison, one.comparison.effort
-    title = f"{found.simulated} beside {found.recorded}"
+    effort = comparison.effort
+    title = f"{comparison.simulated} beside {comparison.recorded}"
     over = effort.rms / effort.noise
     if not np.any(np.isfinite(over)):
         return f"{title}: the noise is not known, so that {effort.quantity} is not judged."
     many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
-    most = f"{found.joints[worst]} most, by {digits(over[worst], 3)} x noise"
+    most = f"{comparison.joints[worst]} most, by {digits(over[worst], 3)} x noise"
     if not many:
         return f"{title}: no joint's {effort.quantity} differs by more than noise; {most}."
     return f"{title}: {effort.quantity} differs by more than noise on {counted(many, 'joint')}; {most}."
@@ -94,7 +95,7 @@ def _lacking(material: Material) -> Iterator[str]:
         yield "Which physics is missing: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
     elif not material.diagnosis.traces:
         yield "When and where it is missing: traces.npz does not lie beside diagnosis.json."
-    if not material.comparisons and not (material.diagnosis and material.diagnosis.file.simulated):
+    if not material.comparisons and not (material.diagnosis and material.diagnosis.diagnosis.simulated):
         yield (
             "Whether a simulation agrees: there is none. exidyn simulate fit.json trajectory.toml makes one, "
             "and exidyn compare sim.mcap run.mcap --json compared.json lays it beside a run."
@@ -107,7 +108,7 @@ def _before_and_after(material: Material) -> list[Section]:
     if material.diagnosis is not None:
         gained = Section("residual", "Without and with what was found", gained_blocks(material.diagnosis))
         sections += [gained, simulation_section(material.diagnosis)]
-    compared = [(one.comparison, one.verdict) for one in material.comparisons]
+    compared = [(comparison, verdict(comparison)) for comparison in material.comparisons]
     return [*sections, *compared_sections(compared)]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..fit.fit import Fit
 from ..model import Model
 from ..simulation.comparison import Comparison
-from .diagnosis_document import Diagnosed
+from .shown import Shown
 
 
 class Run(NamedTuple):
@@ -56,13 +56,6 @@ class Fitted(NamedTuple):
     improved: bool = False
 
 
-class Compared(NamedTuple):
-    """A simulation beside a recording, and their differences in words."""
-
-    comparison: Comparison
-    verdict: tuple[str, ...]
-
-
 @dataclass(frozen=True, eq=False)
 class Material:
     """What there is.
@@ -81,6 +74,6 @@ class Material:
     model: Model | None
     runs: tuple[Run, ...]
     fits: tuple[Fitted, ...]
-    diagnosis: Diagnosed | None
-    comparisons: tuple[Compared, ...]
+    diagnosis: Shown | None
+    comparisons: tuple[Comparison, ...]
     files: Mapping[str, str]

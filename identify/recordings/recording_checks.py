@@ -5,7 +5,6 @@ from elsewhere in which a joint is at 90 rad is in degrees, and refused. In what
 joint ran away: such a recording is opened whatever is in it.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -21,9 +20,6 @@ from .saturated import without_saturated
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
-
-GAP_WARNING = re.compile(r": \d+ gaps? of more than ")
-"""What a warning about gaps looks like."""
 
 CLIPPED_SAMPLES = 20
 """Samples at exactly the extreme value from which on it is worth asking, 40 ms at 500 Hz."""
@@ -81,16 +77,25 @@ def check_recorded(recording: Recording) -> Recording:
     return _with_warnings(recording, [finding.fact for finding in findings(recording)])
 
 
+def imported_warnings(recording: Recording) -> tuple[str, ...]:
+    """The warnings that a file has to hold: those that the checks give anew are not among them."""
+    derived = set(_derived(recording))
+    return tuple(warning for warning in recording.warnings if warning not in derived)
+
+
 def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
-    warnings = [*_stopped(recording), *_gaps(recording), *impossible]
+    return recording.with_warnings(*_derived(recording), *impossible)
+
+
+def _derived(recording: Recording) -> list[str]:
+    """Warnings that follow from the signals and the outcome."""
+    warnings = [*_stopped(recording), *_gaps(recording)]
     if len(recording.signals["position"]):
         warnings += _beyond_limits(recording)
     for name in EFFORT:
         warnings += _unmeasured(recording, name) or _dead(recording, name)
         warnings += [*_limited(recording, name), *_unread(recording, name)]
-    # A file brings the warnings of its import. Gaps are counted anew, as some of it may have been lost since.
-    still = tuple(one for one in recording.warnings if one in warnings or not GAP_WARNING.search(one))
-    return replace(recording, warnings=still).with_warnings(*warnings)
+    return warnings
 
 
 def _stopped(recording: Recording) -> list[str]:

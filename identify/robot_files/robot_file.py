@@ -40,8 +40,8 @@ DESCRIPTIONS = ("urdf", "mjcf")
 """Keys of a file that describes the arm; either takes any kind."""
 SOURCES = (*DESCRIPTIONS, "mdh", "link")
 TABLES = ("limits", "drive", "flange", "prior")
-AROUND = ("obstacle", "region")
-"""Rows about what stands around the arm, which `read_surroundings` reads."""
+AROUND = ("obstacle", "region", "finding")
+"""Rows that the model does not need: what stands around the arm, and what a diagnosis found."""
 KEYS = (
     "format",
     "name",

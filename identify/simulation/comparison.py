@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,6 +10,8 @@ from ..errors import DifferentRobot, RecordingError
 from ..fit.fit import Fit
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering, Prepared, choose, prepare
 from ..recordings.recording import EFFORT, SIGNALS, Recording
+from ..schema import Number, check, check_different, check_length, check_rows
+from ..schema import Size as SizeNumber
 
 THIRDS = 3
 """Regions of each kind, with as many samples each: low, middle and high."""
@@ -19,7 +20,8 @@ NAMES = ("low", "middle", "high")
 """Of the regions."""
 
 
-class Regions(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Regions:
     """Mismatch of one quantity in thirds of what the recorded arm did.
 
     Attributes:
@@ -53,6 +55,16 @@ class Mismatch:
     noise: np.ndarray
     regions: Mapping[str, Regions]
 
+    def check(self, where: str, joints: int) -> None:
+        """Raise `Disagreement` with the first field of another shape."""
+        for name in ("units", "rms", "mean", "size", "noise"):
+            check_length(getattr(self, name), f"{where}.{name}", joints, "one a joint")
+        for kind, regions in self.regions.items():
+            for name, count in (("edges", THIRDS + 1), ("rms", THIRDS)):
+                rows = getattr(regions, name)
+                check_length(rows, f"{where}.regions.{kind}.{name}", joints, "one a joint")
+                check_rows(rows, f"{where}.regions.{kind}.{name}", count, f"of {THIRDS} regions")
+
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
@@ -64,24 +76,32 @@ class Comparison:
         joints: Names.
         offset: What was added to the time of the first [s].
         duration: How long both go on [s].
-        cutoff: Cut-off of the low-pass behind which both are compared [Hz].
-        mismatches: Position, velocity, and current or torque.
+        filter_hz: Cut-off frequency of the low-pass behind which both are compared [Hz].
+        mismatch: Position, velocity, and current or torque, by the name of the quantity.
         warnings: What else differs, in sentences.
     """
 
     simulated: str
     recorded: str
     joints: tuple[str, ...]
-    offset: float
-    duration: float
-    cutoff: float
-    mismatches: tuple[Mismatch, ...]
+    offset: Number
+    duration: SizeNumber
+    filter_hz: SizeNumber
+    mismatch: Mapping[str, Mismatch]
     warnings: tuple[str, ...] = ()
 
     @property
     def effort(self) -> Mismatch:
         """That of current or torque."""
-        return self.mismatches[-1]
+        return [*self.mismatch.values()][-1]
+
+    def __post_init__(self) -> None:
+        check_different(self.joints, "joints")
+        check(
+            len(self.mismatch) == 3, "mismatch", [*self.mismatch], "position, velocity, and current or torque"
+        )
+        for name, mismatch in self.mismatch.items():
+            mismatch.check(f"mismatch.{name}", len(self.joints))
 
 
 def compare(
@@ -118,11 +138,11 @@ def compare(
         joints=recorded.robot.joints,
         offset=offset,
         duration=float(np.ptp(ours.motion.time)),
-        cutoff=ours.decimation.cutoff,
-        mismatches=tuple(
-            _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
+        filter_hz=ours.decimation.cutoff,
+        mismatch={
+            name: _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
             for name, of, kept, floor in series
-        ),
+        },
         warnings=(
             *_warnings(simulated, recorded, effort),
             *([f"{recorded.name}: {SMOOTH}"] if smoothed else []),

@@ -3,7 +3,8 @@
 from typing import Any
 
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.finding import Finding
 from exidyn.identification.diagnosis.improved.improved import found_model, left_out
 
 from .sets import Case, Runs
@@ -18,7 +19,7 @@ def again(case: Case, runs: Runs, found: Diagnosis) -> dict[str, Any]:
     model = found_model(found)
     if model is None or not (found.findings or found.undecided):
         return {"held": 0, "lost": [], "named": [], "repeated": []}
-    lost = list(left_out(found))
+    lost = [found.all_findings[place].effect for place in left_out(found)]
     second = diagnose(model, runs, case.title, case.filtering)
     return {
         "held": len(found.findings) + len(found.undecided) - len(lost),

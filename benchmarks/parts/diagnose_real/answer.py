@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.diagnosis.diagnose import diagnose
+from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.family import FAMILIES, Family
-from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding
+from exidyn.identification.diagnosis.findings.finding import Finding
 
 from ..concealed.scoring.answers import dependence
 from ..proof.open_loop import open_loop
@@ -86,7 +87,7 @@ def answer(key: str, twice: bool = True) -> dict[str, Any]:
         "moments": [
             f"{m.run} {m.start:.1f} s, {joints_words(m.joints)}, {m.force:.3g} N" for m in found.moments
         ],
-        "band": found.improvement.band if found.improvement else None,
+        "band": found.torque_rms_filter_hz,
         "improvement": improvement(found),
         "budget": budget(found),
         "warnings": list(found.warnings),
@@ -153,16 +154,16 @@ def near(known: Known, found: Diagnosis) -> str:
                 return f"undecided, probability {other.probability:.2f}"
     for one in found.changes:
         if (one.effect, one.joints) == (known.effect, known.joints):
-            change = f"power {100 * one.change:+.0f} ± {100 * one.std:.0f} % at J{one.joint + 1}"
+            change = f"power {one.squared_error_percent:+.0f} ± {one.std_percent:.0f} % at J{one.joint + 1}"
             return f"alone, {change}, gain {one.gain:.1f}"
     return "not among what alone would change most"
 
 
 def improvement(found: Diagnosis) -> dict[str, Any] | None:
     """Residual of runs held out per joint [N m]."""
-    if found.improvement is None:
+    if found.torque_rms_before is None or found.torque_rms_after is None:
         return None
-    before, after, noise = found.improvement.before, found.improvement.after, found.improvement.noise
+    before, after, noise = found.torque_rms_before, found.torque_rms_after, found.noise
     return {"before": before.tolist(), "after": after.tolist(), "noise": noise.tolist()}
 
 
@@ -178,8 +179,12 @@ def budget(found: Diagnosis) -> dict[str, Any] | None:
         part = (
             "kind" if one.finding is None else "named" if one.finding < len(found.findings) else "undecided"
         )
-        shares.append({"what": what, "part": part, "shares": one.shares.tolist()})
-    return {"before": found.budget.before.tolist(), "after": found.budget.after.tolist(), "shares": shares}
+        shares.append({"what": what, "part": part, "shares": (one.percent / 100.0).tolist()})
+    return {
+        "before": found.budget.before_rms.tolist(),
+        "after": found.budget.after_rms.tolist(),
+        "shares": shares,
+    }
 
 
 def over_a_turn(found: Diagnosis) -> dict[str, Any]:
@@ -205,7 +210,7 @@ def over_a_turn(found: Diagnosis) -> dict[str, Any]:
         "map": known - known.mean(),
     }
     speed = np.concatenate([trace.velocity[:, 0] for trace in found.evidence.traces])
-    assert found.improvement is not None
+    assert found.torque_rms_filter_hz is not None
     seventh = 7 * np.abs(speed) * ratio / (2 * np.pi)
-    seen = float(np.mean(seventh < found.improvement.band))
+    seen = float(np.mean(seventh < found.torque_rms_filter_hz))
     return {"angle": grid.tolist(), "seen": seen} | {name: values.tolist() for name, values in rows.items()}

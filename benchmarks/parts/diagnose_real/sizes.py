@@ -23,7 +23,7 @@ def size(one: Finding) -> str:
     stated = {name: pair for name, pair in numbers(one).items() if name in units and name not in one.left_out}
     words = [number(name, *pair, units[name]) for name, pair in stated.items()]
     if one.left_out and one.size is not None:
-        words.append(number("torque", *one.size.beside, "N m"))
+        words.append(number("torque", one.size.beside_rms, one.size.beside_std, "N m"))
     return ", ".join(words)
 
 

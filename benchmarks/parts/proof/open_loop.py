@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.arm.motion import Motion
-from exidyn.identification.diagnosis.findings.finding import Diagnosis
+from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.improved.improved import Arm, as_found, as_nominal
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.identification import identify

@@ -9,7 +9,7 @@ from scipy.special import erfc, expit
 from ...positive_definite import solve
 from ..blocks.block_likelihood import log_probability
 from ..blocks.prediction import CERTAIN, LINEAR, Prediction, factored
-from ..findings.finding import Diagnosis
+from ..findings.diagnosis import Diagnosis
 from ..questions.block_answer import CERTAIN_ODDS, CREDIBLE, prior_std
 from ..questions.candidate_fit import FORMULA, STRANGE
 from ..questions.comparison import competing

@@ -11,7 +11,7 @@ from ...measurements.backlash import RATIO, TEETH, floating
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
@@ -116,7 +116,7 @@ def _play(gear: Gear, play: Play) -> Candidate:
     )  # fmt: skip
 
 
-def _held(arm: Arm, finding: Finding) -> Arm:
+def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """A gear with play, and the spring that its teeth are."""
     [joint], known = finding.joints, {name: quantity.value for name, quantity in finding.parameters.items()}
     play = Play(**{field: known[field] for field in Play._fields if field in known})

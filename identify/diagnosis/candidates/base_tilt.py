@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from ...model import Model
 from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.block_answer import CERTAIN_ODDS, STRANGE
@@ -201,7 +201,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     return {"lean": length(known, "tilt_x", "tilt_y")}
 
 
-def _held(arm: Arm, finding: Finding) -> Arm:
+def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """An arm on which gravity acts otherwise."""
     field, known = arm.model.robot.gravity, {name: one.value for name, one in finding.parameters.items()}
     size = float(np.linalg.norm(field))

@@ -19,7 +19,7 @@ from ...model import Model
 from ...text_table import NORMAL_95
 from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
@@ -108,9 +108,9 @@ def _unless_stated(model: Model, prediction: Prediction, runs: Sequence[Driven])
 def _centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     """Where a body has its mass; only its moments where the mass itself is not distinguished from zero."""
     found = _centre_of(finding, known)
-    if finding.candidate.same_torque is not None:
+    if finding.ambiguous:
         found["instead"] = "a payload" if finding.joints else "the last link"
-    elif finding.candidate.kind:
+    elif finding.kind:
         found["runs"] = "the runs that state none"
     return found
 
@@ -125,12 +125,12 @@ def _centre_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     return {"centre": "({:.0f}, {:.0f}, {:.0f})".format(*(1e3 * values / mass.value)), "shift": shift}
 
 
-def _with_other_link(arm: Arm, finding: Finding) -> Arm | None:
+def _with_other_link(arm: Arm, finding: Hypothesis) -> Arm | None:
     [link] = finding.joints
     return _heavier(arm, link, _found_body(finding, str(link + 1)))
 
 
-def _with_payload(arm: Arm, finding: Finding) -> Arm | None:
+def _with_payload(arm: Arm, finding: Hypothesis) -> Arm | None:
     """The last link with the body on it."""
     placement = arm.model.robot.flange.homogeneous
     return _heavier(arm, arm.model.robot.dof - 1, placement @ _found_body(finding) @ placement.T)
@@ -143,7 +143,7 @@ def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
     return arm.with_values(more) if set(more) <= set(arm.model.names) else None
 
 
-def _found_body(finding: Finding, ending: str = "") -> np.ndarray:
+def _found_body(finding: Hypothesis, ending: str = "") -> np.ndarray:
     """Pseudo-inertia (4, 4) of a finding's parameters whose names end so; what is not given is zero."""
     known = {name: one.value for name, one in finding.parameters.items()}
     return pseudo_inertia(np.array([known.get(f"{name}{ending}", 0.0) for name in INERTIAL]))

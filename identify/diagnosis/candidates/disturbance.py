@@ -110,9 +110,9 @@ def _left(columns: np.ndarray, values: np.ndarray) -> float:
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Its amplitude, the root mean square over its runs."""
-    runs = sum(name.startswith("cos") for name in finding.candidate.names)
-    value, std, unit = length(finding.parameters, *_names(runs))
-    return {"size": Formatted(value / np.sqrt(runs), std / np.sqrt(runs), unit)}
+    runs = sum(name.startswith("cos") for name in finding.parameters)
+    size = length(finding.parameters, *_names(runs))
+    return {"size": Formatted(size.value / np.sqrt(runs), size.std / np.sqrt(runs), size.unit)}
 
 
 KINDS = {

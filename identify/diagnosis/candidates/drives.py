@@ -16,7 +16,7 @@ from ...effects import Shape
 from ...measurements import CurrentClipping, DriveGainSaturation
 from ...model import Model
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..findings.quantities import Formatted
 from ..questions.candidate import Candidate
@@ -62,7 +62,7 @@ def _of_gain(lacking: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return lacking / (1.0 - lacking), std / (1.0 - lacking) ** 2
 
 
-def _with_gain(arm: Arm, finding: Finding) -> Arm:
+def _with_gain(arm: Arm, finding: Hypothesis) -> Arm:
     share = np.zeros(len(arm.gain))
     share[list(finding.joints)] = finding.parameters["share"].value
     return replace(arm, gain=arm.gain * (1.0 + share))
@@ -115,7 +115,7 @@ def _saturation(
     )  # fmt: skip
 
 
-def _saturated(arm: Arm, finding: Finding) -> Arm | None:
+def _saturated(arm: Arm, finding: Hypothesis) -> Arm | None:
     """A drive that saturates; its shape is over the largest torque of the runs."""
     known, [joint] = finding.parameters, finding.joints
     if arm.peak is None:
@@ -145,7 +145,7 @@ def _clip(joint: int, level: float) -> Candidate:
     )  # fmt: skip
 
 
-def _clipped(arm: Arm, finding: Finding) -> Arm | None:
+def _clipped(arm: Arm, finding: Hypothesis) -> Arm | None:
     """A current sensor that ends at a share of the largest torque of the runs."""
     [joint] = finding.joints
     if arm.peak is None:

@@ -11,7 +11,7 @@ from ...effects.smooth_sign import smooth_sign
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..findings.quantities import together
 from ..questions.candidate import Candidate
@@ -69,14 +69,14 @@ def _gradual(model: Model, joint: int, velocity: float) -> Candidate:
     return of_effect(model, "coulomb_friction", effect, KINDS["coulomb_friction"], (joint,), also)
 
 
-def _with_coulomb(arm: Arm, finding: Finding) -> Arm | None:
+def _with_coulomb(arm: Arm, finding: Hypothesis) -> Arm | None:
     """With more of it; what changes its sign gradually is not there as what does so at once."""
-    effect, joint = finding.candidate.instance, finding.joints[0]
+    effect, joint = finding.term, finding.joints[0]
     assert effect is not None
     more = {name: q.value for name, q in finding.parameters.items() if name.startswith(("Fc", "Fg"))}
     held = arm.with_effect(effect, more)
     sudden = f"Fc{joint + 1}"
-    if held is None or finding.candidate.kind != GRADUAL or sudden not in held.by_name:
+    if held is None or finding.kind != GRADUAL or sudden not in held.by_name:
         return held
     return held.with_values({sudden: -more[f"Fg{joint + 1}"]})
 

@@ -23,7 +23,7 @@ from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..questions.block_answer import STRANGE, Answer
 from ..questions.candidate import Candidate, Thinned
@@ -177,7 +177,7 @@ def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
         yield float(np.linalg.lstsq(columns[kept], twists.rows.difference[kept, joint], rcond=None)[0][-1])
 
 
-def _held(arm: Arm, finding: Finding) -> Arm:
+def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """A gear that gives way; the more of the effect was found, the softer it is."""
     known = {name: quantity.value for name, quantity in finding.parameters.items()}
     stiffness = known["stiffness"] / max(known["share"], 0.1)

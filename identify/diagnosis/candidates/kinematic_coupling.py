@@ -19,7 +19,7 @@ import numpy as np
 from ...effects import Effect, KinematicCoupling, Shape
 from ...model import Model
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven, link_torque
@@ -113,15 +113,15 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     return {word: f"{known[name].value:.0f}" for word, name in every if name in known}
 
 
-def _held(arm: Arm, finding: Finding) -> Arm | None:
+def _held(arm: Arm, finding: Hypothesis) -> Arm | None:
     """The arm with the effect; of motors that carry other torques than their joints, with its coupling too.
 
     What a joint feels when it moves alone is then its own motor's, and what it turns of the other.
     """
     values = {name: quantity.value for name, quantity in finding.parameters.items()}
-    if finding.candidate.instance is not None:
-        more = {parameter: values[parameter] for parameter in finding.candidate.names}
-        return arm.with_effect(finding.candidate.instance, more)
+    if finding.term is not None:
+        names = [parameter.name for parameter in finding.term.parameters(arm.model.robot)]
+        return arm.with_effect(finding.term, {name: values[name] for name in names})
     if "motor" not in values:
         return None
     motor, ratio = round(values["motor"]) - 1, values["ratio"]

@@ -17,7 +17,7 @@ from ...arm.tangent import knots, over_knots
 from ...effects import Effect, JointSpring, SpringBalancer
 from ...model import Model
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
@@ -65,7 +65,7 @@ def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.nd
     return (sides[0] - sides[1]) / (2 * ZERO_STEP) @ model.robot.to_motors.T
 
 
-def _with_zero(arm: Arm, finding: Finding) -> Arm:
+def _with_zero(arm: Arm, finding: Hypothesis) -> Arm:
     """A joint whose zero is elsewhere: link and springs are where they are at the encoder's zero."""
     [joint], zero = finding.joints, finding.parameters["zero"].value
     one = joints_of(arm.model.robot.kinematics)[joint]
@@ -155,7 +155,7 @@ def _off(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     return {"off": length(known, *NAMES)} if NAMES[0] in known else {}
 
 
-def _with_axis(arm: Arm, finding: Finding) -> Arm:
+def _with_axis(arm: Arm, finding: Hypothesis) -> Arm:
     """An arm whose axis is elsewhere."""
     [joint] = finding.joints
     pairs = zip(NAMES, across(joints_of(arm.model.robot.kinematics)[joint].axis), strict=True)

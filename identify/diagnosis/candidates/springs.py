@@ -62,7 +62,7 @@ def balancers(model: Model) -> Iterator[Candidate]:
 
 def _balancing(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     ends = {name: digits(finding.parameters[name].value) for name in ENDS if name in finding.parameters}
-    return {"rms": digits(float(np.max(finding.torque, initial=0.0)), 3), **ends}
+    return {"rms": digits(float(np.max(finding.torque_rms, initial=0.0)), 3), **ends}
 
 
 def _cables(model: Model) -> Iterator[Candidate]:
@@ -77,7 +77,7 @@ def _cables(model: Model) -> Iterator[Candidate]:
 def _pulling(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Its stiffness and where it is relaxed; its torque where it has no one stiffness."""
     if "Kc" in known:
-        return {"stiffer": digits(float(np.max(finding.torque, initial=0.0)), 3)}
+        return {"stiffer": digits(float(np.max(finding.torque_rms, initial=0.0)), 3)}
     found = {"spring": known["Ks"]} if "Ks" in known else {}
     if "Ts" in known and "Ks" in known and known["Ks"].value > 0:
         stiffness, torque = known["Ks"].value, known["Ts"]

@@ -14,7 +14,7 @@ from ...effects import Shape
 from ...measurements import TimeDelay
 from ...model import Model
 from ..findings.arm import Arm
-from ..findings.finding import Finding
+from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..findings.size import sign_known
 from ..questions.candidate import UNNAMED, Candidate
@@ -133,7 +133,7 @@ def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
     return np.where(own, torque, 0.0)[:, :, None]
 
 
-def _held(arm: Arm, finding: Finding) -> Arm:
+def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """Efforts of some drives, or of all, that are recorded late; of a drive that surely deviates, its own."""
     names, parameters = arm.model.robot.joints, finding.parameters
     joints = tuple(names[joint] for joint in finding.joints) or None

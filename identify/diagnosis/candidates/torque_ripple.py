@@ -120,7 +120,7 @@ def amplitude(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
     """Its amplitude; and what turns so often, which is the joint where no gear ratio is given."""
-    turning = "its motor" if finding.candidate.gear_ratio != 1.0 else "the joint"
+    turning = "its motor" if finding.geared else "the joint"
     return {**amplitude(finding, known), "turning": turning}
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arm.robot import SLIDING
-from .finding import Trace
+from .evidence import Trace
 
 MOTOR = "angle of the motor"
 

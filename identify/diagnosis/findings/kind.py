@@ -12,13 +12,13 @@ from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from .arm import Arm
 from .family import FamilyOf
-from .finding import Finding
+from .finding import Finding, Hypothesis
 
 Ask = Callable[[Model], Iterator[Candidate]]
 AskOfRest = Callable[[Model, Prediction, Sequence[Driven]], Iterator[Candidate]]
 Measure = Callable[[Model, Prediction, Sequence[Driven]], Iterator[tuple[Answer, Answer]]]
 Derive = Callable[[Finding, Mapping[str, Any]], Mapping[str, Any]]
-Hold = Callable[[Arm, Finding], Arm | None]
+Hold = Callable[[Arm, Hypothesis], Arm | None]
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 
+from ...schema import Real
+
 
 @dataclass(frozen=True)
 class Located:
     """One row of the table that comes first.
 
     Attributes:
-        joint: From 0; in files from 1.
+        joint: From 0.
         depends_on: A dependence of `DEPENDENCES`, an effect outside of them, or what a remainder depends on.
         share: Of the squared misfit of the joint, held out where there are such runs [-].
         probability: That the torque depends on it; None for noise, for what depends on nothing recorded, and
@@ -18,7 +20,7 @@ class Located:
 
     joint: int
     depends_on: str
-    share: float
+    share: Real
     probability: float | None
     finding: int | None
 
@@ -40,7 +42,7 @@ class Hinted:
     effect: str
     joint: int
     depends_on: str
-    gain: float
-    gain_held_out: float
-    change: float
-    std: float
+    gain: Real
+    gain_held_out: Real
+    change: Real
+    std: Real

@@ -10,7 +10,7 @@ from ...errors import ExidynError
 
 if TYPE_CHECKING:
     from ...model import Model
-    from .finding import Diagnosis
+    from .diagnosis import Diagnosis
 
 
 class DiagnosisMethods:
@@ -39,9 +39,9 @@ class DiagnosisMethods:
 
     def to_json(self) -> dict[str, Any]:
         """What `exidyn diagnose --json` writes, as a dictionary."""
-        from ..words.diagnosis_file import as_json, diagnosis_file
+        from ..words.diagnosis_file import as_json
 
-        return as_json(diagnosis_file(cast("Diagnosis", self)))
+        return as_json(cast("Diagnosis", self))
 
     def save(self, path: Path | str) -> Path:
         """Write it as JSON; gives the path."""

@@ -1,15 +1,19 @@
 """Quantities of a finding: by name with deviations and units, and as they are written in sentences."""
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
+from ...quantity import Quantity
 from ...text_table import NORMAL_95, digits
+from ..questions.block_answer import Answer
 from ..questions.candidate import UNNAMED, Candidate
-from .finding import Finding, Quantity
+from .finding import Finding, Hypothesis
 
-TURNING, SLIDING = "N m", "N"
+TURNING: Literal["N m"] = "N m"
+SLIDING: Literal["N"] = "N"
 """Units of what a joint's drive gives."""
 SCALES: dict[str, tuple[float, str]] = {
     "%": (100.0, "%"),
@@ -27,6 +31,7 @@ FINEST = 6
 """Places behind the point from which on numbers are written with powers of ten."""
 
 
+@dataclass(frozen=True, repr=False)
 class Formatted(Quantity):
     """A quantity that writes itself in a sentence.
 
@@ -65,9 +70,9 @@ def with_interval(value: float, std: float) -> str:
 
 def formatted(finding: Finding) -> dict[str, Any]:
     """The parameters of a finding by name, with and without the number of the joint at the end."""
-    own = {name: Formatted(*quantity) for name, quantity in finding.parameters.items()}
-    plain = {_plain(name): one for name, one in reversed(own.items())}
-    return plain | own
+    parameters = {name: Formatted(q.value, q.std, q.unit) for name, q in finding.parameters.items()}
+    plain = {_plain(name): quantity for name, quantity in reversed(parameters.items())}
+    return plain | parameters
 
 
 def length(quantities: Mapping[str, Quantity], *names: str) -> Formatted:
@@ -117,3 +122,26 @@ def quantities(
         for name, (value, unit) in (own | dict(candidate.reported)).items()
     }
     return numbers | more
+
+
+def stated(candidate: Candidate) -> dict[str, Any]:
+    """What a finding or an alternative states of its candidate, beside numbers."""
+    return {
+        "effect": candidate.effect,
+        "joints": candidate.joints,
+        "kind": candidate.kind,
+        "which": candidate.which,
+        "listed": candidate.listed,
+        "geared": candidate.gear_ratio != 1.0,
+        "ambiguous": candidate.same_torque is not None,
+        "term": candidate.instance,
+    }
+
+
+def alternative(answer: Answer, probability: float) -> Hypothesis:
+    """What a finding might be instead, with the values that were fitted for it."""
+    candidate, unknown = answer.candidate, float("nan")
+    shape = {name: Quantity(value, unknown, "") for name, value in candidate.shape.items()}
+    numbers = zip(candidate.names, answer.values, candidate.units, strict=True)
+    coefficients = {name: Quantity(float(value), unknown, unit) for name, value, unit in numbers}
+    return Hypothesis(**stated(candidate), parameters=shape | coefficients, probability=probability)

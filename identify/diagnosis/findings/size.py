@@ -1,8 +1,8 @@
-"""Size: what is known of a finding where its numbers are not, as torque with an interval."""
+"""Size: the torque of a finding with its interval, for findings whose parameters are not determined."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
+from ...schema import Real
 from ...text_table import NORMAL_95
 
 
@@ -11,39 +11,42 @@ def sign_known(value: float, std: float) -> bool:
     return not abs(value) <= NORMAL_95 * std
 
 
-class Point(NamedTuple):
-    """Torque of a finding where what it depends on has one value.
+@dataclass(frozen=True)
+class Point:
+    """Torque of a finding at one value of the quantity that it depends on.
 
     Attributes:
         which: "smallest", "usual", "largest", "lowest", "middle" or "highest"; empty on a curve.
         at: That value, in the unit of the axis.
-        torque: Against the motion where its axis is `braking` [N m].
+        torque: Torque; against the motion where its axis is `braking` [N m].
         std: Its standard deviation, of all coefficients and shapes together [N m].
     """
 
     which: str
-    at: float
-    torque: float
-    std: float
+    at: Real
+    torque: Real
+    std: Real
 
 
 @dataclass(frozen=True)
 class Size:
-    """Torque of a finding on one joint, with what the data know of it.
+    """Torque of a finding on one joint, as far as the data determine it.
 
     Attributes:
-        joint: On which it shows best, from 0.
-        beside: Root mean square of what it gives that no other parameter can take over, fitted anew without
-            it, and its standard deviation [N m].
+        joint: Joint that shows it best, from 0.
+        beside_rms: Root mean square of the torque that no other parameter can take over, fitted anew without
+            the finding [N m].
+        beside_std: Its standard deviation [N m].
         over: What its torque depends on, a key of `AXES`; empty where it follows nothing recorded.
-        points: At the smallest recorded, usual (root mean square) and largest; of what has a sign, at its
-            lowest, middle (median) and highest.
+        points: At the smallest, usual (root mean square) and largest recorded value; of a signed quantity at
+            its lowest, middle (median) and highest.
         curve: Over all that was recorded.
-        change: Whether torques are less that of the first point, by which their intervals are half as wide.
+        change: Whether torques are relative to the first point, which halves their intervals.
     """
 
     joint: int
-    beside: tuple[float, float]
+    beside_rms: Real
+    beside_std: Real
     over: str = ""
     points: tuple[Point, ...] = ()
     curve: tuple[Point, ...] = ()
@@ -51,17 +54,18 @@ class Size:
 
     @property
     def known(self) -> bool:
-        """Whether the points say more than zero."""
-        most = max(self.points, key=lambda one: abs(one.torque), default=None)
+        """Whether the points exclude zero."""
+        most = max(self.points, key=lambda point: abs(point.torque), default=None)
         return most is not None and sign_known(most.torque, most.std)
 
 
-class LeftOut(NamedTuple):
+@dataclass(frozen=True)
+class LeftOut:
     """Why a number is not given.
 
     Attributes:
-        beside: The parameter that changes with it; empty where there is no one such.
-        effect: What that is a parameter of, in the vocabulary; empty where it is of the same finding.
+        beside: The parameter that changes together with it; empty where no single one does.
+        effect: The effect of that parameter, in the vocabulary; empty where it is of the same finding.
     """
 
     beside: str = ""

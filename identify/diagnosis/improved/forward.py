@@ -14,7 +14,7 @@ from ...simulation.plant.typical import typical_size
 from ...simulation.simulate import follow
 from ..candidates import kind_of
 from ..findings.arm import Arm
-from ..findings.finding import Diagnosis
+from ..findings.diagnosis import Diagnosis, Simulated
 from ..results.remainder import rms
 from ..runs.driven import Driven
 from .improved import as_found, as_nominal
@@ -38,6 +38,11 @@ class Forward:
     weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
     missed: np.ndarray  # RMS of what simulated motors miss of the measured motion, shape (n,) [rad]
     left_out: tuple[str, ...]  # effects that were found and that the simulation does not have
+
+    @property
+    def summary(self) -> Simulated:
+        """How it agrees with the recording, without samples."""
+        return Simulated(self.run, self.before, self.after, self.left_out)
 
     @property
     def before(self) -> np.ndarray:
@@ -70,7 +75,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
         return None
     run = Driven.of(known.model, recording, "", known.filtering)
     # Parameters were fitted beside undecided findings too.
-    findings = (*diagnosis.findings, *diagnosis.undecided)
+    findings = diagnosis.all_findings
     arms = as_nominal(known), as_found(known, findings)
     # An arm that diverges ends in infinity; what follows is no number, and reported as none.
     with np.errstate(over="ignore", invalid="ignore"):

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
 from ...errors import RobotError
 from ...model import Model
 from ..candidates import kind_of
 from ..findings.arm import Arm
-from ..findings.finding import Alternative, Diagnosis, Evidence, Finding, Quantity
+from ..findings.diagnosis import Diagnosis
+from ..findings.evidence import Evidence
+from ..findings.finding import Hypothesis
 
 FOUND = "found.toml"
 """File of the model with all findings."""
@@ -21,8 +21,8 @@ def as_nominal(known: Evidence) -> Arm:
     return Arm(known.model, known.before, known.gain_before, peak=known.peak)
 
 
-def as_found(known: Evidence, findings: Sequence[Finding]) -> Arm:
-    """The arm with all that was found, its parameters fitted within their tolerances beside it."""
+def as_found(known: Evidence, findings: Sequence[Hypothesis]) -> Arm:
+    """The arm with findings, its parameters fitted within their tolerances beside them."""
     arm = Arm(known.model, known.after, known.gain_after, peak=known.peak)
     for place, finding in enumerate(findings):
         more = with_finding(arm, finding)
@@ -30,9 +30,9 @@ def as_found(known: Evidence, findings: Sequence[Finding]) -> Arm:
     return arm
 
 
-def with_finding(arm: Arm, finding: Finding) -> Arm | None:
+def with_finding(arm: Arm, finding: Hypothesis) -> Arm | None:
     """The arm with one finding; None where no model can hold it."""
-    kind, effect = kind_of(finding.effect), finding.candidate.instance
+    kind, effect = kind_of(finding.effect), finding.term
     if kind.held is not None:
         try:
             return kind.held(arm, finding)
@@ -49,11 +49,11 @@ def with_finding(arm: Arm, finding: Finding) -> Arm | None:
 class Rival(NamedTuple):
     """A model with one finding replaced by what it might be instead."""
 
-    finding: int  # its place, undecided ones behind the others
-    alternative: int  # its place among the alternatives of that finding
-    file: str  # under which it is written
-    model: Model  # with what it might be, and its values; without either where a model cannot hold it
-    left_out: tuple[str, ...]  # what no model holds, by name in the vocabulary
+    finding: int  # index of the finding, undecided ones behind the others
+    alternative: int  # index among the alternatives of that finding
+    file: str  # name of its file
+    model: Model  # with the alternative and its values; without either where a model cannot hold it
+    left_out: tuple[int, ...]  # findings that the model lacks, by index
 
 
 def found_model(diagnosis: Diagnosis) -> Model | None:
@@ -61,63 +61,50 @@ def found_model(diagnosis: Diagnosis) -> Model | None:
 
     Undecided ones are in it by the name under which they were fitted.
     """
-    return None if diagnosis.evidence is None else _model(diagnosis.evidence, _every(diagnosis))[0]
+    return None if diagnosis.evidence is None else _model(diagnosis.evidence, diagnosis.all_findings)[0]
 
 
-def left_out(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What the model with all findings does not hold, by name in the vocabulary."""
-    if diagnosis.evidence is None:
-        return ()
-    every = _every(diagnosis)
-    return tuple(every[place].effect for place in _model(diagnosis.evidence, every)[1])
+def left_out(diagnosis: Diagnosis) -> tuple[int, ...]:
+    """Findings that no model holds, by index, undecided ones behind the others."""
+    return () if diagnosis.evidence is None else _model(diagnosis.evidence, diagnosis.all_findings)[1]
 
 
 def rivals(diagnosis: Diagnosis) -> list[Rival]:
-    """One for each alternative, but where neither it nor the finding is anything that a model can hold."""
+    """One for each alternative, except where no model can hold it or the finding."""
     if diagnosis.evidence is None:
         return []
-    every, found = _every(diagnosis), list[Rival]()
-    lost = _model(diagnosis.evidence, every)[1]
-    for place, finding in enumerate(every):
+    findings, models = diagnosis.all_findings, list[Rival]()
+    lost = _model(diagnosis.evidence, findings)[1]
+    for place, finding in enumerate(findings):
         for other, alternative in enumerate(finding.alternatives):
-            instead = list(every)
-            instead[place] = as_finding(alternative)
+            instead = [*findings[:place], alternative, *findings[place + 1 :]]
             model, lacking = _model(diagnosis.evidence, instead)
             if place in lost and place in lacking:
                 continue
-            absent = tuple(instead[one].effect for one in lacking)
-            found.append(Rival(place, other, f"instead-{len(found) + 1}.toml", model, absent))
-    return found
+            file = f"instead-{len(models) + 1}.toml"
+            models.append(Rival(place, other, file, model, lacking))
+    return models
 
 
-def _every(diagnosis: Diagnosis) -> tuple[Finding, ...]:
-    return (*diagnosis.findings, *diagnosis.undecided)
-
-
-def as_finding(alternative: Alternative) -> Finding:
-    """The alternative as if it had been found."""
-    answer = alternative.answer
-    assert answer is not None
-    candidate = answer.candidate
-    parameters = {
-        name: Quantity(float(value), np.nan, unit)
-        for name, value, unit in zip(candidate.names, answer.values, candidate.units, strict=True)
-    }
-    shape = {name: Quantity(value, np.nan, "") for name, value in candidate.shape.items()}
-    return Finding(
-        effect=alternative.effect,
-        joints=alternative.joints,
-        parameters=shape | parameters,
-        probability=alternative.probability,
-        alternatives=(),
-        torque=np.zeros(len(answer.columns.joints)),
-        held_out=np.nan,
-        candidate=candidate,
-    )
-
-
-def _model(evidence: Evidence, findings: Sequence[Finding]) -> tuple[Model, tuple[int, ...]]:
+def _model(evidence: Evidence, findings: Sequence[Hypothesis]) -> tuple[Model, tuple[int, ...]]:
     """The nominal model with findings at their values, and the places of those that it does not hold."""
     arm = as_found(evidence, findings)
     robot = replace(arm.model.robot, drive_gain=arm.gain)
     return replace(arm.model.at(arm.values), robot=robot), arm.left_out
+
+
+def with_files(diagnosis: Diagnosis) -> Diagnosis:
+    """The diagnosis with the name of the file of each alternative that a model can hold."""
+    files = {(rival.finding, rival.alternative): rival.file for rival in rivals(diagnosis)}
+    findings = [
+        replace(
+            finding,
+            alternatives=tuple(
+                replace(other, file=files.get((place, index), ""))
+                for index, other in enumerate(finding.alternatives)
+            ),
+        )
+        for place, finding in enumerate(diagnosis.all_findings)
+    ]
+    named = len(diagnosis.findings)
+    return replace(diagnosis, findings=tuple(findings[:named]), undecided=tuple(findings[named:]))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..findings.finding import Budget, Change, Share
+from ..findings.diagnosis import Budget, Change, Share
 from ..questions.block_answer import Answer
 from ..questions.comparison import relative_change
 from ..search.problem import Problem
@@ -37,10 +37,19 @@ def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], no
     rest = total - steps.sum(axis=0)
     quiet = np.minimum(noise**2, rest)
     kinds = _kinds(problem, left, rest - quiet, which)
-    shares = [Share(place, "", step / total) for place, step in enumerate(steps)]
-    shares += [Share(None, kind, power / total) for kind, power in kinds.items()]
-    shares += [Share(None, NOISE, quiet / total)]
-    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(shares), bool(len(problem.held_out)))
+    shares = [Share(place, "", 100.0 * step / total) for place, step in enumerate(steps)]
+    shares += [Share(None, kind, 100.0 * power / total) for kind, power in kinds.items()]
+    shares += [Share(None, NOISE, 100.0 * quiet / total)]
+    measured = [share for share in shares if share.kind != NOISE or np.any(share.percent > 0.0)]
+    held_out = tuple(run.prepared.name for run in problem.held_out)
+    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(sorted(measured, key=_order)), held_out)
+
+
+def _order(share: Share) -> tuple[int, float]:
+    """Findings as they are, kinds by size, noise and the rest last."""
+    if share.finding is not None:
+        return 0, float(share.finding)
+    return {NOISE: 2, OTHER: 3}.get(share.kind, 1), -float(np.nanmax(share.percent))
 
 
 def _judging(problem: Problem) -> np.ndarray:
@@ -72,12 +81,12 @@ def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
     """The candidates that alone predict most, by their answers beside nothing else."""
     which = _judging(problem)
     found = [_change(one, which) for one in single if one.gain > 0.0]
-    return sorted(found, key=lambda one: one.change)[:MOST]
+    return sorted(found, key=lambda change: change.squared_error_percent)[:MOST]
 
 
 def _change(answer: Answer, which: np.ndarray) -> Change:
-    """Relative change of the squared error of some blocks (k,), and its standard deviation over them."""
+    """Change of the squared error of some blocks (k,), and its standard deviation over them."""
     joint = int(np.argmax(answer.by_joint))
     change, std = relative_change(answer.predicted[which, joint], answer.errors[which, joint])
     one = answer.candidate
-    return Change(one.effect, one.joints, joint, change, std, answer.gain, one.which)
+    return Change(one.effect, one.joints, joint, 100.0 * change, 100.0 * std, answer.gain, one.which)

@@ -9,7 +9,7 @@ import numpy as np
 from ...model import Model
 from ...positive_definite import solve
 from ..blocks.prediction import Prediction, factored
-from ..findings.finding import Evidence, Trace
+from ..findings.evidence import Evidence, Trace
 from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..candidates import family_of
+from ..findings.diagnosis import Budget, Remainder
 from ..findings.family import FAMILIES
-from ..findings.finding import Budget, Remainder
 from ..findings.located import Hinted, Located
 from ..questions.candidate import Candidate
 from ..questions.comparison import relative_change
@@ -28,10 +28,10 @@ def located(
     """Rows joint by joint, the greatest share first; findings of one dependence are one row."""
     known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows: list[Located] = []
-    for joint in range(len(budget.before)):
+    for joint in range(len(budget.before_rms)):
         parts: dict[str, Located] = {}
         for share in budget.shares:
-            size, place = float(share.shares[joint]), share.finding
+            size, place = float(share.percent[joint]) / 100.0, share.finding
             if place is None:
                 part = Located(joint, share.kind, size, known.get((joint, share.kind)), None)
             else:

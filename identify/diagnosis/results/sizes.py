@@ -8,11 +8,12 @@ import numpy as np
 
 from ...effects import name_of
 from ...positive_definite import solve
+from ...quantity import Quantity
 from ...text_table import NORMAL_95
 from ..blocks.prediction import factored, rms_torque
 from ..candidates import kind_of
 from ..findings.axes import AXES, Axis
-from ..findings.finding import Quantity, Trace
+from ..findings.evidence import Trace
 from ..findings.size import LeftOut, Point, Size, sign_known
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
@@ -82,8 +83,9 @@ def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: in
     covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     axes = kind_of(answer.candidate.effect).drawn_against
     every = (_over(name, slopes, own, covariance, traces) for name in axes)
-    first = next((one for one in every if one is not None), Size(own.joint, (0.0, 0.0)))
-    return replace(first, beside=_beside(spread, own, covariance, sum(run.rows for run in runs)))
+    first = next((size for size in every if size is not None), Size(own.joint, 0.0, 0.0))
+    rms, std = _beside(spread, own, covariance, sum(run.rows for run in runs))
+    return replace(first, beside_rms=rms, beside_std=std)
 
 
 def _slopes(candidate: Candidate, own: Own, run: Driven) -> np.ndarray:
@@ -150,7 +152,7 @@ def _over(
     which = SIZES if axis.size else SIGNED
     points = _points(which, places, at, own, covariance)
     drawn = _points(("",) * len(middles), middles, curve, own, covariance)
-    return Size(own.joint, (0.0, 0.0), name, points, drawn, change)
+    return Size(own.joint, 0.0, 0.0, name, points, drawn, change)
 
 
 def _bins(x: np.ndarray) -> list[np.ndarray]:

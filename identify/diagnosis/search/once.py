@@ -4,7 +4,7 @@ import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
 from ..candidates.contact_event import Contact, candidate, contacts, share
-from ..findings.finding import Moment
+from ..findings.diagnosis import Moment
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Thinned
 from .problem import Problem

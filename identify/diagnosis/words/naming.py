@@ -3,6 +3,8 @@
 import re
 from collections.abc import Sequence
 
+from ..findings.diagnosis import Diagnosis
+
 
 def joint_words(joint: int, joints: Sequence[str]) -> str:
     """Its number, with its name behind where that does not end in the number."""
@@ -39,6 +41,19 @@ def named(effect: str, joints: Sequence[int], names: Sequence[str]) -> str:
         for joint in joints
     )
     return capital(effect_words(effect)) + (f" of {where}" if where else "")
+
+
+def finding_names(diagnosis: Diagnosis) -> list[str]:
+    """Effects and where they act, undecided ones last; each with its shape where two are the same."""
+    findings = diagnosis.all_findings
+    names = [named(finding.effect, finding.joints, diagnosis.joints) for finding in findings]
+    return distinct(names, [finding.which for finding in findings])
+
+
+def change_names(diagnosis: Diagnosis) -> list[str]:
+    """The candidates that alone change something, each with its shape where two are the same."""
+    names = [named(change.effect, change.joints, diagnosis.joints) for change in diagnosis.changes]
+    return distinct(names, [change.which for change in diagnosis.changes])
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:

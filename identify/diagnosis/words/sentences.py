@@ -9,8 +9,9 @@ import numpy as np
 
 from ...text_table import NORMAL_95, digits, percent
 from ..candidates import kind_of
+from ..findings.diagnosis import UNCERTAIN, Moment
 from ..findings.family import FAMILIES
-from ..findings.finding import UNCERTAIN, Alternative, Finding, Moment
+from ..findings.finding import Finding, Hypothesis
 from ..findings.located import Hinted
 from ..findings.quantities import SLIDING, TURNING, formatted
 from .naming import effect_words, joined, joint_words, lower
@@ -74,7 +75,7 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
         settled: The run that would settle it, in words or as a command; empty if none is known.
     """
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
-    every = [_possible(one, finding, joints) for one in possible(finding)]
+    every = [_possible(hypothesis, finding, joints) for hypothesis in possible(finding)]
     text = f"{where}: something is missing that is {joined(every, 'or')}"
     if finding.family:
         family, sure = FAMILIES[finding.family].words, percent(finding.family_probability, 3)
@@ -85,18 +86,21 @@ def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "
     return f"{text}; what would settle it: {settled}." if settled else f"{text}."
 
 
-def possible(finding: Finding) -> list[Finding | Alternative]:
+def possible(finding: Finding) -> list[Hypothesis]:
     """The finding and its alternatives, the most probable first: it need not be the one that was fitted."""
-    every: tuple[Finding | Alternative, ...] = (finding, *finding.alternatives)
-    return sorted(every, key=lambda one: -one.probability)
+    return sorted((finding, *finding.alternatives), key=lambda hypothesis: -hypothesis.probability)
 
 
-def _possible(one: Finding | Alternative, finding: Finding, joints: Sequence[str]) -> str:
+def _possible(hypothesis: Hypothesis, finding: Finding, joints: Sequence[str]) -> str:
     """An effect with its probability, and its joint where that is another."""
-    name, sure = effect_words(one.effect), percent(one.probability)
-    if one.joints == finding.joints:
+    name, sure = effect_words(hypothesis.effect), percent(hypothesis.probability)
+    if hypothesis.joints == finding.joints:
         return f"{name} ({sure})"
-    where = joined([lower(joint_words(joint, joints)) for joint in one.joints]) if one.joints else "the arm"
+    where = (
+        joined([lower(joint_words(joint, joints)) for joint in hypothesis.joints])
+        if hypothesis.joints
+        else "the arm"
+    )
     return f"{name} of {where} ({sure})"
 
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 from ...text_table import digits
 from ..findings.axes import AXES
-from ..findings.finding import Diagnosis
+from ..findings.diagnosis import Diagnosis
 from ..findings.quantities import with_interval
 from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
-from .measures import revolute, torque_units
+from .measures import revolute
 from .naming import effect_words, joined
 
 BESIDE = "root mean square, that no other parameter can take over"
@@ -15,18 +15,18 @@ BESIDE = "root mean square, that no other parameter can take over"
 
 def unit_over(size: Size, diagnosis: Diagnosis) -> str:
     """Unit of what the torque depends on; empty where it follows nothing."""
-    return AXES[size.over].unit(bool(revolute(diagnosis)[size.joint])) if size.over else ""
+    return AXES[size.over].unit(revolute(diagnosis, size.joint)) if size.over else ""
 
 
 def size_words(size: Size, diagnosis: Diagnosis) -> str:
     """What is known of the torque, as a part of a sentence: of its points, or else of what is its alone."""
-    unit = torque_units(diagnosis)[size.joint]
+    unit = diagnosis.torque_units[size.joint]
     if not size.known:
-        return f"it gives {with_interval(*size.beside)} {unit}, {BESIDE}"
+        return f"it gives {with_interval(size.beside_rms, size.beside_std)} {unit}, {BESIDE}"
     axis = AXES[size.over]
     against = " against the motion" if axis.braking else ""
-    first, *others = (_place(one, unit_over(size, diagnosis)) for one in size.points)
-    torques = [with_interval(one.torque, one.std) for one in size.points]
+    first, *others = (_place(point, unit_over(size, diagnosis)) for point in size.points)
+    torques = [with_interval(point.torque, point.std) for point in size.points]
     if size.change:
         said = joined([f"{t} {unit} at {at}" for t, at in zip(torques[1:], others, strict=True)])
         return f"over that at a {axis.words} of {first}, its torque{against} is {said}"
@@ -34,16 +34,16 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
     return f"over the {axis.words}, its torque{against} is {said}"
 
 
-def _place(one: Point, unit: str) -> str:
-    return f"{digits(one.at, 2)} {unit} ({one.which})"
+def _place(point: Point, unit: str) -> str:
+    return f"{digits(point.at, 2)} {unit} ({point.which})"
 
 
 def size_rows(size: Size, diagnosis: Diagnosis) -> list[tuple[str, float, float]]:
     """The same as rows of a table: where, torque [N m] and standard deviation."""
     if not size.known:
-        return [("root mean square", *size.beside)]
+        return [("root mean square", size.beside_rms, size.beside_std)]
     shown, unit = size.points[1 if size.change else 0 :], unit_over(size, diagnosis)
-    return [(_place(one, unit), one.torque, one.std) for one in shown]
+    return [(_place(point, unit), point.torque, point.std) for point in shown]
 
 
 def rows_head(size: Size, diagnosis: Diagnosis) -> str:
@@ -61,13 +61,13 @@ def rows_head(size: Size, diagnosis: Diagnosis) -> str:
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
     """Name of a number that is not given -> why, as a sentence; empty for those of a curve."""
     return {
-        name: "" if one is OF_A_CURVE else f"{name} is not given, since {_why(one)}."
-        for name, one in left_out.items()
+        name: "" if reason == OF_A_CURVE else f"{name} is not given, since {_why(reason)}."
+        for name, reason in left_out.items()
     }
 
 
-def _why(one: LeftOut) -> str:
-    if not one.beside:
+def _why(reason: LeftOut) -> str:
+    if not reason.beside:
         return "these runs do not determine it beside all other parameters"
-    of = f" of {effect_words(one.effect)}" if one.effect else ""
-    return f"these runs do not tell it from {one.beside}{of}, with which it changes together"
+    of = f" of {effect_words(reason.effect)}" if reason.effect else ""
+    return f"these runs do not tell it from {reason.beside}{of}, with which it changes together"

@@ -17,7 +17,7 @@ from ...errors import BadTime, NotAFile, RecordingError
 from ...model import Model
 from ...robot_files.robot_file import parse_model
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
-from ..recording_checks import check_recorded, without_stale
+from ..recording_checks import check_recorded, imported_warnings, without_stale
 from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
 from .mcap_records import Contents, read_contents
@@ -79,7 +79,7 @@ def _head(recording: Recording) -> Head:
         payload=recording.payload,
         trajectory=recording.trajectory,
         settings=recording.settings,
-        warnings=recording.warnings,
+        warnings=imported_warnings(recording),
         epoch=epoch,
         host_clock=recording.host_time is not None,
         samples={name: len(signal) for name, signal in recording.signals.items()},

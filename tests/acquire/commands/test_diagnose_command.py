@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +12,10 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
 from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
-from exidyn.acquire.files.report_files import read_diagnosed
+from exidyn.acquire.files.report_files import read_shown
 from exidyn.identification.diagnosis import Quantity, Remainder
 from exidyn.identification.diagnosis.diagnose import Diagnosed
-from exidyn.identification.diagnosis.findings.finding import Moment
-from exidyn.identification.diagnosis.improved.improved import as_finding
+from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.errors import RobotWarning
 from exidyn.identification.fit.fit_file import read_fit
@@ -23,11 +23,19 @@ from exidyn.identification.pages.diagnosis_document import report_html
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import Signal
+from exidyn.identification.robot_files.finding_rows import parse_findings
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.pages.report_pages import Page
-from ...parts.small.small_diagnosis import diagnosis, instead, nominal_model, recording, recordings
+from ...parts.small.small_diagnosis import (
+    as_finding,
+    diagnosis,
+    instead,
+    nominal_model,
+    recording,
+    recordings,
+)
 from ...parts.small.two_joint_files import of_another_arm, write
 
 pytestmark = pytest.mark.slow
@@ -113,11 +121,9 @@ def test_the_model_found_is_written_without_alternatives_and_reports_what_it_can
         written = write_diagnosis(replace(one, changes=()), None, None, tmp_path)
         assert tmp_path / "found.toml" in written
         assert tmp_path / "instead-1.toml" not in written
-        text = (tmp_path / "found.toml").read_text()
-        assert (
-            text.startswith("# Found, and no part of this model, which cannot hold it: current crosstalk.")
-            == lacking
-        )
+        [row] = parse_findings(tomllib.loads((tmp_path / "found.toml").read_text()))
+        assert row.effect == ("current_crosstalk" if lacking else "joint_spring")
+        assert row.in_model != lacking
         assert ("Ks2" in read_model(tmp_path / "found.toml").names) != lacking
 
 
@@ -155,7 +161,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     assert np.all(np.isfinite(table["simulated"]["torque_rms_before"]))
     assert "It diverged" in capsys.readouterr().out
     assert "It diverged" in Page((out / "report.html").read_text(encoding="utf-8")).words
-    assert read_diagnosed(out / "diagnosis.json")[0].forward is not None
+    assert read_shown(out / "diagnosis.json")[0].forward is not None
 
 
 def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):

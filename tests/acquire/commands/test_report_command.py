@@ -10,14 +10,17 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
-from exidyn.acquire.files.report_files import comparison_table, read_compared, read_diagnosed
+from exidyn.acquire.files.report_files import comparison_table, read_comparison, read_shown
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.diagnosis.words.verdict import certainty
+from exidyn.identification.errors import NotAFile
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.pages.diagnosis_document import Diagnosed, diagnosis_document
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import KnownPayload
@@ -155,7 +158,7 @@ def test_robot_and_runs_are_listed_as_they_are(page):
 
 
 def test_comparisons_are_shown_as_they_were_written(page, files):
-    read = read_compared(files / "worse.json").comparison
+    read = read_comparison(files / "worse.json")
     for joint, name in enumerate(read.joints):
         rows = [row for row in page.rows["gained-compared"] if row and row[0][0] == name]
         effort = comparison().effort
@@ -169,25 +172,27 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
 
 def test_a_diagnosis_reads_back(files):
     ours, (theirs, traces) = (
-        Diagnosed.of(small(), simulated(), str(files / "diagnosis")),
-        read_diagnosed(files / "diagnosis" / "diagnosis.json"),
+        Shown.of(small(), str(files / "diagnosis"), simulated()),
+        read_shown(files / "diagnosis" / "diagnosis.json"),
     )
     assert diagnosis_document(theirs).sections[0] == diagnosis_document(ours).sections[0]
-    assert as_json(theirs.file) == as_json(ours.file)
-    assert theirs.file.findings[0].certainty.startswith("Joint spring of joint 2 (elbow): probability")
-    assert theirs.clearest_joint(theirs.file.findings[0]) == 1
+    assert as_json(theirs.diagnosis) == as_json(ours.diagnosis)
+    assert certainty(theirs.diagnosis, theirs.diagnosis.findings[0], "").startswith(
+        "Joint spring of joint 2 (elbow): probability"
+    )
+    assert theirs.clearest_joint(theirs.diagnosis.findings[0]) == 1
     assert [trace.name for trace in theirs.traces] == [trace.name for trace in ours.traces]
     assert traces.simulated.left_out == ("backlash",)
     np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)
     np.testing.assert_array_equal(traces.simulated.time, simulated().time)
-    np.testing.assert_allclose(theirs.file.simulated.torque_rms_before, simulated().before)
+    np.testing.assert_allclose(theirs.diagnosis.simulated.torque_rms_before, simulated().before)
 
 
-def test_the_older_name_of_warnings_is_read(files, tmp_path):
+def test_a_diagnosis_of_an_older_format_is_refused_with_what_to_do(files, tmp_path, capsys):
     table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
-    old = {("doubts" if key == "warnings" else key): value for key, value in table.items()}
-    (tmp_path / "diagnosis.json").write_text(json.dumps(old | {"doubts": ["no run was held out"]}))
-    assert read_diagnosed(tmp_path / "diagnosis.json")[0].file.limits == ("no run was held out",)
+    (tmp_path / "diagnosis.json").write_text(json.dumps(table | {"exidyn_diagnosis": 1}))
+    with pytest.raises(NotAFile, match="has format 1; this version reads 2; write it again"):
+        read_shown(tmp_path / "diagnosis.json")
 
 
 def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):
@@ -211,7 +216,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
 
 
 def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files, tmp_path):
-    nothing = replace(small(), findings=(), budget=None, located=(), improvement=None)
+    nothing = replace(small(), findings=(), budget=None, located=(), held_out=(), torque_rms_before=None)
     write_diagnosis(nothing, None, fit(), tmp_path / "diagnosis")
     (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
     write_fit(fit(), tmp_path / "fit.json")
@@ -246,8 +251,8 @@ def test_a_diagnosis_with_an_undecided_finding_has_a_report(files, tmp_path):
     (tmp_path / "diagnosis.json").write_text(json.dumps(table))
     (tmp_path / NAME).write_bytes((files / "diagnosis" / NAME).read_bytes())
     assert main(["report", str(tmp_path), "--output", str(tmp_path / "report.html")]) == 0
-    read, traces = read_diagnosed(tmp_path / "diagnosis.json")
-    assert len(read.file.undecided) == len(traces.traces[0].explained) == 1
+    read, traces = read_shown(tmp_path / "diagnosis.json")
+    assert len(read.diagnosis.undecided) == len(traces.traces[0].explained) == 1
 
 
 def test_scores_survive_the_file(tmp_path):

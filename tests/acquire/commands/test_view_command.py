@@ -189,7 +189,7 @@ def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     assert sum(int(cell.partition("%")[0]) for cell in cells if "%" in cell) == 100
     known = small()
     row = next(line for line in texts["verdict"].splitlines() if line.startswith("| Joint 2 (elbow) | N m |"))
-    over_noise = known.budget.before[1] / known.improvement.noise[1]
+    over_noise = known.budget.before_rms[1] / known.noise[1]
     assert float(row.split("|")[7]) == pytest.approx(over_noise, rel=1e-3)
     assert NAMED in texts["findings"]
 

@@ -5,8 +5,9 @@ import pytest
 from parts.concealed import own_formula
 from parts.concealed.own_formula import DRAWS, JOINTS, diagnosed_numbers, nominal
 
-from exidyn.identification.diagnosis.findings.finding import Diagnosis, Finding, Quantity
-from exidyn.identification.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.quantity import Quantity
 
 pytestmark = pytest.mark.slow
 
@@ -23,10 +24,18 @@ def test_every_drawn_number_is_one_of_the_effect(effect):
 def test_numbers_of_the_right_finding_count_and_no_others(monkeypatch, named, count):
     """The arm of seed 0 has friction by load; the diagnosis is made up."""
     joints = (int(np.random.default_rng(0).integers(2)),)
-    candidate = Candidate(named, joints, lambda run: run, ("mu",), ("1",), (0.0,))
     numbers = {f"mu{joints[0] + 1}": Quantity(0.1, 0.01, "1"), "preload": Quantity(1.0, 0.5, "N m")}
-    finding = Finding(named, joints, numbers, 1.0, (), np.zeros(2), 0.0, candidate)
-    made = Diagnosis("small", JOINTS, (finding,), (), None, ("run",))
+    finding = Finding(
+        effect=named, joints=joints, parameters=numbers, probability=1.0, torque_rms=np.zeros(2), held_out=0.0
+    )
+    made = Diagnosis(
+        name="small",
+        joints=JOINTS,
+        torque_units=("N m",) * 2,
+        findings=(finding,),
+        noise=np.ones(2),
+        runs=("run",),
+    )
     monkeypatch.setattr(own_formula, "diagnose", lambda *given, **options: made)
     found = diagnosed_numbers(0)
     assert [(one.effect, one.name, one.value) for one in found] == [("load_dependent_friction", "mu", 0.1)][

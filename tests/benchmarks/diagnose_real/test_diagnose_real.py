@@ -15,8 +15,8 @@ from parts.proof.page import named_words
 from parts.proof.simulated import simulated_section
 
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.findings.finding import Finding, Quantity
-from exidyn.identification.diagnosis.questions.candidate import Candidate
+from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.quantity import Quantity
 
 pytestmark = pytest.mark.slow
 
@@ -31,8 +31,14 @@ def wave(harmonic, amplitude, joint=0, effect="torque_ripple"):
         for wave, share in (("cos", 0.6), ("sin", 0.8))
     }
     numbers["harmonic"] = Quantity(harmonic, 0.001, "1")
-    asked = Candidate(effect, (joint,), lambda run: np.zeros((1, 1, 1)), (), (), ())
-    return Finding(effect, (joint,), numbers, 0.99, (), np.zeros(1), 1.0, asked)
+    return Finding(
+        effect=effect,
+        joints=(joint,),
+        parameters=numbers,
+        probability=0.99,
+        torque_rms=np.zeros(1),
+        held_out=1.0,
+    )
 
 
 def test_a_known_ripple_is_one_of_that_harmonic():
@@ -181,7 +187,7 @@ def test_nothing_is_named_on_a_control(key):
 def test_compensation_takes_away_most_of_the_ripple_in_one_signal_and_one_band():
     """By default filters the control is compared below the ripple's frequency; here both states show it."""
     off, on = (diagnosed(f"odrive_{state}_setpoint_given")[1] for state in ("nocomp", "comp"))
-    assert off.improvement.band == on.improvement.band
+    assert off.torque_rms_filter_hz == on.torque_rms_filter_hz
     assert replace(COGGING, first=False).is_in(off.findings) is not None
     assert seventh(on) < 0.5 * seventh(off)
 

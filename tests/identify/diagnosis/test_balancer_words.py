@@ -12,8 +12,8 @@ from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, 
 from exidyn.identification.diagnosis.diagnose import _range
 from exidyn.identification.diagnosis.findings.arm import Arm
 from exidyn.identification.diagnosis.improved.improved import with_finding
-from exidyn.identification.diagnosis.words.diagnosis_file import as_json, diagnosis_file
-from exidyn.identification.diagnosis.words.measures import by_kind
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.effects import SpringBalancer
 from exidyn.identification.pages.diagnosis_document import summary
@@ -28,7 +28,7 @@ KR, K0 = 50400.0, -20000.0
 
 def plain(one) -> dict:
     """The table of its file."""
-    return as_json(diagnosis_file(one))
+    return as_json(one)
 
 
 def found():
@@ -40,8 +40,13 @@ def found():
     return finding("spring_balancer", (0,), parameters=numbers | ends)
 
 
+def stated():
+    """As a diagnosis states it."""
+    return in_units_of_joints(found(), two_joints.arm())
+
+
 def test_stiffness_is_told_with_the_length_that_is_not_known():
-    table = plain(diagnosis(found()))["findings"][0]["parameters"]
+    table = plain(diagnosis(stated()))["findings"][0]["parameters"]
     assert set(table) == {STIFFNESS, PRELOAD, LEVERS, "phi", "torque_least", "torque_most"}
     assert {table[name]["unit"] for name in (STIFFNESS, PRELOAD)} == {"N m"}
     assert table[STIFFNESS]["value"] / TRUE.d21**2 == pytest.approx(KR)
@@ -50,9 +55,9 @@ def test_stiffness_is_told_with_the_length_that_is_not_known():
 
 
 def test_text_has_no_stiffness_and_says_which_length_gives_it():
-    page = summary(diagnosis(found()))
+    page = summary(diagnosis(stated()))
     assert "N/m " not in page.replace("[N/m]", "")
-    lines = " ".join(verdict(diagnosis(found())))
+    lines = " ".join(verdict(diagnosis(stated())))
     assert "from -3100 to 240.0 N m over the recorded range" in lines
     assert "With d21 from the drawing, the distance of its fixed end from the axis, K_r is" in lines
 
@@ -77,9 +82,9 @@ def test_the_range_of_torque_is_that_of_what_was_recorded():
 def test_a_model_takes_a_balancer_that_is_told_so():
     model = two_joints.model()
     arm = Arm(model, model.nominal_values, model.robot.drive_gain, Transmission.rigid(model.robot.dof))
-    one = replace(found(), candidate=next(balancers(model)))
-    told = by_kind(diagnosis(one)).findings[0]
-    assert "Kr" not in told.parameters
-    for each in (one, told):
+    fitted = replace(found(), term=next(balancers(model)).instance)
+    stated = in_units_of_joints(fitted, model.robot)
+    assert "Kr" not in stated.parameters
+    for each in (fitted, stated):
         values = with_finding(arm, each).by_name
         assert (values["Kr"], values["K0"]) == pytest.approx((KR * 0.7**2, K0 * 0.7))

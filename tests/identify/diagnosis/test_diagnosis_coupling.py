@@ -9,9 +9,11 @@ import pytest
 from exidyn.identification.diagnosis.candidates import hypotheses
 from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.findings.arm import Arm
-from exidyn.identification.diagnosis.findings.finding import Finding, Quantity
+from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.diagnosis.findings.quantities import stated
 from exidyn.identification.diagnosis.improved.improved import as_found, with_finding
 from exidyn.identification.diagnosis.words.sentences import sentence
+from exidyn.identification.quantity import Quantity
 from exidyn.identification.simulation.plant import Transmission
 
 from ...parts.small import two_joints
@@ -124,8 +126,9 @@ def test_an_arm_with_that_coupling_needs_the_torque_of_its_columns():
     reported, _ = candidate.reported_as(coefficients, coefficients)
     numbers = dict(zip(candidate.names, reported, strict=True)) | dict(candidate.shape)
     parameters = {name: Quantity(value, 0.0, "") for name, value in numbers.items()}
-    on = candidate.effect, candidate.joints
-    found = Finding(*on, parameters, 1.0, (), np.ones(2), 1.0, candidate)
+    found = Finding(
+        **stated(candidate), parameters=parameters, probability=1.0, torque_rms=np.ones(2), held_out=1.0
+    )
     arm = Arm(model, model.nominal_values, two_joints.GAIN, Transmission.rigid(2))
     before, after = (
         one.model.torque(run.motion, one.values) @ one.model.robot.to_motors.T

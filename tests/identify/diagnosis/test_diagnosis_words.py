@@ -8,16 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis import Alternative, Diagnosis, Finding, Improvement, Quantity, Remainder
+from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Quantity, Remainder
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identification.diagnosis.candidates.curves import NAMES
-from exidyn.identification.diagnosis.findings.finding import Budget, Change, Moment, Share
-from exidyn.identification.diagnosis.findings.quantities import Formatted, with_interval
+from exidyn.identification.diagnosis.findings.diagnosis import Budget, Change, Moment, Share
+from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
-from exidyn.identification.diagnosis.questions.candidate import Candidate
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER
-from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json, diagnosis_file
+from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json
+from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import direction, moment_sentence, sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.pages.budget import percents
@@ -29,7 +29,7 @@ from ...parts.small import two_joints
 
 def plain(one: Diagnosis) -> dict:
     """The table of its file."""
-    return as_json(diagnosis_file(one))
+    return as_json(one)
 
 
 JOINTS = ("joint1", "joint2", "joint3")
@@ -54,42 +54,62 @@ OUTSIDE = (
 
 
 def finding(effect="load_dependent_friction", joints=(2,), torque=2.0, **changes) -> Finding:
-    listed = effect not in OUTSIDE
-    candidate = Candidate(effect, joints, lambda run: run, ("mu3",), ("1",), (0.0,), listed=listed)
-    on = np.array([torque if joint in joints else 0.0 for joint in range(3)])
-    numbers = {"mu3": Quantity(0.12, 0.006, "1")}
-    return replace(Finding(effect, joints, numbers, 0.9995, (), on, 900.0, candidate), **changes)
+    made = Finding(
+        effect=effect,
+        joints=joints,
+        parameters={"mu3": Quantity(0.12, 0.006, "1")},
+        probability=0.9995,
+        torque_rms=np.array([torque if joint in joints else 0.0 for joint in range(3)]),
+        held_out=900.0,
+        listed=effect not in OUTSIDE,
+    )
+    return replace(made, **changes)
+
+
+def other(effect: str, joints: tuple[int, ...], probability: float) -> Hypothesis:
+    """What a finding might be instead."""
+    return Hypothesis(effect=effect, joints=joints, parameters={}, probability=probability)
 
 
 def budget(*shares: tuple[float, float, float], noise=0.25, **kinds) -> Budget:
     """Of findings in order, of kinds, of noise, and of nothing for the rest; before 2 N m on every joint."""
-    named = [Share(place, "", np.array(own)) for place, own in enumerate(shares)]
-    named += [Share(None, kind.replace("_", " "), np.array(own)) for kind, own in kinds.items()]
-    named.append(Share(None, NOISE_SHARE, np.full(3, noise)))
-    rest = 1.0 - sum((one.shares for one in named), np.zeros(3))
-    return Budget(np.full(3, 2.0), np.full(3, 1.0), (*named, Share(None, OTHER, rest)), True)
+    parts = [Share(place, "", 100.0 * np.array(own)) for place, own in enumerate(shares)]
+    parts += [Share(None, kind.replace("_", " "), 100.0 * np.array(own)) for kind, own in kinds.items()]
+    parts += [Share(None, NOISE_SHARE, np.full(3, 100.0 * noise))] if noise else []
+    rest = 100.0 - sum((share.percent for share in parts), np.zeros(3))
+    return Budget(np.full(3, 2.0), np.full(3, 1.0), (*parts, Share(None, OTHER, rest)), ("other",))
 
 
 def diagnosis(*findings: Finding, after=(1.02, 1.0, 1.05), **changes) -> Diagnosis:
-    """With noise measured at rest."""
-    improvement = Improvement(("other",), NOISE * [1.1, 1.0, 2.7], NOISE * after, NOISE, 25.0)
-    shares = [(0.0, 0.0, 0.31)] * len(findings)
-    whole = Diagnosis(
-        "arm",
-        JOINTS,
-        findings,
-        (),
-        improvement,
-        ("one", "two"),
-        budget=budget(*shares, velocity=(0.1, 0.1, 0.3)),
+    """With noise measured at rest, unless the budget has none."""
+    spent = changes.get("budget", budget(*[(0.0, 0.0, 0.31)] * len(findings), velocity=(0.1, 0.1, 0.3)))
+    made = Diagnosis(
+        name="arm",
+        joints=JOINTS,
+        torque_units=("N m",) * 3,
+        findings=findings,
+        runs=("one", "two"),
+        held_out=("other",),
+        noise=NOISE,
+        noise_measured_at_rest=any(share.kind == NOISE_SHARE for share in spent.shares),
+        torque_rms_before=NOISE * [1.1, 1.0, 2.7],
+        torque_rms_after=NOISE * after,
+        torque_rms_filter_hz=25.0,
+        budget=spent,
     )
-    return replace(whole, **changes)
+    return replace(made, **changes)
+
+
+NO_HELD_OUT = {
+    "held_out": (), "torque_rms_before": None, "torque_rms_after": None, "torque_rms_filter_hz": None,
+}  # fmt: skip
 
 
 def sliding(one: Diagnosis) -> Diagnosis:
     """The same of an arm whose last joint slides."""
     robot = SimpleNamespace(revolute=np.array([True, True, False]))
-    return replace(one, evidence=SimpleNamespace(model=SimpleNamespace(robot=robot), noise=NOISE, traces=()))
+    findings = tuple(in_units_of_joints(finding, robot) for finding in one.findings)
+    return replace(one, findings=findings, torque_units=("N m", "N m", "N"))
 
 
 def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
@@ -105,7 +125,7 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
 
 
 def test_what_several_joints_feel_is_reported_of_the_one_whose_misfit_it_explains():
-    leaning = replace(finding("base_tilt", ()), torque=np.array([0.1, 9.0, 0.0]))
+    leaning = replace(finding("base_tilt", ()), torque_rms=np.array([0.1, 9.0, 0.0]))
     one = diagnosis(leaning, budget=budget((0.94, 0.02, 0.96)))
     assert "It explains 94 % of what the model misses on joint 1." in verdict(one)[0]
     assert "Held-out residual of joint 1:" in verdict(one)[0]
@@ -122,7 +142,7 @@ def test_ripple_turns_with_the_joint_where_no_gear_ratio_is_given(gear_ratio, tu
     robot = replace(model.robot, gear_ratio=np.full(model.robot.dof, gear_ratio))
     candidate = next(iter(hypotheses("torque_ripple", replace(model, robot=robot))))
     numbers = {"Rcos2_1": Quantity(0.1, 0.01, "N m"), "harmonic": Quantity(2.0, np.nan, "1")}
-    one = finding("torque_ripple", (0,), parameters=numbers, candidate=candidate)
+    one = finding("torque_ripple", (0,), parameters=numbers, geared=stated(candidate)["geared"])
     assert f"2 times per turn of {turning}:" in sentence(one, JOINTS)
 
 
@@ -162,7 +182,7 @@ def test_what_the_search_asks_about_can_be_put_in_words(effect):
             for name, unit in zip(candidate.names, candidate.units, strict=True)
         }
         shape = {name: Quantity(value, np.nan, "1") for name, value in candidate.shape.items()}
-        one = finding(effect, candidate.joints, parameters=values | shape, candidate=candidate)
+        one = replace(finding(), **stated(candidate) | {"parameters": values | shape})
         text = sentence(one, model.robot.joints)
         assert not set("{}[]?") & set(text)
         assert any(letter.isdigit() for letter in text)
@@ -172,7 +192,7 @@ def test_what_the_search_asks_about_can_be_put_in_words(effect):
 
 
 LOADED = Size(
-    2, (0.05, 0.004), "size of the load",
+    2, 0.05, 0.004, "size of the load",
     (Point("smallest", 0.0, 0.0, 0.0), Point("usual", 0.85, 0.19, 0.024), Point("largest", 1.1, 0.29, 0.03)),
 )  # fmt: skip
 
@@ -236,14 +256,8 @@ def test_the_report_draws_the_torque_with_its_band():
 def test_the_file_has_the_size_with_units_and_what_is_not_given():
     [row] = plain(diagnosis(collinear()))["findings"]
     assert row["size"]["points"][1] == {"at": 0.85, "torque": 0.19, "std": 0.024, "which": "usual"}
-    assert (row["size"]["unit"], row["size"]["over"], row["size"]["braking"]) == (
-        "N m",
-        "size of the load",
-        True,
-    )
-    assert set(row["left_out"]) == {"preload"}
-    [row] = plain(sliding(diagnosis(collinear())))["findings"]
-    assert (row["size"]["unit"], row["size"]["over_unit"]) == ("N", "N")
+    assert (row["size"]["joint"], row["size"]["over"]) == (3, "size of the load")
+    assert row["left_out"] == {"preload": {"beside": "mu3", "effect": ""}}
     [row] = plain(diagnosis(finding()))["findings"]
     assert row["size"] is None
 
@@ -293,8 +307,8 @@ def test_nothing_is_reported_plainly_and_only_where_it_is_true():
     assert verdict(diagnosis())[0].startswith("Nothing is missing. With parameters")
     worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
     assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
-    assert "as far as the fitted runs show" in verdict(diagnosis(improvement=None))[0]
-    unmeasured = verdict(diagnosis(improvement=None, budget=budget(noise=0.0)))[0]
+    assert "as far as the fitted runs show" in verdict(diagnosis(**NO_HELD_OUT))[0]
+    unmeasured = verdict(diagnosis(**NO_HELD_OUT, budget=budget(noise=0.0)))[0]
     assert unmeasured.startswith("Nothing was found to be missing: what is left depends on nothing")
     assert "It is 1.00 N m on joint 1; noise was not measured at rest" in unmeasured
 
@@ -337,8 +351,8 @@ def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
     ) in " ".join(line.strip() for line in lines)
     table = plain(diagnosis(finding()))["budget"]
     np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
-    assert table["shares"][0]["joints"] == [3]
-    assert (table["before_rms"], table["units"]) == ([2.0] * 3, ["N m"] * 3)
+    assert table["shares"][0]["finding"] == 0
+    assert table["before_rms"] == [2.0] * 3
 
 
 def test_whole_per_cents_add_up():
@@ -353,11 +367,11 @@ def test_small_kinds_are_one_line():
     assert "other kinds, less than 1 % each" in page
     assert "depends on load" not in page
     assert "depends on position" in page
-    assert [part["name"] for part in plain(one)["budget"]["shares"]].count("depends on load") == 1
+    assert [part["kind"] for part in plain(one)["budget"]["shares"]].count("load") == 1
 
 
 def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
-    others = (Alternative("time_delay", (), 0.2), Alternative("backlash", (2,), 0.12))
+    others = (other("time_delay", (), 0.2), other("backlash", (2,), 0.12))
     one = diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=others),))
     assert verdict(one)[0] == (
         "Joint 3: something is missing that is joint spring (65 %), time delay of the arm (20 %) or backlash "
@@ -401,7 +415,7 @@ def test_a_contact_of_a_run_held_out_is_reported():
 
 
 def test_candidates_are_listed_with_what_each_alone_would_change():
-    every = tuple(Change("backlash", (place % 3,), 1, -0.3 + 0.01 * place, 0.04, 9.0) for place in range(12))
+    every = tuple(Change("backlash", (place % 3,), 1, -30.0 + place, 4.0, 9.0) for place in range(12))
     page = summary(diagnosis(changes=every))
     assert page.count("Backlash of joint") == 10
     assert re.search(r"Backlash of joint 1  Joint 2 +-30\.0     4\.0\n", page)
@@ -416,7 +430,7 @@ def test_candidates_are_listed_with_what_each_alone_would_change():
         "squared_error_percent": -30.0,
         "std_percent": 4.0,
         "gain": 9.0,
-        "name": "Backlash of joint 1",
+        "which": "",
     }
 
 
@@ -461,7 +475,7 @@ def test_what_has_no_name_is_reported_with_where_it_shows():
 
 
 def test_alternatives_are_named_with_the_run_that_would_settle_it():
-    others = (Alternative("torque_ripple", (2,), 0.12), Alternative("load_dependent_friction", (1,), 0.06))
+    others = (other("torque_ripple", (2,), 0.12), other("load_dependent_friction", (1,), 0.06))
     detail = verdict(diagnosis(finding(alternatives=others, probability=0.82)))[1]
     assert "probability 82 %" in detail
     assert (
@@ -495,11 +509,11 @@ def test_the_page_of_text_has_findings_intervals_and_ratios():
     # noise, nominal values, before and after by the budget, and the two over noise
     assert joint.split()[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]
     assert max(map(len, lines)) <= 80
-    assert "Held out:         none" in summary(diagnosis(finding(), improvement=None))
+    assert "Held out:         none" in summary(diagnosis(finding(), **NO_HELD_OUT))
 
 
 def test_answers_count_joints_from_one():
-    others = (Alternative("torque_ripple", (1,), 0.2),)
+    others = (other("torque_ripple", (1,), 0.2),)
     found = answer(diagnosis(finding(alternatives=others), seconds=12.345))
     assert found == {
         "findings": [
@@ -517,7 +531,7 @@ def test_answers_count_joints_from_one():
         "torque_rms_filter_hz": 25.0,
         "seconds": 12.35,
     }
-    assert "torque_rms_before" not in answer(diagnosis(improvement=None))
+    assert "torque_rms_before" not in answer(diagnosis(**NO_HELD_OUT))
     assert answer(diagnosis(remainders=(Remainder(0, 2.0, 1.0, "time"),)))["unexplained"]
 
 

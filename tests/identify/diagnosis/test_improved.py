@@ -10,7 +10,8 @@ from exidyn.identification.diagnosis import Finding, Quantity
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identification.diagnosis.candidates.backlash import plays
 from exidyn.identification.diagnosis.candidates.joint_elasticity import gears
-from exidyn.identification.diagnosis.findings.finding import Evidence
+from exidyn.identification.diagnosis.findings.evidence import Evidence
+from exidyn.identification.diagnosis.findings.quantities import stated
 from exidyn.identification.diagnosis.improved.forward import forward
 from exidyn.identification.diagnosis.improved.improved import as_found, as_nominal, found_model, rivals
 from exidyn.identification.diagnosis.questions.candidate import Candidate
@@ -61,7 +62,9 @@ def found(candidate: Candidate, value: float = SMALL) -> Finding:
         for name, unit in zip(candidate.names, candidate.units, strict=True)
     }
     shape = {name: Quantity(number, np.nan, "") for name, number in candidate.shape.items()}
-    return Finding(candidate.effect, candidate.joints, shape | numbers, 1.0, (), np.ones(2), 1.0, candidate)
+    return Finding(
+        **stated(candidate), parameters=shape | numbers, probability=1.0, torque_rms=np.ones(2), held_out=1.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -158,7 +161,7 @@ def test_simulation_comes_nearer_to_the_recording():
     simulated = forward(diagnosis(), recording("validate", 5, length=8.0))
     assert simulated.left_out == ()
     assert simulated.before[1] > 10 * simulated.after[1]
-    assert simulated.after[1] < 4 * diagnosis().improvement.noise[1]
+    assert simulated.after[1] < 4 * diagnosis().noise[1]
     assert np.all(simulated.missed < 1e-4)
 
 

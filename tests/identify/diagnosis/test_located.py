@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.diagnosis.candidates import family_of
+from exidyn.identification.diagnosis.findings.diagnosis import Budget, Remainder, Share
 from exidyn.identification.diagnosis.findings.family import FAMILIES
-from exidyn.identification.diagnosis.findings.finding import Budget, Remainder, Share
 from exidyn.identification.diagnosis.results.located import LEAST, dependence_of, located
 
 
@@ -25,13 +25,13 @@ def test_findings_of_one_dependence_are_one_row_and_small_parts_are_none():
         found("hose", 0.9),
     ]
     shares = (
-        Share(0, "", np.array([0.3, 0.0])),
-        Share(1, "", np.array([0.2, 0.5 * LEAST])),
-        Share(2, "", np.array([0.0, 0.4])),
-        Share(None, "load", np.array([0.1, 0.2])),
-        Share(None, "sensor noise", np.array([0.4, 0.395])),
+        Share(0, "", 100.0 * np.array([0.3, 0.0])),
+        Share(1, "", 100.0 * np.array([0.2, 0.5 * LEAST])),
+        Share(2, "", 100.0 * np.array([0.0, 0.4])),
+        Share(None, "load", 100.0 * np.array([0.1, 0.2])),
+        Share(None, "sensor noise", 100.0 * np.array([0.4, 0.395])),
     )
-    budget = Budget(np.ones(2), np.ones(2), shares, True)
+    budget = Budget(np.ones(2), np.ones(2), shares, ("other",))
     rows = located(budget, selected, [Remainder(1, 3.0, 0.995, "load")])
     assert [(row.joint, row.depends_on, row.finding) for row in rows] == [
         (0, "velocity", 0),

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.findings.finding import Quantity
 from exidyn.identification.diagnosis.findings.quantities import quantities
 from exidyn.identification.diagnosis.questions.block_answer import Answer
 from exidyn.identification.diagnosis.questions.candidate import Candidate, Thinned
@@ -14,6 +13,7 @@ from exidyn.identification.diagnosis.results.evidence import deviations, with_sh
 from exidyn.identification.diagnosis.results.sizes import left_out, size
 from exidyn.identification.diagnosis.search.selected import Selected
 from exidyn.identification.effects import Shape
+from exidyn.identification.quantity import Quantity
 
 from ...parts.small.small_rows import blocks, predicted, rows
 

@@ -25,6 +25,7 @@ from exidyn.identification.errors import RobotError, RobotWarning
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.in_mujoco.callbacks import ARMS
+from exidyn.identification.robot_files.finding_rows import FindingRow, findings_text
 from exidyn.identification.robot_files.robot_file import model_text
 from exidyn.identification.simulation.plant import DriveControl, Integration, Plant
 from exidyn.mujoco import attach
@@ -228,7 +229,7 @@ def test_findings_that_no_model_holds_are_told(tmp_path):
     model = arm(StribeckFriction())
     made, data = compiled(model)
     (tmp_path / "found.toml").write_text(
-        "# Found, and no part of this model, which cannot hold it: backlash.\n" + model_text(model)
+        model_text(model) + "\n" + findings_text([FindingRow("backlash", ("elbow",), 0.99, False)])
     )
     with pytest.warns(RobotWarning, match=r"not attached, since no model holds it: backlash"):
         effects = attach(made, data, tmp_path / "found.toml")

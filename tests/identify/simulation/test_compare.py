@@ -97,8 +97,8 @@ def test_positions_that_differ_are_reported_to_the_size():
         signals["position"].time, signals["position"].values + np.array([0.0, 0.003])
     )
     found = compare(replace(made("sim"), signals=signals), real)
-    np.testing.assert_allclose(found.mismatches[0].mean, [0.0, 0.003], atol=1e-4)
-    np.testing.assert_allclose(found.mismatches[0].rms, [0.0, 0.003], atol=2e-4)
+    np.testing.assert_allclose(found.mismatch["position"].mean, [0.0, 0.003], atol=1e-4)
+    np.testing.assert_allclose(found.mismatch["position"].rms, [0.0, 0.003], atol=2e-4)
 
 
 def test_torque_of_a_simulator_and_current_of_a_controller_meet_as_torque():
@@ -118,7 +118,7 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
         name: Signal(time, CubicSpline(one.time, one.values)(time)) for name, one in sim.signals.items()
     }
     found = compare(replace(sim, signals=signals), made("real", seed=2))
-    assert found.cutoff < 50.0
+    assert found.filter_hz < 50.0
     assert np.all(found.effort.rms < 2.0 * found.effort.noise)
 
 

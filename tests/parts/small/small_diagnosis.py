@@ -1,13 +1,14 @@
 """A two-joint arm with a spring at its elbow that its nominal model lacks, and its diagnosis in words."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 
-from exidyn.identification.diagnosis import Alternative, Diagnosis, diagnose
+from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, diagnose
 from exidyn.identification.diagnosis.candidates import hypotheses
+from exidyn.identification.diagnosis.findings.quantities import alternative
 from exidyn.identification.effects import JointSpring, Prior
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import Recording
@@ -53,14 +54,16 @@ def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
     return diagnose(nominal_model(), runs, "small")
 
 
-def instead(effect: str, joint: int | None, probability: float = 0.2) -> Alternative:
+def instead(effect: str, joint: int | None, probability: float = 0.2) -> Hypothesis:
     """What a finding might be instead, with coefficients of one."""
     candidate = next(
         one for one in hypotheses(effect, nominal_model()) if joint is None or one.joints == (joint,)
     )
-    answer = SimpleNamespace(
-        candidate=candidate,
-        values=np.ones(len(candidate.names)),
-        columns=SimpleNamespace(joints=np.arange(2)),
-    )
-    return Alternative(effect, candidate.joints, probability, answer)
+    answer = SimpleNamespace(candidate=candidate, values=np.ones(len(candidate.names)))
+    return alternative(answer, probability)
+
+
+def as_finding(hypothesis: Hypothesis) -> Finding:
+    """The hypothesis as if it had been found."""
+    held = {field.name: getattr(hypothesis, field.name) for field in fields(hypothesis)}
+    return Finding(**held, torque_rms=np.zeros(2), held_out=np.nan)

@@ -1,0 +1,221 @@
+"""Diagnosis: findings, what remains unexplained, and what the findings improve."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from ...notebook import InNotebook, counted
+from ...result_file import NOT_IN_FILE
+from ...schema import Count, EffectName, Number, Probability, Real
+from .consistency import check_diagnosis
+from .evidence import Evidence
+from .finding import Finding
+from .located import Hinted, Located
+from .methods import DiagnosisMethods
+
+UNCERTAIN = "no recorded quantity with certainty"
+"""What a remainder depends on where no recorded quantity predicts it well enough."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Residual of one joint that no finding explains.
+
+    Attributes:
+        joint: From 0.
+        over_noise: Residual over the noise floor [-].
+        probability: Probability that it is structure and not noise alone.
+        depends_on: What it depends on, in words: "position", "velocity and position", ...
+    """
+
+    joint: int
+    over_noise: Real
+    probability: Probability
+    depends_on: str
+
+    @property
+    def predictable(self) -> bool:
+        """Whether it depends on a recorded quantity."""
+        return self.depends_on != UNCERTAIN
+
+
+@dataclass(frozen=True, eq=False)
+class Share:
+    """One part of the misfit.
+
+    Attributes:
+        finding: Index of the finding, undecided ones behind the others; None for no finding.
+        kind: What it depends on, or that it is noise; empty for a finding.
+        percent: Share of the squared misfit of each joint, shape (n,) [%].
+    """
+
+    finding: Count | None
+    kind: str
+    percent: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """The misfit of each joint divided among what explains it.
+
+    Attributes:
+        before_rms: Residual of the model fitted within its tolerances, without findings, shape (n,) [N m].
+        after_rms: Residual with all findings, shape (n,) [N m].
+        shares: Parts of the square of `before_rms`, which add up to 100 % on every joint.
+        held_out: Runs that were predicted; empty where blocks of the fitted runs predict one another.
+    """
+
+    before_rms: np.ndarray
+    after_rms: np.ndarray
+    shares: tuple[Share, ...]
+    held_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one candidate alone would change.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Where it acts, from 0.
+        joint: Joint that improves most, from 0.
+        squared_error_percent: Change of the squared prediction error of that joint [%]; negative is better.
+        std_percent: Its standard deviation over blocks [%].
+        gain: Logarithm of the Bayes factor for it.
+        which: What sets it apart from others of its effect on its joints, in words.
+    """
+
+    effect: EffectName
+    joints: tuple[int, ...]
+    joint: int
+    squared_error_percent: Real
+    std_percent: Real
+    gain: Real
+    which: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A time at which a run differs from the model as at no other.
+
+    Attributes:
+        run: Name of the run.
+        start: Beginning, in the run's time [s].
+        end: End [s].
+        joints: Joints that differ, from 0.
+        direction: Direction of the force on the flange that explains most of it, in the base's axes, shape
+            (3,) [-]; NaN where one joint alone differs.
+        force: Size of that force [N].
+    """
+
+    run: str
+    start: Real
+    end: Real
+    joints: tuple[int, ...]
+    direction: np.ndarray
+    force: Real
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """How a simulated run agrees with its recording.
+
+    Attributes:
+        run: Name of the run.
+        torque_rms_before: Simulated less recorded torque of the nominal arm, shape (n,) [N m].
+        torque_rms_after: The same with the findings, shape (n,) [N m].
+        left_out: Effects that were found and that the simulation does not have.
+    """
+
+    run: str
+    torque_rms_before: np.ndarray
+    torque_rms_after: np.ndarray
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Diagnosis(DiagnosisMethods, InNotebook):
+    """Which physics the model leaves out, which it does not, and what is undecided.
+
+    Attributes:
+        name: Name of the robot or case.
+        joints: Names of the joints.
+        torque_units: Unit of each joint's torque, "N m" or "N".
+        findings: Certain findings in order of importance; empty if nothing is missing.
+        undecided: Findings without a certain name, each with what it might be.
+        remainders: Joints on which something remains that no effect of the vocabulary explains.
+        moments: Times at which a run differs from the model as at no other.
+        changes: What each candidate alone would change.
+        located: The misfit of every joint by what it depends on.
+        hints: What held-out runs show and fitted runs do not.
+        budget: The misfit of every joint by cause; None for a diagnosis made without.
+        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
+        noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
+            multiples of it.
+        torque_rms_before: Residual of the held-out runs with nominal values, friction, offsets and what is
+            unstated fitted, shape (n,) [N m]; None without held-out runs.
+        torque_rms_after: The same with the findings, all parameters fitted within their tolerances.
+        torque_rms_filter_hz: Cut-off frequency of the comparison [Hz].
+        runs: Names of the fitted runs.
+        held_out: Names of the held-out runs.
+        suspicions: What may be wrong with the recordings or the description instead, in sentences.
+        warnings: What limits the answer, in sentences.
+        seconds: Duration of the diagnosis [s].
+        tried: Number of hypotheses of each effect that these runs can be asked for.
+        simulated: How a simulated run agrees with its recording; None where nothing was simulated.
+        evidence: Samples and models; None for a diagnosis that was read from its file.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    torque_units: tuple[Literal["N m", "N"], ...]
+    findings: tuple[Finding, ...]
+    undecided: tuple[Finding, ...] = ()
+    remainders: tuple[Remainder, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    changes: tuple[Change, ...] = ()
+    located: tuple[Located, ...] = ()
+    hints: tuple[Hinted, ...] = ()
+    budget: Budget | None = None
+    noise: np.ndarray
+    noise_measured_at_rest: bool = False
+    torque_rms_before: np.ndarray | None = None
+    torque_rms_after: np.ndarray | None = None
+    torque_rms_filter_hz: Number | None = None
+    runs: tuple[str, ...]
+    held_out: tuple[str, ...] = ()
+    suspicions: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    seconds: Number = 0.0
+    tried: Mapping[str, int] = field(default_factory=dict)
+    simulated: Simulated | None = None
+    evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)
+
+    @property
+    def all_findings(self) -> tuple[Finding, ...]:
+        """Findings, undecided ones last."""
+        return (*self.findings, *self.undecided)
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is missing that has no name here."""
+        unnamed = [finding for finding in self.undecided if not finding.family]
+        return bool(self.remainders or unnamed) or not all(finding.listed for finding in self.findings)
+
+    def __repr__(self) -> str:
+        number = counted(len(self.findings), "finding")
+        lines = [f"Diagnosis of {self.name}: {number}, {len(self.undecided)} undecided"]
+        for finding in self.all_findings[:7]:
+            where = ", ".join(self.joints[joint] for joint in finding.joints) or "arm"
+            state = "" if finding in self.findings else ", undecided"
+            lines.append(
+                f"  {finding.effect} ({where}): probability {100 * finding.probability:.3g} %{state}"
+            )
+        unexplained = ", ".join(self.joints[remainder.joint] for remainder in self.remainders)
+        lines += [f"  unexplained on: {unexplained}"] if unexplained else []
+        return "\n".join(lines)
+
+    def __post_init__(self) -> None:
+        check_diagnosis(self)

@@ -1,0 +1,83 @@
+"""Shown: a diagnosis with its samples, made just now or read from its files, as pages show it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..diagnosis.findings.diagnosis import Diagnosis
+from ..diagnosis.findings.evidence import Trace
+from ..diagnosis.findings.finding import Finding
+from ..diagnosis.improved.forward import Forward
+from ..diagnosis.improved.improved import with_files
+from ..diagnosis.words.naming import finding_names, joint_words
+from ..diagnosis.words.verdict import before_and_after
+
+
+class Shown(NamedTuple):
+    """A diagnosis, and its samples as far as they were kept.
+
+    Attributes:
+        diagnosis: Without samples.
+        traces: Samples of runs, held-out runs first; empty if they were not kept.
+        forward: Samples of the simulated run; None if nothing was simulated or they were not kept.
+        folder: Folder of the models of findings and rivals; empty if they were not written.
+    """
+
+    diagnosis: Diagnosis
+    traces: tuple[Trace, ...] = ()
+    forward: Forward | None = None
+    folder: str = ""
+
+    @classmethod
+    def of(cls, diagnosis: Diagnosis, folder: str = "", forward: Forward | None = None) -> "Shown":
+        """A diagnosis made just now, with the names of the files of its alternatives."""
+        traces = diagnosis.evidence.traces if diagnosis.evidence else ()
+        if folder:
+            diagnosis = with_files(diagnosis)
+        if forward is not None:
+            diagnosis = replace(diagnosis, simulated=forward.summary)
+        return cls(diagnosis, traces, forward, folder)
+
+    @property
+    def names(self) -> list[str]:
+        """Its joints in words."""
+        joints = self.diagnosis.joints
+        return [joint_words(joint, joints) for joint in range(len(joints))]
+
+    @property
+    def finding_names(self) -> list[str]:
+        """Its findings in words, undecided ones last."""
+        return finding_names(self.diagnosis)
+
+    @property
+    def judged(self) -> tuple[Trace, ...]:
+        """Held-out runs, or else all."""
+        return tuple(trace for trace in self.traces if trace.role == "validate") or self.traces
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Noise floor of each joint's torque behind the filter, shape (n,) [N m]."""
+        return self.diagnosis.noise
+
+    @property
+    def over_noise(self) -> bool:
+        """Whether noise was measured at rest, so that numbers may be given as multiples of it."""
+        return self.diagnosis.noise_measured_at_rest
+
+    def noise_of(self, joint: int) -> float | None:
+        """Noise floor of a joint; None where it was not measured."""
+        return float(self.noise[joint]) if self.over_noise else None
+
+    @property
+    def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Held-out residual of the model fitted without and with findings; None without such runs."""
+        return before_and_after(self.diagnosis)
+
+    def clearest_joint(self, finding: Finding) -> int:
+        """The joint on which the finding shows best: of those that feel it, where most was gained."""
+        if self.residuals is None:
+            return int(np.argmax(finding.torque_rms))
+        before, after = self.residuals
+        gained = (before - after) / self.noise
+        return int(np.argmax(np.where(finding.torque_rms > 0.0, gained, -np.inf)))

@@ -1,0 +1,91 @@
+"""Result files: one mechanism writes frozen dataclasses as JSON and reads them back.
+
+Arrays are lists and numbers that are not finite are null. Python counts joints from 0 and people count them
+from 1, so the fields `joint` and `joints` are one larger in a file. A field with the metadata `NOT_IN_FILE`
+stays in memory.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .errors import ExidynError, NotAFile
+from .schema import LARGEST_FLOAT, Real, checked
+
+NOT_IN_FILE = {"in_file": False}
+"""Metadata of a field that a file does not hold."""
+T = TypeVar("T")
+
+
+def to_table(value: Any) -> Any:
+    """A result as tables, lists, text and numbers that JSON has.
+
+    Example:
+        >>> to_table(Quantity(2.0, float("nan"), "N m"))
+        {'value': 2.0, 'std': None, 'unit': 'N m'}
+    """
+    if is_dataclass(value):
+        held = (field.name for field in fields(value) if field.metadata.get("in_file", True))
+        return {name: _joints(name, to_table(getattr(value, name)), 1) for name in held}
+    if isinstance(value, Mapping):
+        return {key: to_table(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | tuple | list):
+        return [to_table(entry) for entry in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def from_table(table: object, kind: type[T], where: str, error: type[ExidynError] = NotAFile) -> T:
+    """The result that a table holds; `where` is what a message calls the file.
+
+    Raises:
+        ExidynError: Of that type; the message names the field, what is expected, and the value.
+    """
+    return checked(_from_0(table), kind, where, error, read=_number_or_array, written=table)
+
+
+def _from_0(table: Any) -> Any:
+    """The table with joints counted from 0."""
+    if isinstance(table, Mapping):
+        return {key: _joints(key, _from_0(entry), -1) for key, entry in table.items()}
+    return [_from_0(entry) for entry in table] if isinstance(table, list) else table
+
+
+def _joints(name: str, value: Any, step: int) -> Any:
+    """The value of a field, shifted where it holds numbers of joints."""
+    if name == "joint" and type(value) is int:
+        return value + step
+    if name == "joints" and isinstance(value, list):
+        return [entry + step if type(entry) is int else entry for entry in value]
+    return value
+
+
+def _number_or_array(kind: type, value: object) -> Any:
+    """What a file holds for a `Real` or an array."""
+    if kind is Real:
+        return _real(value)
+    if kind is not np.ndarray:
+        raise NotImplementedError(kind)
+    if not isinstance(value, list | tuple):
+        raise ValueError(f"expected a list of numbers, got {type(value).__name__}")
+    return np.array(_numbers(value), float)
+
+
+def _numbers(value: Any, where: str = "") -> Any:
+    """Numbers of nested lists of one shape."""
+    if not isinstance(value, list | tuple):
+        return _real(value, where)
+    rows = [_numbers(entry, f"{where}[{place}]") for place, entry in enumerate(value)]
+    widths = {len(row) if isinstance(row, list) else -1 for row in rows}
+    if len(widths) > 1:
+        raise ValueError("expected rows of one length")
+    return rows
+
+
+def _real(value: object, where: str = "") -> float:
+    if value is None:
+        return Real("nan")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_FLOAT:
+        raise ValueError(f"expected a number or null; found {value!r:.60}{where and f' at {where}'}")
+    return Real(value)
