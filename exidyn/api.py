@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.acquire.files.given_runs import distinct_bodies
+from exidyn.acquire.files.report_files import read_result
 from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
@@ -38,8 +39,9 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
-    "EFFECTS", "ESTIMATORS", "FORMATS", "Diagnosis", "Fit", "Model", "Plan", "Recording", "compare",
-    "diagnose", "identify", "plan", "read", "read_all", "read_fit", "report", "robot", "simulate",
+    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Diagnosis", "Fit", "Model", "Plan", "Recording",
+    "compare", "diagnose", "identify", "load", "plan", "read", "read_all", "read_fit", "report", "robot",
+    "simulate",
 ]  # fmt: skip
 
 Run = Any
@@ -258,6 +260,21 @@ def compare(simulated: Run, recorded: Run, robot: Arm | None = None) -> Comparis
         RecordingError: They are not of one motion.
     """
     return _compare(read(simulated, robot), read(recorded, robot))
+
+
+def load(path: Path | str) -> Fit | Diagnosis | Comparison:
+    """A result that was saved: fit.json, diagnosis.json or the JSON of a comparison.
+
+    A diagnosis comes without the samples of its runs, so that it has no model and no plots.
+
+    Example:
+        >>> ex.load("exidyn-diagnosis/diagnosis.json").findings
+        (Finding joint_spring of joint 2, 98.7 %: Ks2 11.93 ± 0.18 N m/rad,)
+
+    Raises:
+        NotAFile: It is no result, of another format, or damaged; the message names the field.
+    """
+    return read_result(Path(path))
 
 
 def report(result: Fit | Diagnosis, path: Path | str) -> Path:

@@ -31,8 +31,10 @@ def to_table(value: Any) -> Any:
         return {name: _joints(name, to_table(getattr(value, name)), 1) for name in held}
     if isinstance(value, Mapping):
         return {key: to_table(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | tuple | list):
-        return [to_table(entry) for entry in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, tuple | list):
+        return [to_table(entry) for entry in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 

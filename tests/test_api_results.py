@@ -113,7 +113,7 @@ def test_torque_is_that_of_an_arm_with_these_base_parameters(runs):
 
 
 def test_a_fit_is_saved_read_exported_and_reported(fit, tmp_path):
-    again = ex.read_fit(fit.save(tmp_path / "fit.json"))
+    again = ex.load(fit.save(tmp_path / "fit.json"))
     np.testing.assert_allclose(again.estimate.values, fit.estimate.values, rtol=1e-12)
     assert again["Fv1"].interval == pytest.approx(fit["Fv1"].interval)
     assert fit.export("urdf", tmp_path / "arm.urdf") == (tmp_path / "arm.urdf").read_text()
@@ -145,3 +145,21 @@ def test_a_diagnosis_gives_numbers_model_page_and_file(diagnosis, tmp_path):
     assert "spring" in diagnosis.verdict
     assert diagnosis.save(tmp_path / "diagnosis.json").stat().st_size > 1000
     assert "<html" in diagnosis.report(tmp_path / "diagnosis.html").read_text()
+
+
+def test_a_saved_diagnosis_is_loaded_with_its_findings(diagnosis, tmp_path):
+    again = ex.load(diagnosis.save(tmp_path / "diagnosis.json"))
+    assert again.verdict == diagnosis.verdict
+    assert again.findings[0].intervals == pytest.approx(diagnosis.findings[0].intervals)
+    with pytest.raises(ExidynError, match="does not contain its model"):
+        assert again.model
+    (tmp_path / "other.json").write_text("{}")
+    with pytest.raises(ExidynError, match="no fit, diagnosis or comparison"):
+        ex.load(tmp_path / "other.json")
+
+
+def test_findings_are_a_table(diagnosis):
+    table = diagnosis.to_dataframe()
+    spring = table[table["effect"] == "joint_spring"].set_index("parameter")
+    assert spring.loc["Ks2", "value"] == diagnosis.findings[0]["Ks2"].value
+    assert set(table["named"]) <= {True, False}

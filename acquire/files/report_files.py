@@ -1,6 +1,6 @@
 """What `exidyn report` is given: which kind each file is, and what is read of it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGNOSIS_FORMAT
 from exidyn.identification.errors import NotAFile
-from exidyn.identification.fit.fit_file import read_json
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit, read_json
 from exidyn.identification.pages.compared_document import verdict
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.recordings.importers import kind_of
@@ -107,6 +108,22 @@ def read_diagnosis(path: Path) -> Diagnosis:
         NotAFile: It is of a later format, or a field cannot be; it is named.
     """
     return from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
+
+
+def read_result(path: Path) -> Fit | Diagnosis | Comparison:
+    """A fit, a diagnosis or a comparison, by what the file says it is.
+
+    Raises:
+        NotAFile: It is none of them, of another format, or damaged.
+    """
+    readers: dict[str, Callable[[Path], Fit | Diagnosis | Comparison]] = {
+        FIT: read_fit,
+        DIAGNOSIS: read_diagnosis,
+        COMPARISON: read_comparison,
+    }
+    if (kind := _kind(path)) not in readers:
+        raise NotAFile(f"{path} is no fit, diagnosis or comparison of exidyn")
+    return readers[kind](path)
 
 
 def comparison_table(comparison: Comparison, next_commands: list[str]) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class FindingRow(NamedTuple):
 
 def findings_text(rows: Sequence[FindingRow]) -> str:
     """A table [[finding]] for each."""
-    return "".join(block(f"[[{KEY}]]", row._asdict()) for row in rows)
+    return "\n".join(block(f"[[{KEY}]]", row._asdict()) + "\n" for row in rows)
 
 
 def parse_findings(table: dict[str, Any]) -> list[FindingRow]:
@@ -37,7 +37,7 @@ def parse_findings(table: dict[str, Any]) -> list[FindingRow]:
         RobotError: A row has a key that there is not, or a value of another type.
     """
     rows = []
-    for place, row in enumerate(tables(table.get(KEY, []), f"[[{KEY}]]")):
+    for place, row in enumerate(tables(table[KEY], KEY) if KEY in table else ()):
         where = f"[[{KEY}]] {place + 1}"
         check_keys(row, KEYS, where)
         rows.append(

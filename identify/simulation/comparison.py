@@ -63,7 +63,7 @@ class Mismatch:
             for name, count in (("edges", THIRDS + 1), ("rms", THIRDS)):
                 rows = getattr(regions, name)
                 check_length(rows, f"{where}.regions.{kind}.{name}", joints, "one a joint")
-                check_rows(rows, f"{where}.regions.{kind}.{name}", count, f"of {THIRDS} regions")
+                check_rows([*rows], f"{where}.regions.{kind}.{name}", count, f"of {THIRDS} regions")
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,6 @@ import numpy as np
 from ...arm.robot import SLIDING
 from .evidence import Trace
 
-MOTOR = "angle of the motor"
-
 
 class Axis(NamedTuple):
     """What a residual, or the torque of a finding, depends on.
@@ -19,12 +17,14 @@ class Axis(NamedTuple):
         values: Values of a trace and a joint, shape (r,).
         braking: Whether the residual is taken against the motion, as friction is.
         size: Whether it is never below zero, and zero is none of it.
+        of_motor: Whether it is an angle of the motor, which is revolute whatever the joint is.
     """
 
     label: str
     values: Callable[[Trace, int], np.ndarray]
     braking: bool = False
     size: bool = False
+    of_motor: bool = False
 
     def title(self, revolute: bool) -> str:
         """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
@@ -38,7 +38,7 @@ class Axis(NamedTuple):
     def unit(self, revolute: bool) -> str:
         """Its unit on a revolute or prismatic joint."""
         own = self.label.partition(" [")[2].removesuffix("]")
-        return own if revolute or self.words == MOTOR else SLIDING.get(own, own)
+        return own if revolute or self.of_motor else SLIDING.get(own, own)
 
 
 AXES: dict[str, Axis] = {
@@ -52,6 +52,8 @@ AXES: dict[str, Axis] = {
     "acceleration": Axis("acceleration [rad/s²]", lambda trace, j: trace.acceleration[:, j]),
     "temperature": Axis("temperature [°C]", lambda trace, j: trace.temperature[:, j], True),
     "time": Axis("time [s]", lambda trace, j: trace.time),
-    "motor angle": Axis(f"{MOTOR} [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi)),
+    "motor angle": Axis(
+        "angle of the motor [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi), of_motor=True
+    ),
 }
 """Name -> what it is."""

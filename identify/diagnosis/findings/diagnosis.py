@@ -15,7 +15,7 @@ from .finding import Finding
 from .located import Hinted, Located
 from .methods import DiagnosisMethods
 
-UNCERTAIN = "no recorded quantity with certainty"
+UNCERTAIN = ""
 """What a remainder depends on where no recorded quantity predicts it well enough."""
 
 
@@ -27,7 +27,8 @@ class Remainder:
         joint: From 0.
         over_noise: Residual over the noise floor [-].
         probability: Probability that it is structure and not noise alone.
-        depends_on: What it depends on, in words: "position", "velocity and position", ...
+        depends_on: What it depends on, in words: "position", "velocity and position", ...;
+            empty where no recorded quantity predicts it well enough.
     """
 
     joint: int

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...errors import ExidynError
+from ...notebook import optional
 
 if TYPE_CHECKING:
     from ...model import Model
@@ -50,6 +51,30 @@ class DiagnosisMethods:
         text = json.dumps(self.to_json(), indent=1, allow_nan=False)
         Path(path).write_text(text, encoding="utf-8")
         return Path(path)
+
+    def to_dataframe(self) -> Any:
+        """Parameters of all findings as a pandas table, a row a parameter.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        diagnosis = cast("Diagnosis", self)
+        rows = [
+            {
+                "effect": finding.effect,
+                "joints": ", ".join(diagnosis.joints[joint] for joint in finding.joints),
+                "parameter": name,
+                "value": number.value,
+                "std": number.std,
+                "unit": number.unit,
+                "determined": name not in finding.left_out,
+                "probability": finding.probability,
+                "named": finding in diagnosis.findings,
+            }
+            for finding in diagnosis.all_findings
+            for name, number in finding.parameters.items()
+        ]
+        return optional("pandas", "a table").DataFrame(rows)
 
     def report(self, path: Path | str) -> Path:
         """Write it as one HTML page; gives the path."""

@@ -13,7 +13,9 @@ from ..search.selected import Selected
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
 
 
-def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], noise: np.ndarray) -> Budget:
+def budget(
+    problem: Problem, findings: tuple[Selected, ...], residual_answers: list[Answer], noise: np.ndarray
+) -> Budget:
     """Shares of the power that the fitted nominal model leaves of blocks which it did not see.
 
     Findings count in the order in which they were found. What is left is split by how much smooth functions
@@ -21,22 +23,22 @@ def budget(problem: Problem, found: tuple[Selected, ...], left: list[Answer], no
 
     Args:
         problem: The runs.
-        found: Findings in order.
-        left: Answers of smooth functions beside all findings.
+        findings: Findings in order.
+        residual_answers: Answers of smooth functions beside all findings.
         noise: Noise of each joint's torque, shape (n,) [N m]; zero where it is not known.
     """
-    which, answers = _judging(problem), [one.answer for one in found]
-    predictions = (problem.prediction(answers[:count]) for count in range(len(found) + 1))
+    judged, answers = _judging(problem), [selected.answer for selected in findings]
+    predictions = (problem.prediction(answers[:count]) for count in range(len(findings) + 1))
     # Left on each joint with none, one, two ... findings, shape (f + 1, n) [(N m)^2].
-    powers = np.array([one.power(one.errors, which) for one in predictions])
+    powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
     # A finding that costs a joint something takes it from the others.
     scale = (powers[0] - powers[-1]) / np.maximum(steps.sum(axis=0), 1e-300)
     steps = steps * np.clip(scale, 0.0, 1.0)
-    rest = total - steps.sum(axis=0)
-    quiet = np.minimum(noise**2, rest)
-    kinds = _kinds(problem, left, rest - quiet, which)
+    remainder = total - steps.sum(axis=0)
+    quiet = np.minimum(noise**2, remainder)
+    kinds = _kinds(problem, residual_answers, remainder - quiet, judged)
     shares = [Share(place, "", 100.0 * step / total) for place, step in enumerate(steps)]
     shares += [Share(None, kind, 100.0 * power / total) for kind, power in kinds.items()]
     shares += [Share(None, NOISE, 100.0 * quiet / total)]
@@ -58,19 +60,19 @@ def _judging(problem: Problem) -> np.ndarray:
 
 
 def _kinds(
-    problem: Problem, left: list[Answer], rest: np.ndarray, which: np.ndarray
+    problem: Problem, residual_answers: list[Answer], remainder: np.ndarray, judged: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Power (n,) of what is left by what it depends on, in proportion to what each kind predicts alone."""
     explained: dict[str, np.ndarray] = {}
-    for one in left:
-        [joint] = one.candidate.joints
-        before = one.predicted[which, joint].sum()
-        less = max(1.0 - one.errors[which, joint].sum() / max(float(before), 1e-300), 0.0)
-        explained.setdefault(one.candidate.effect, np.zeros(len(rest)))[joint] = less
-    total = sum(explained.values(), np.zeros(len(rest)))
-    scale = rest / np.maximum(total, 1.0)
-    found = {kind: share * scale for kind, share in explained.items()}
-    return found | {OTHER: np.maximum(rest - sum(found.values(), np.zeros(len(rest))), 0.0)}
+    for answer in residual_answers:
+        [joint] = answer.candidate.joints
+        before = answer.predicted[judged, joint].sum()
+        less = max(1.0 - answer.errors[judged, joint].sum() / max(float(before), 1e-300), 0.0)
+        explained.setdefault(answer.candidate.effect, np.zeros(len(remainder)))[joint] = less
+    total = sum(explained.values(), np.zeros(len(remainder)))
+    scale = remainder / np.maximum(total, 1.0)
+    shares = {kind: share * scale for kind, share in explained.items()}
+    return shares | {OTHER: np.maximum(remainder - sum(shares.values(), np.zeros(len(remainder))), 0.0)}
 
 
 MOST = 20
@@ -79,14 +81,22 @@ MOST = 20
 
 def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
     """The candidates that alone predict most, by their answers beside nothing else."""
-    which = _judging(problem)
-    found = [_change(one, which) for one in single if one.gain > 0.0]
-    return sorted(found, key=lambda change: change.squared_error_percent)[:MOST]
+    judged = _judging(problem)
+    rows = [_change(answer, judged) for answer in single if answer.gain > 0.0]
+    return sorted(rows, key=lambda change: change.squared_error_percent)[:MOST]
 
 
-def _change(answer: Answer, which: np.ndarray) -> Change:
+def _change(answer: Answer, judged: np.ndarray) -> Change:
     """Change of the squared error of some blocks (k,), and its standard deviation over them."""
     joint = int(np.argmax(answer.by_joint))
-    change, std = relative_change(answer.predicted[which, joint], answer.errors[which, joint])
-    one = answer.candidate
-    return Change(one.effect, one.joints, joint, 100.0 * change, 100.0 * std, answer.gain, one.which)
+    change, std = relative_change(answer.predicted[judged, joint], answer.errors[judged, joint])
+    candidate = answer.candidate
+    return Change(
+        candidate.effect,
+        candidate.joints,
+        joint,
+        100.0 * change,
+        100.0 * std,
+        answer.gain,
+        candidate.which,
+    )

@@ -29,31 +29,37 @@ TURNS = 2
 tenth, so that a thousandth is left."""
 
 
-def with_all_torque(found: SearchResult) -> SearchResult:
+def with_all_torque(result: SearchResult) -> SearchResult:
     """The result with motor torque that has all findings in it; as it is where torque was recorded."""
-    start, answers = found.problem, answers_of(found.selected)
-    missing = [place for place, one in enumerate(found.selected) if not one.once and _is_missing(one.answer)]
+    start, answers = result.problem, answers_of(result.selected)
+    missing = [
+        place
+        for place, finding in enumerate(result.selected)
+        if not finding.once and _is_missing(finding.answer)
+    ]
     if not missing or start.runs[0].prepared.measures != "current":
-        return found
+        return result
     for _ in range(TURNS):
-        values = [found.prediction.values[places_of(found, place)] for place in missing]
+        values = [result.prediction.values[places_of(result, place)] for place in missing]
         problem, answers = _driving(start, answers, missing, values)
-        selected = [one._replace(answer=a) for one, a in zip(found.selected, answers, strict=True)]
-        prediction = problem.prediction(answers, found.prediction)
-        found = replace(found, problem=problem, selected=tuple(selected), prediction=prediction)
-    return found
+        pairs = zip(result.selected, answers, strict=True)
+        selected = [finding._replace(answer=answer) for finding, answer in pairs]
+        prediction = problem.prediction(answers, result.prediction)
+        result = replace(result, problem=problem, selected=tuple(selected), prediction=prediction)
+    return result
 
 
-def undetermined_gains(found: SearchResult, spread: Spread) -> list[str]:
+def undetermined_gains(result: SearchResult, spread: Spread) -> list[str]:
     """A sentence that names the drive gains of which the runs tell less than is stated; none without any.
 
     Only of joints on which a finding is: what is said of its size is as uncertain as they are.
     """
-    names, joints = found.prediction.rows.names, found.problem.model.robot.joints
+    names, joints = result.prediction.rows.names, result.problem.model.robot.joints
     std, half, open_gains = np.sqrt(np.diag(spread.covariance)), [], []
-    for joint in sorted({int(np.argmax(one.answer.by_joint)) for one in found.selected if not one.once}):
+    lasting = [finding.answer for finding in result.selected if not finding.once]
+    for joint in sorted({int(np.argmax(answer.by_joint)) for answer in lasting}):
         place = names.index(f"{GAIN}{joint + 1}") if f"{GAIN}{joint + 1}" in names else None
-        if place is not None and std[place] > SHOWN * found.prediction.rows.std[place] > 0.0:
+        if place is not None and std[place] > SHOWN * result.prediction.rows.std[place] > 0.0:
             half.append(100.0 * NORMAL_95 * float(std[place]))
             open_gains.append(joints[joint])
     if not open_gains:
@@ -85,5 +91,5 @@ def _driving(
     runs = tuple(map(driven, problem.runs))
     rows = with_nuisances(problem.base, problem.model, runs, problem.known.values)
     rows = replace(rows, weight=problem.rows.weight, std=problem.rows.std)  # which may be held at nominal
-    fresh = [replace(one, columns=anew(one.candidate, one.columns, runs)) for one in answers]
+    fresh = [replace(answer, columns=anew(answer.candidate, answer.columns, runs)) for answer in answers]
     return replace(problem, runs=runs, rows=rows), fresh

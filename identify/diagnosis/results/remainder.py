@@ -68,7 +68,7 @@ def _sign(run: Driven, joint: int) -> np.ndarray:
 
 def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
     sign = _sign(run, joint)
-    return [sign * one for one in _position(run, joint)]
+    return [sign * wave for wave in _position(run, joint)]
 
 
 def _load(run: Driven, joint: int) -> list[np.ndarray]:
@@ -127,39 +127,39 @@ def features(model: Model) -> Iterator[Candidate]:
 
 def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
     """Answers of all kinds of features on each joint, beside what the prediction has."""
-    asked = [(one, Thinned.of(one, problem.runs)) for one in features(problem.model)]
-    found = ask(prediction, [pair for pair in asked if not pair[1].empty])
-    return [colouring(prediction, one) if one.gain > 0.0 else one for one in found]
+    pairs = [(feature, Thinned.of(feature, problem.runs)) for feature in features(problem.model)]
+    answers = ask(prediction, [pair for pair in pairs if not pair[1].empty])
+    return [colouring(prediction, answer) if answer.gain > 0.0 else answer for answer in answers]
 
 
 def remainders(
-    prediction: Prediction, every: list[Answer], noise: np.ndarray, rested: bool, material: float = MATERIAL
+    prediction: Prediction, answers: list[Answer], noise: np.ndarray, rested: bool, material: float = MATERIAL
 ) -> list[Remainder]:
     """Joints on which something is left beside all findings, with what it depends on.
 
     Args:
         prediction: With all findings.
-        every: Answers of features on each joint.
+        answers: Answers of features on each joint.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
         rested: Whether the noise was measured at rest, and not guessed.
         material: Share of the noise floor below which what is left is not worth a run.
     """
     residual = rms(prediction.residual, prediction.rows.weight)
     count, least = len(noise) * len(KINDS), float(np.log(CREDIBLE / (1 - CREDIBLE)))
-    found = []
+    rows = []
     for joint in range(len(noise)):
-        own = [one for one in every if one.candidate.joints == (joint,)]
-        best = max(own, key=lambda one: one.gain, default=None)
+        joint_answers = [answer for answer in answers if answer.candidate.joints == (joint,)]
+        best = max(joint_answers, key=lambda answer: answer.gain, default=None)
         over = float(residual[joint] / noise[joint])
         worth = best is not None and _explained(prediction, best, joint) > material * noise[joint]
         if best is not None and worth and odds_of(best, count) > least:
             probability = 1.0 / (1.0 + np.exp(-min(odds_of(best, count), 700.0)))
-            found.append(Remainder(joint, over, float(probability), best.candidate.effect))
+            rows.append(Remainder(joint, over, float(probability), best.candidate.effect))
         elif frequency := line(prediction, joint):
-            found.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
+            rows.append(Remainder(joint, over, 1 - LINES, f"time, at {frequency:.1f} Hz"))
         elif over > (BEYOND if rested else GUESSED):
-            found.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
-    return found
+            rows.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
+    return rows
 
 
 def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:
@@ -211,13 +211,13 @@ def line(prediction: Prediction, joint: int) -> float:
     longest = max(rows.stop - rows.start for rows in runs)
     length = 2 ** int(np.ceil(np.log2(2 * longest)))
     lowest = int(SLOWEST * length / rate)
-    every = _over_their_level(prediction, joint, lowest, length)
-    found = [ratio for ratio in every if ratio is not None]
-    if not found:
+    levels = _over_their_level(prediction, joint, lowest, length)
+    spectra = [ratio for ratio in levels if ratio is not None]
+    if not spectra:
         return 0.0
-    several = min(2, len(found))
-    ratios = np.sort(found, axis=0)[-several]
-    worst, pairs = int(np.argmax(ratios)), len(found) * (len(found) - 1) / 2 if several == 2 else 1
+    several = min(2, len(spectra))
+    ratios = np.sort(spectra, axis=0)[-several]
+    worst, pairs = int(np.argmax(ratios)), len(spectra) * (len(spectra) - 1) / 2 if several == 2 else 1
     # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
     chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
     return float((worst + lowest) * rate / length) if chance < LINES else 0.0
@@ -229,14 +229,14 @@ def _over_their_level(
     """Power of each run's residual over the level round about, at one grid of frequencies."""
     counts, residual = prediction.rows.weight[:, joint] > 0, prediction.residual[:, joint]
     for rows in prediction.rows.runs:
-        own = residual[rows][counts[rows]]
-        if len(own) < 64:
+        moving = residual[rows][counts[rows]]
+        if len(moving) < 64:
             yield None
             continue
-        power = np.abs(np.fft.rfft(own * np.hanning(len(own)), length)) ** 2
+        power = np.abs(np.fft.rfft(moving * np.hanning(len(moving)), length)) ** 2
         # Beyond that share of the highest frequency the filter has taken the torque away.
         inner = power[lowest : int(PASSED * len(power))]
-        window = AROUND * max(length // len(own), 1)
+        window = AROUND * max(length // len(moving), 1)
         yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
 
 

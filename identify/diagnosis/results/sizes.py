@@ -40,7 +40,7 @@ class Own(NamedTuple):
     """What is a finding's own among all unknowns.
 
     Attributes:
-        place: Of the finding.
+        place: Index of the finding.
         joint: On which it shows best.
         unknowns: Their places, coefficients before the numbers of its shape, shape (q,).
         names: Of these, (q,).
@@ -59,31 +59,31 @@ class Own(NamedTuple):
         return self.names[len(self.values) :]
 
 
-def own_of(found: SearchResult, spread: Spread, place: int) -> Own:
+def own_of(result: SearchResult, spread: Spread, place: int) -> Own:
     """Unknowns of one finding."""
-    answer, (unknowns, names) = found.selected[place].answer, spread.of(found, place)
-    values = found.prediction.values[places_of(found, place)]
+    answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
+    values = result.prediction.values[places_of(result, place)]
     return Own(place, int(np.argmax(answer.by_joint)), unknowns, (*answer.candidate.names, *names), values)
 
 
-def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:
+def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:
     """Size of a finding; None of what is there whole or not at all.
 
     Args:
-        found: The search that found it.
-        spread: What is known of all unknowns.
-        traces: Of the runs fitted, in order.
-        place: Of the finding.
+        result: The search that found it.
+        spread: Covariance of all unknowns.
+        traces: Traces of the fitted runs, in order.
+        place: Index of the finding.
     """
-    answer, own = found.selected[place].answer, own_of(found, spread, place)
+    answer, own = result.selected[place].answer, own_of(result, spread, place)
     if np.all(answer.columns.whole):
         return None
-    runs = found.problem.fitted
+    runs = result.problem.fitted
     slopes = np.concatenate([_slopes(answer.candidate, own, run) for run in runs])
     covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
     axes = kind_of(answer.candidate.effect).drawn_against
-    every = (_over(name, slopes, own, covariance, traces) for name in axes)
-    first = next((size for size in every if size is not None), Size(own.joint, 0.0, 0.0))
+    sizes = (_over(name, slopes, own, covariance, traces) for name in axes)
+    first = next((size for size in sizes if size is not None), Size(own.joint, 0.0, 0.0))
     rms, std = _beside(spread, own, covariance, sum(run.rows for run in runs))
     return replace(first, beside_rms=rms, beside_std=std)
 
@@ -91,8 +91,8 @@ def size(found: SearchResult, spread: Spread, traces: Sequence[Trace], place: in
 def _slopes(candidate: Candidate, own: Own, run: Driven) -> np.ndarray:
     """Torque by a little more of each unknown as the formula gives it, without a filter, shape (r, q)."""
 
-    def torque(one: Candidate) -> np.ndarray:
-        return np.asarray(one.columns(run)[run.centres][:, own.joint])
+    def torque(shaped: Candidate) -> np.ndarray:
+        return np.asarray(shaped.columns(run)[run.centres][:, own.joint])
 
     parts = [torque(candidate)]
     for name in own.shape:
@@ -124,10 +124,10 @@ class _Along(NamedTuple):
         turned = slopes * np.sign(velocity)[:, None] if axis.braking else slopes
         return cls(x[used], turned[used], _bins(x[used]))
 
-    def means(self, every: Sequence[np.ndarray]) -> tuple[list[float], np.ndarray]:
+    def means(self, groups: Sequence[np.ndarray]) -> tuple[list[float], np.ndarray]:
         """Of axis and slopes over some rows each."""
-        at = [float(self.x[rows].mean()) for rows in every]
-        return at, np.array([self.slopes[rows].mean(axis=0) for rows in every])
+        at = [float(self.x[rows].mean()) for rows in groups]
+        return at, np.array([self.slopes[rows].mean(axis=0) for rows in groups])
 
     def followed(self, values: np.ndarray) -> bool:
         """Whether the torque by coefficients (p,) is that of its curve."""
@@ -146,7 +146,7 @@ def _over(
         return None
     places, at = along.means([_nearest(along.x, target) for target in _targets(along.x, axis)])
     middles, curve = along.means(along.bins)
-    last, apart = (_variance(one, covariance) for one in (at[-1:], at[-1:] - at[0]))
+    last, apart = (_variance(row, covariance) for row in (at[-1:], at[-1:] - at[0]))
     if change := bool(apart[0] < TOGETHER * last[0]):
         curve, at = curve - at[0], at - at[0]
     which = SIZES if axis.size else SIGNED
@@ -177,7 +177,8 @@ def _points(
     """Torque with its deviation where slopes are (k, q)."""
     torque = slopes[:, : len(own.values)] @ own.values
     std = np.sqrt(_variance(slopes, covariance))
-    return tuple(Point(*one) for one in zip(which, at, map(float, torque), map(float, std), strict=True))
+    rows = zip(which, at, torque.tolist(), std.tolist(), strict=True)
+    return tuple(Point(*row) for row in rows)
 
 
 def _variance(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -187,11 +188,11 @@ def _variance(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 
 def _beside(spread: Spread, own: Own, covariance: np.ndarray, rows: int) -> tuple[float, float]:
     """Root mean square of what no other parameter takes over, fitted anew, and its deviation [N m]."""
-    every, normal = spread.prediction.rows, spread.prediction.normal[0]
-    columns, weight = every.columns[:rows, own.joint], every.weight[:rows, own.joint]
+    rows_of_all, normal = spread.prediction.rows, spread.prediction.normal[0]
+    columns, weight = rows_of_all.columns[:rows, own.joint], rows_of_all.weight[:rows, own.joint]
     others = np.setdiff1d(np.arange(len(normal)), own.unknowns)
-    taken = solve(factored(normal[np.ix_(others, others)]), normal[np.ix_(others, own.unknowns)])
-    slopes = (columns[:, own.unknowns] - columns[:, others] @ taken) * weight[:, None]
+    absorbed = solve(factored(normal[np.ix_(others, others)]), normal[np.ix_(others, own.unknowns)])
+    slopes = (columns[:, own.unknowns] - columns[:, others] @ absorbed) * weight[:, None]
     torque, count = slopes[:, : len(own.values)] @ own.values, max(float(weight.sum()), 1.0)
     value = float(np.sqrt(np.sum(torque**2) / count))
     slope = slopes.T @ torque / max(count * value, np.finfo(float).tiny)
@@ -199,44 +200,44 @@ def _beside(spread: Spread, own: Own, covariance: np.ndarray, rows: int) -> tupl
 
 
 def left_out(
-    found: SearchResult, spread: Spread, place: int, parameters: Mapping[str, Quantity]
+    result: SearchResult, spread: Spread, place: int, parameters: Mapping[str, Quantity]
 ) -> dict[str, LeftOut]:
     """Numbers of a finding that are no size: zero is within their interval, and others change with them.
 
     They do where that 95 % interval alone is more than a quarter of the effect's torque, or twice what is
     uncertain of it.
     """
-    own, prediction = own_of(found, spread, place), spread.prediction
-    rows = sum(run.rows for run in found.problem.fitted)
+    own, prediction = own_of(result, spread, place), spread.prediction
+    rows = sum(run.rows for run in result.problem.fitted)
     columns = prediction.rows.columns[:rows][:, :, own.unknowns]
     covariance = spread.covariance[np.ix_(own.unknowns, own.unknowns)]
-    whole = columns[:, :, : len(own.values)] @ own.values
-    [torque] = rms_torque(whole[:, :, None])
+    torques = columns[:, :, : len(own.values)] @ own.values
+    [torque] = rms_torque(torques[:, :, None])
     uncertain = np.sqrt(np.einsum("rnp,pq,rnq->", columns, covariance, columns) / max(rows, 1))
     alone = np.sqrt(np.diag(covariance)) * rms_torque(columns)
     unknown = (NORMAL_95 * alone > MUCH * torque) | (TOGETHER * alone**2 > uncertain**2)
     numbers = {
-        name: _beside_what(found, spread, own, int(unknown_place))
+        name: _beside_what(result, spread, own, int(unknown_place))
         for name, open_, unknown_place in zip(own.names, unknown, own.unknowns, strict=True)
         if open_
     }
     # What follows from a shape is not determined where its sign is not, unless it is small beside its like.
     numbers |= {
         name: LeftOut()
-        for name in found.selected[place].answer.candidate.reported
+        for name in result.selected[place].answer.candidate.reported
         if name in parameters and _wide(parameters[name], parameters.values())
     }
-    known = {name: sign_known(one.value, one.std) for name, one in parameters.items()}
+    known = {name: sign_known(number.value, number.std) for name, number in parameters.items()}
     return {name: why for name, why in numbers.items() if name in known and not known[name]}
 
 
-def _wide(number: Quantity, every: Iterable[Quantity]) -> bool:
+def _wide(number: Quantity, numbers: Iterable[Quantity]) -> bool:
     """Whether its interval is much of the largest number of its unit, as of a vector's components."""
-    largest = max(abs(one.value) for one in every if one.unit == number.unit)
+    largest = max(abs(number.value) for number in numbers if number.unit == number.unit)
     return not NORMAL_95 * number.std < MUCH * largest
 
 
-def _beside_what(found: SearchResult, spread: Spread, own: Own, unknown: int) -> LeftOut:
+def _beside_what(result: SearchResult, spread: Spread, own: Own, unknown: int) -> LeftOut:
     """The parameter that changes with an unknown."""
     covariance = solve(spread.prediction.factor, np.eye(len(spread.prediction.rows.names)))
     variance = np.maximum(np.diag(covariance), np.finfo(float).tiny)
@@ -246,18 +247,18 @@ def _beside_what(found: SearchResult, spread: Spread, own: Own, unknown: int) ->
     name = dict(zip(own.unknowns, own.names, strict=True)).get(other, spread.prediction.rows.names[other])
     if 1.0 - common[other] > TOGETHER or name.startswith(UNNAMED):
         return LeftOut()
-    return LeftOut(name, "" if other in own.unknowns else _effect_of(found, spread, other))
+    return LeftOut(name, "" if other in own.unknowns else _effect_of(result, spread, other))
 
 
-def _effect_of(found: SearchResult, spread: Spread, unknown: int) -> str:
+def _effect_of(result: SearchResult, spread: Spread, unknown: int) -> str:
     """What an unknown is a parameter of; empty for what is of no effect."""
-    for place, one in enumerate(found.selected):
-        if unknown in spread.of(found, place)[0]:
-            return one.answer.candidate.effect
-    name, model = spread.prediction.rows.names[unknown], found.problem.model
-    every = {
+    for place, selected in enumerate(result.selected):
+        if unknown in spread.of(result, place)[0]:
+            return selected.answer.candidate.effect
+    name, model = spread.prediction.rows.names[unknown], result.problem.model
+    effects = {
         parameter.name: name_of(effect)
         for effect in model.effects
         for parameter in effect.parameters(model.robot)
     }
-    return every.get(name, "")
+    return effects.get(name, "")

@@ -24,6 +24,8 @@ def as_json(diagnosis: Diagnosis, folder: str = "") -> dict[str, Any]:
         folder: Folder of the models of findings and rivals; empty if they are not written.
     """
     table = to_table(diagnosis)
+    if diagnosis.simulated is None:
+        del table["simulated"]
     words = [*_words_of_findings(diagnosis, folder), *_words_of_undecided(diagnosis, folder)]
     rows = [*table["findings"], *table["undecided"]]
     for row, name, sentences in zip(rows, finding_names(diagnosis), words, strict=True):

@@ -117,7 +117,9 @@ def hint_sentence(hint: Hinted, joints: Sequence[str]) -> str:
 
 def dependence(depends_on: str) -> str:
     """What a remainder depends on: a part of it, since noise is in what is left."""
-    return f"{'' if depends_on == UNCERTAIN else 'part of '}it depends on {depends_on}"
+    if depends_on == UNCERTAIN:
+        return "it depends on no recorded quantity with certainty"
+    return f"part of it depends on {depends_on}"
 
 
 def moment_sentence(moment: Moment) -> str:

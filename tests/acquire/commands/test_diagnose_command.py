@@ -265,7 +265,7 @@ def test_an_answer_replaces_that_of_its_own_case_only(tmp_path):
     path = tmp_path / "deep" / "answers.json"
     add_answer(replace(diagnosis(), name="a"), path)
     add_answer(replace(diagnosis(), name="b"), path)
-    add_answer(replace(diagnosis(), name="a", findings=()), path)
+    add_answer(replace(diagnosis(), name="a", findings=(), budget=None), path)
     found = json.loads(path.read_text())
     assert found["a"]["findings"] == []
     assert found["b"]["findings"][0]["effect"] == "joint_spring"

@@ -290,7 +290,7 @@ def test_what_is_no_part_of_a_report_is_reported_in_one_line(names, message, fil
     flat = json.loads((files / "worse.json").read_text()) | {"mismatch": {"position": 3}}
     texts = {
         "half.json": "{", "list.json": "[]", "other.json": '{"a": 1}', "notes.md": "words",
-        "bare.json": '{"exidyn_diagnosis": 1}', "late.json": '{"exidyn_comparison": 9}',
+        "bare.json": '{"exidyn_diagnosis": 2}', "late.json": '{"exidyn_comparison": 9}',
         "nofit.json": '{"exidyn_fit": 1}', "flat.json": json.dumps(flat),
         "foreign.json": json.dumps(table | {"findings": [], "budget": None}),
         "again/diagnosis.json": json.dumps(table),

@@ -249,7 +249,7 @@ def test_traces_are_those_of_the_evidence(files):
         (["fit.json", "diagnosis.json"], "give one fit or one diagnosis at a time"),
         (["diagnosis.json", "run.mcap"], "brings its runs"),
         (["list.json"], "neither a fit nor a diagnosis"),
-        (["other.json"], "neither a fit nor a diagnosis of format 1"),
+        (["other.json"], "has format 9; this version reads 2; update exidyn"),
         (["half.json"], "is not JSON, or was cut off"),
         (["bare.json"], "key 'name' is missing"),
         (["run.mcap", "--browser", "nowhere"], "--serve nowhere"),
@@ -257,7 +257,7 @@ def test_traces_are_those_of_the_evidence(files):
     ],
 )
 def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp_path, capsys):
-    texts = {"list": "[]", "other": '{"exidyn_diagnosis": 9}', "half": "{", "bare": '{"exidyn_diagnosis": 1}'}
+    texts = {"list": "[]", "other": '{"exidyn_diagnosis": 9}', "half": "{", "bare": '{"exidyn_diagnosis": 2}'}
     for name, text in texts.items():
         (files / f"{name}.json").write_text(text)
     given = [str(files / name) if "." in name and "/" not in name else name for name in names]

@@ -42,7 +42,8 @@ def synthetic(held_out):
 
     pairs = [asked(columns[0], (0,)), asked(columns[1], (0, 1), where=())]
     answers = ask(prediction([]), pairs)
-    problem = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=held_out)
+    runs = tuple(SimpleNamespace(prepared=SimpleNamespace(name=str(place))) for place in held_out)
+    problem = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=runs)
     return problem, tuple(Selected(one, 50.0) for one in answers)
 
 
@@ -53,16 +54,17 @@ def test_shares_of_known_effects_are_their_powers(held_out):
     first, second = SIZES[0] ** 2, SIZES[1] ** 2
     total = np.array([first + second, second]) + WHITE**2
     shares = {
-        share.finding if share.finding is not None else share.kind: share.shares for share in one.shares
+        share.finding if share.finding is not None else share.kind: share.percent / 100.0
+        for share in one.shares
     }
-    np.testing.assert_allclose(one.before**2, total, rtol=0.1)
-    np.testing.assert_allclose(one.after, [WHITE, WHITE], rtol=0.05)
+    np.testing.assert_allclose(one.before_rms**2, total, rtol=0.1)
+    np.testing.assert_allclose(one.after_rms, [WHITE, WHITE], rtol=0.05)
     np.testing.assert_allclose(shares[0], [first / total[0], 0.0], atol=0.03)
     np.testing.assert_allclose(shares[1], second / total, atol=0.03)
     np.testing.assert_allclose(shares[NOISE] + shares[OTHER], WHITE**2 / total, atol=0.02)
-    assert one.held_out == bool(held_out)
-    np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
-    assert all(np.all(share.shares >= 0.0) for share in one.shares)
+    assert one.held_out == tuple(map(str, held_out))
+    np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
+    assert all(np.all(share.percent >= 0.0) for share in one.shares)
 
 
 def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
@@ -74,9 +76,9 @@ def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
         )[0]
     )
     one = budget(problem, (found[1], wrong), [], np.full(2, WHITE))
-    assert all(np.all(share.shares >= 0.0) for share in one.shares)
-    np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
-    assert np.all(one.shares[1].shares < 0.01)
+    assert all(np.all(share.percent >= 0.0) for share in one.shares)
+    np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
+    assert np.all(one.shares[1].percent < 1.0)
 
 
 def test_the_budget_of_an_arm_adds_up_with_what_is_left():
@@ -86,10 +88,10 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
         prediction = found.problem.prediction([one.answer for one in kept])
         left = discrepancies(found.problem, prediction)
         one = budget(found.problem, kept, left, noise_floor(found.problem.runs)[0])
-        np.testing.assert_allclose(sum(share.shares for share in one.shares), [1.0, 1.0])
-        assert all(np.all(share.shares >= 0.0) for share in one.shares)
+        np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
+        assert all(np.all(share.percent >= 0.0) for share in one.shares)
         if not kept:
-            kinds = {share.kind: share.shares for share in one.shares}
+            kinds = {share.kind: share.percent / 100.0 for share in one.shares}
             # Both springs and friction under load depend on the joints' positions, or on the load.
             assert kinds[OTHER].max() < 0.2
 
@@ -97,8 +99,8 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
 def test_a_diagnosis_shows_where_the_misfit_goes():
     text = diagnose(nominal_model(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
     [spring] = [share for share in text.budget.shares if share.finding == 0]
-    assert spring.shares[1] > 0.95
-    assert spring.shares[0] < 0.05
+    assert spring.percent[1] > 95.0
+    assert spring.percent[0] < 5.0
     assert text.budget.held_out
 
 
@@ -110,9 +112,11 @@ def test_changes_are_what_a_candidate_alone_takes_from_the_error():
     by_joint = {one.joint: one for one in table}
     first, second = SIZES[0] ** 2, SIZES[1] ** 2
     expected = -first / (first + second + WHITE**2)
-    assert by_joint[0].change == pytest.approx(expected, abs=3 * by_joint[0].std + 0.01)
-    assert by_joint[1].change == pytest.approx(-second / (second + WHITE**2), abs=0.03)
-    assert all(0.0 < one.std < 0.1 for one in table)
+    assert by_joint[0].squared_error_percent == pytest.approx(
+        100 * expected, abs=3 * by_joint[0].std_percent + 1
+    )
+    assert by_joint[1].squared_error_percent == pytest.approx(-100 * second / (second + WHITE**2), abs=3)
+    assert all(0.0 < one.std_percent < 10.0 for one in table)
 
 
 def test_noise_measured_at_rest_in_one_run_holds_for_all():

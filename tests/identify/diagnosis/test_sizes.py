@@ -153,5 +153,5 @@ def test_what_follows_nothing_recorded_is_given_by_what_no_other_parameter_takes
     sized = size(found, with_shapes(found), [trace], 0)
     assert not sized.over
     assert not sized.known
-    value, std = sized.beside
+    value, std = sized.beside_rms, sized.beside_std
     assert value == pytest.approx(0.5 / np.sqrt(2.0), abs=3.0 * std)
