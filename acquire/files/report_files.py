@@ -1,4 +1,4 @@
-"""What `exidyn report` is given: which kind each file is, and what is read of it."""
+"""Inputs of `exidyn report`: the kind of each file, and its contents."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -24,27 +24,27 @@ from .diagnosis_files import Traces, traces_beside
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
 KEYS = {"exidyn_fit": FIT, "exidyn_diagnosis": DIAGNOSIS, "exidyn_comparison": COMPARISON}
-"""Key that a JSON file of each kind has, with the number of its format."""
+"""Key that identifies a JSON file and holds its format number -> kind."""
 VALID = (
     "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn compare, recordings "
     "(.mcap, .csv, case folder), or folders of these"
 )
 FORMAT = 1
-"""Of the JSON files of a diagnosis and of a comparison."""
+"""Format number of the JSON files of a diagnosis and of a comparison."""
 BY_JOINT = ("rms", "mean", "size", "noise")
-"""A number a joint."""
+"""Fields with one number per joint."""
 Row = tuple[NumberOrNull, ...]
 
 
 class _RegionsTable(Struct, frozen=True):
-    """Mismatch in thirds of what the arm did."""
+    """Mismatch in thirds of the range of a quantity."""
 
     edges: tuple[Row, ...]
     rms: tuple[Row, ...]
 
 
 class _MismatchTable(Struct, frozen=True):
-    """How far two recordings differ in one quantity."""
+    """Mismatch of two recordings in one quantity."""
 
     units: tuple[str, ...]
     rms: Row
@@ -55,7 +55,7 @@ class _MismatchTable(Struct, frozen=True):
 
 
 class _ComparisonFile(Struct, frozen=True, kw_only=True):
-    """A comparison."""
+    """The JSON file of a comparison."""
 
     simulated: str
     recorded: str
@@ -67,66 +67,66 @@ class _ComparisonFile(Struct, frozen=True, kw_only=True):
     verdict: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        for quantity, one in self.mismatch.items():
+        for quantity, mismatch in self.mismatch.items():
             for name in ("units", *BY_JOINT):
-                self._by_joint(getattr(one, name), f"mismatch.{quantity}.{name}")
-            for kind, regions in one.regions.items():
+                self._check_joints(getattr(mismatch, name), f"mismatch.{quantity}.{name}")
+            for kind, regions in mismatch.regions.items():
                 where = f"mismatch.{quantity}.regions.{kind}"
                 for name, count in (("edges", THIRDS + 1), ("rms", THIRDS)):
                     rows = getattr(regions, name)
-                    self._by_joint(rows, f"{where}.{name}")
+                    self._check_joints(rows, f"{where}.{name}")
                     check_rows(rows, f"{where}.{name}", count, f"of {THIRDS} regions")
 
-    def _by_joint(self, values: tuple, field: str) -> None:
+    def _check_joints(self, values: tuple, field: str) -> None:
         check_length(values, field, len(self.joints), "one a joint")
 
 
-class Found(NamedTuple):
+class ReportFile(NamedTuple):
     """A file of a known kind."""
 
     kind: str
     path: Path
 
 
-def found_files(paths: Sequence[Path]) -> list[Found]:
-    """Which kind each file is; folders give all that they hold, and what was named twice counts once.
+def find_files(paths: Sequence[Path]) -> list[ReportFile]:
+    """Files with their kinds; a folder stands for all its files, and a file named twice counts once.
 
     Raises:
-        NotAFile: There is nothing, or nothing that a report is made of.
+        NotAFile: If a path does not exist, or is not part of a report.
     """
-    found = [one for path in paths for one in _found(path)]
-    return list({one.path.resolve(): one for one in found}.values())
+    files = [file for path in paths for file in _files_at(path)]
+    return list({file.path.resolve(): file for file in files}.values())
 
 
-def _found(path: Path) -> list[Found]:
+def _files_at(path: Path) -> list[ReportFile]:
     if not path.exists():
         raise NotAFile(f"{path} does not exist")
     if path.suffix == ".json":
         if kind := _kind(path):
-            return [Found(kind, path)]
+            return [ReportFile(kind, path)]
         raise _unknown(path)
     if not path.is_dir() or (path / "case.toml").exists() or (path / "metadata.yaml").exists():
         try:
             kind_of(path)
         except NotAFile as error:
             raise _unknown(path) from error
-        return [Found(RECORDING, path)]
-    inside = []
+        return [ReportFile(RECORDING, path)]
+    files = []
     for file in sorted(path.glob("*.json")):
-        with suppress(NotAFile):  # what is none of ours
-            inside += [Found(kind, file)] if (kind := _kind(file)) else []
-    inside += [Found(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
-    if not inside:
-        raise NotAFile(f"{path} holds nothing that a report is made of. Valid: {VALID}")
-    return inside
+        with suppress(NotAFile):  # files of other programs
+            files += [ReportFile(kind, file)] if (kind := _kind(file)) else []
+    files += [ReportFile(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
+    if not files:
+        raise NotAFile(f"{path} contains no files for a report. Valid: {VALID}")
+    return files
 
 
 def _unknown(path: Path) -> NotAFile:
-    return NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
+    return NotAFile(f"{path} is not a file for a report. Valid: {VALID}")
 
 
 def _kind(path: Path) -> str:
-    """The kind of a JSON file; empty for those of other programs, as folders may hold."""
+    """The kind of a JSON file; empty for files of other programs."""
     table = _read_table(path)
     return next((kind for key, kind in KEYS.items() if key in table), "")
 
@@ -139,10 +139,10 @@ def _read_table(path: Path) -> dict[str, Any]:
 
 
 def read_diagnosed(path: Path) -> tuple[Diagnosed, Traces | None]:
-    """A diagnosis, and the samples beside it if there are any.
+    """A diagnosis, and the samples beside it; None without samples.
 
     Raises:
-        NotAFile: It is damaged, of a later format, or the samples are those of another.
+        NotAFile: If it is damaged, of a later format, or the samples belong to another diagnosis.
     """
     file = read_diagnosis(path)
     traces = traces_beside(path, file)
@@ -152,16 +152,16 @@ def read_diagnosed(path: Path) -> tuple[Diagnosed, Traces | None]:
 
 
 def read_diagnosis(path: Path) -> DiagnosisFile:
-    """All of a diagnosis but its samples.
+    """A diagnosis without its samples.
 
     Raises:
-        NotAFile: It is of a later format, or a field cannot be; it is named.
+        NotAFile: If it is of a later format, or a field is invalid; the message names the field.
     """
     return checked(_of_format(path, "exidyn_diagnosis"), DiagnosisFile, str(path))
 
 
-def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]:
-    """A comparison and commands that go on from it, for JSON; what is no number is null."""
+def comparison_table(comparison: Comparison, next_commands: list[str]) -> dict[str, Any]:
+    """A comparison and the next commands, for JSON; NaN and infinity become null."""
     return {
         "exidyn_comparison": FORMAT,
         "simulated": comparison.simulated,
@@ -170,9 +170,9 @@ def comparison_table(comparison: Comparison, go_on: list[str]) -> dict[str, Any]
         "offset": comparison.offset,
         "duration": comparison.duration,
         "filter_hz": comparison.cutoff,
-        "mismatch": {one.quantity: _numbers(one) for one in comparison.mismatches},
+        "mismatch": {mismatch.quantity: _numbers(mismatch) for mismatch in comparison.mismatches},
         "verdict": verdict(comparison),
-        "go_on": go_on,
+        "go_on": next_commands,
     }
 
 
@@ -188,7 +188,7 @@ def read_compared(path: Path) -> Compared:
     """A comparison.
 
     Raises:
-        NotAFile: It is damaged or of a later format.
+        NotAFile: If it is damaged or of a later format.
     """
     file = checked(_of_format(path, "exidyn_comparison"), _ComparisonFile, str(path))
     comparison = Comparison(
@@ -211,14 +211,14 @@ def _of_format(path: Path, key: str) -> dict[str, Any]:
 
 
 def _mismatches(table: Mapping[str, _MismatchTable]) -> Iterator[Mismatch]:
-    for quantity, one in table.items():
-        numbers = {name: _array(getattr(one, name)) for name in BY_JOINT}
+    for quantity, row in table.items():
+        numbers = {name: _array(getattr(row, name)) for name in BY_JOINT}
         regions = {
-            kind: Regions(_array(thirds.edges), _array(thirds.rms)) for kind, thirds in one.regions.items()
+            kind: Regions(_array(thirds.edges), _array(thirds.rms)) for kind, thirds in row.regions.items()
         }
-        yield Mismatch(quantity=quantity, units=one.units, regions=regions, **numbers)
+        yield Mismatch(quantity=quantity, units=row.units, regions=regions, **numbers)
 
 
 def _array(values: Any) -> np.ndarray:
-    """Numbers, which are NaN where JSON has null."""
+    """Numbers as an array, with NaN for null."""
     return np.array(values, dtype=float)

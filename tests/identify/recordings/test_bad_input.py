@@ -286,7 +286,7 @@ def test_several_runs_in_one_file_are_refused(folder, capsys):
     write_case(folder / "case")
     text = refused(["import", "case", "-o", "one.mcap"], capsys)
     assert text.startswith(
-        "exidyn: case holds 2 runs (small/run, small/again), and --output one.mcap is one "
+        "exidyn: case contains 2 runs (small/run, small/again), but --output one.mcap is one "
     )
     assert text.endswith("Name a folder: --output one")
     assert not (folder / "one.mcap").exists()
