@@ -29,7 +29,7 @@ class CommandParser(argparse.ArgumentParser):
         return parsed
 
     def _refuse(self, unknown: Sequence[str]) -> NoReturn:
-        """Report words that this parser does not know, the first of which is an option."""
+        """Report words that are unknown to this parser; the first is an option."""
         hint = nearest(unknown[0].partition("=")[0], self._option_string_actions)
         self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 

@@ -81,7 +81,7 @@ def diagnose_command(args: Namespace) -> int:
 
 
 def _read_and_do(folder: Path | None, output: Path, args: Namespace) -> None:
-    """Diagnose a case folder, or the runs of the command line where there is none."""
+    """Diagnose a case folder, or the runs of the command line if there is none."""
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", f"read {folder or 'the recordings'}"))
         diagnose_case(read_case(folder) if folder else recorded_case(args), output, args, progress)

@@ -46,7 +46,7 @@ from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
 
 CLOCK = "time [s]"
-"""Name of the time column in a log without one."""
+"""Name under which the time column of a log is proposed."""
 SI = ("s", "rad", "m", "rad/s", "m/s")
 """Units of time, positions and velocities in a recording."""
 EITHER = ("exidyn", "ros2_bag")

@@ -61,7 +61,7 @@ class Jog:
     Attributes:
         model: Nominal model with the payload.
         travel: Travel of the joint.
-        given: Parsed command line.
+        args: Parsed command line.
         driver: Driver that is not open yet.
         flange: Expected displacement of the flange; None until the arm's position is known.
     """
@@ -128,7 +128,7 @@ class Jog:
     usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
 )
 def jog_command(args: Namespace) -> int:
-    """Check, ask, move, record, judge."""
+    """Check, confirm, move, record, and judge the joint."""
     payload = payload_of(args)
     nominal = read_model(args.robot)
     model = with_body(nominal, payload)

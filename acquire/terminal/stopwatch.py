@@ -19,7 +19,7 @@ from ..screen import beneath
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
-"""Called with a sentence at each stage."""
+"""Function that takes a sentence at each stage."""
 
 PATIENCE = 2.0
 """Time until a bar appears [s]: shorter work needs none."""
