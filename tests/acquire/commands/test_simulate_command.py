@@ -137,7 +137,7 @@ def test_half_the_speed_takes_twice_the_time(folder):
     [
         (
             ["--stiffness", "1", "2", "3"],
-            "--stiffness has 3 values; expected one, or one for each of the 2 joints",
+            "--stiffness has 3 values; expected 1 value, or 1 per joint (2)",
         ),
         (["--backlash", "0.001"], "a gear with backlash needs a finite stiffness"),
         (["--payload", "gripper"], "no payload 'gripper'. Payloads of the model: tool"),

@@ -190,7 +190,7 @@ def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
     empty, full = write(folder, *runs)
     text = refused(["identify", empty, "--payload", full], capsys)
     assert "gives the mass of the payload" in text
-    assert "Add --mass KG behind it, or state the drives" in text
+    assert "Add --mass KG after this --payload, or state the drive gains" in text
     text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
     assert "com given without --mass" in text
     [silent] = write(folder, replace(runs[1], payload=KnownPayload("L")))
