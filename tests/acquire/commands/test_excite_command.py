@@ -126,13 +126,13 @@ def test_several_bodies_have_a_run_each(robot, capsys):
     assert "to be run: unloaded, and with each of the bodies" in " ".join(capsys.readouterr().out.split())
     assert read_plan(output).payload_pair
     assert excite(robot, "--mass", "1", "2", "--com", "0", "0", "0.1")[0] == REFUSED
-    assert "2 masses and 1 centres" in capsys.readouterr().err
+    assert "2 masses and 1 centers of mass" in capsys.readouterr().err
 
 
 def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, capsys):
     (tmp_path / "cell.toml").write_text('[[obstacle]]\nname = "crate"\nbox = 0.3\n')
     assert excite(robot, "--cell", str(tmp_path / "cell.toml"))[0] == REFUSED
-    assert "obstacle 'crate': " in capsys.readouterr().err
+    assert "obstacle 'crate' cannot be checked: " in capsys.readouterr().err
 
 
 WRONG = {
