@@ -1,1 +1,1 @@
-"""Recording a run on a robot cell, and the `exidyn` command that ties the folders together."""
+"""Run recording on a robot cell, and the `exidyn` command that ties the packages together."""

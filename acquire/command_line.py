@@ -1,4 +1,4 @@
-"""The command `exidyn`: which subcommand is asked for, and what its errors become."""
+"""The command `exidyn`: runs a subcommand, and turns its errors into one line and an exit code."""
 
 import argparse
 import os
@@ -22,73 +22,73 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run `exidyn`.
 
     Args:
-        arguments: Behind the command's name; those of the process by default.
+        arguments: Arguments after `exidyn`; by default those of the process.
 
     Returns:
-        Exit code, one of `exit_codes`.
+        An exit code of `exit_codes`.
     """
     try:
         with screens():
             try:
-                return _answered(arguments)
+                return _run_command(arguments)
             finally:
-                if sys.stdout is not None:  # as it is where it was closed
+                if sys.stdout is not None:  # it is None if it was closed before the start
                     sys.stdout.flush()  # here, where the reason of a failure can still be reported
     except BrokenPipeError:
-        # What is left in the buffer would be tried again at the end of the process, with a complaint.
+        # At exit, Python would flush the buffer once more and print an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return READER_LEFT
 
 
-def _answered(arguments: Sequence[str] | None) -> int:
-    """Run a command; errors that a person can do something about become a line."""
+def _run_command(arguments: Sequence[str] | None) -> int:
+    """Run a command; errors that the user can act on become one line."""
     top = _parser()
     if not (sys.argv[1:] if arguments is None else arguments):
         top.print_help()
         return 0
-    given = top.parse_args(arguments)
+    parsed = top.parse_args(arguments)
     try:
         with _warnings_as_lines():
-            return command(given.command).main(given.rest)
+            return command(parsed.command).main(parsed.rest)
     except BrokenPipeError:
         raise
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        return _said(f"{place}{error.strerror or error}", REFUSED)
+        return _report(f"{place}{error.strerror or error}", REFUSED)
     except MemoryError as error:
-        return _said(f"not enough memory ({error}): ask for less time, or fewer points a second", REFUSED)
+        return _report(f"not enough memory ({error}): ask for less time, or fewer points a second", REFUSED)
     except KeyboardInterrupt:
-        return _said("interrupted", INTERRUPTED)
+        return _report("interrupted", INTERRUPTED)
     except Exception as error:
-        # imports numpy, which a help text can do without
+        # imports numpy, which help texts do not need
         from exidyn.drivers.errors import DriverError
 
         from .run.errors import NotConfirmed, RunStopped, Unsafe
 
-        if not isinstance(error, ExidynError | DriverError):  # raised on purpose, these name what to do
+        if not isinstance(error, ExidynError | DriverError):  # only these say what to do
             raise
         code = STOPPED if isinstance(error, NotConfirmed | RunStopped) else REFUSED
         code = UNSAFE if isinstance(error, Unsafe) else code
-        return _said(" ".join(str(error).split()), code)
+        return _report(" ".join(str(error).split()), code)
 
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Inside, a warning about a robot's description is a line on standard error, once a text."""
+    """Print warnings about a robot's description as lines on standard error, each text once."""
     with warnings.catch_warnings():
-        usual = warnings.showwarning
+        default_show = warnings.showwarning
 
         def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
             if issubclass(category, RobotWarning):
                 print_warning(message)
             else:
-                usual(message, category, *place, **more)
+                default_show(message, category, *place, **more)
 
         warnings.showwarning = show
         yield
 
 
-def _said(line: str, code: int) -> int:
+def _report(line: str, code: int) -> int:
     print(complaint(f"exidyn: {line}"), file=sys.stderr)
     return code
 
@@ -107,7 +107,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"exidyn {version('exidyn')}")
-    Option("command COMMAND", "one of those below", COMMANDS).add_to(parser)
+    Option("command COMMAND", "one of the commands below", COMMANDS).add_to(parser)
     parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="its arguments")
     return parser
 

@@ -1,6 +1,6 @@
-"""The terminal: what is printed shows control characters as their codes, whichever file they come from.
+"""Terminal streams that print control characters as their codes.
 
-A name in a file could otherwise move the cursor, hide what was printed, or change the terminal's title.
+Otherwise a name in a file could move the cursor, hide what was printed, or change the terminal's title.
 """
 
 import sys
@@ -12,10 +12,10 @@ from exidyn.quoting import visible
 
 
 class Screen:
-    """A stream that shows control characters as their codes; everything else is the stream's.
+    """A stream that prints control characters as their codes and otherwise behaves like the one beneath.
 
     Attributes:
-        beneath: The stream.
+        beneath: The wrapped stream.
     """
 
     def __init__(self, beneath: TextIO) -> None:
@@ -27,7 +27,7 @@ class Screen:
         return len(text)
 
     def writelines(self, texts: Iterable[str]) -> None:
-        """Write several."""
+        """Write several texts."""
         for text in texts:
             self.write(text)
 
@@ -36,13 +36,13 @@ class Screen:
 
 
 def beneath(stream: TextIO) -> TextIO:
-    """The stream itself, for colors and cursor movements of exidyn; texts go through `visible` first."""
+    """The wrapped stream, for colors and cursor movements of exidyn; texts go through `visible` first."""
     return stream.beneath if isinstance(stream, Screen) else stream
 
 
 @contextmanager
 def screens() -> Iterator[None]:
-    """Inside, standard output and standard error are screens."""
+    """Replace standard output and standard error by screens within the context."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = map(_screen, before)
     try:
@@ -52,5 +52,5 @@ def screens() -> Iterator[None]:
 
 
 def _screen(stream: TextIO | None) -> Any:
-    """A screen; a stream that was closed before the start stays None."""
+    """The stream as a screen; a stream that was closed before the start stays None."""
     return stream if stream is None or isinstance(stream, Screen) else cast(TextIO, Screen(stream))

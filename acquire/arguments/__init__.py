@@ -1,4 +1,4 @@
-"""Arguments that commands share.
+"""Arguments that several commands share.
 
 In: the command line.
 Out: settings, controllers, exit codes.

@@ -1,4 +1,4 @@
-"""What a command of the command line is: a function, the options it takes, and its help."""
+"""A command of the command line: its function, its options, and its help."""
 
 import argparse
 import math
@@ -18,19 +18,19 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Option:
-    """An option of a command, or an argument that has no option's name.
+    """An option or a positional argument of a command.
 
     Attributes:
-        form: How it is typed: its names, then what stands for its values. "--exact" has none, "--com X Y Z"
-            three, "--current A..." one or more, "--serve [ADDRESS]" one or none; "runs RUN..." an argument.
-        meaning: Help, with the unit; the default is added.
-        kind: What makes a value of a text, or the valid values.
-        default: Without the option.
-        alone: What an option of one or no value stands for without one.
-        repeated: Whether it may be given several times, each adding to a list.
-        required: Whether the command needs it.
-        dest: Its name in the namespace, where that differs from the first of its own.
-        action: What takes its values in, where that is not the usual.
+        form: Names and placeholders of the values, as typed. "--exact" takes no value, "--com X Y Z" three,
+            "--current A..." one or more, "--serve [ADDRESS]" one or none; "runs RUN..." is positional.
+        meaning: Help text with the unit; the default is appended.
+        kind: Function that converts the text to a value, or the valid values.
+        default: Value if the option is absent.
+        alone: Value of an option with an optional value if it comes without one.
+        repeated: Whether the option may be repeated, each time extending a list.
+        required: Whether the command needs the option.
+        dest: Name in the namespace, if it differs from the option's first name.
+        action: argparse action that stores the values, if it is not the default one.
     """
 
     form: str
@@ -44,34 +44,34 @@ class Option:
     action: type[argparse.Action] | None = None
 
     def add_to(self, place: argparse._ActionsContainer) -> None:
-        """Add it to a parser or to a group of one."""
+        """Add the option to a parser or to an argument group."""
         words = self.form.split()
         names = [word for word in words if word.startswith("-")] or words[:1]
         settings: dict[str, Any] = {"help": self._help()}
         if len(names) == len(words):
             settings["action"] = "store_true"
         else:
-            settings |= {"default": self.default, **_counted(words[len(names) :]), **self._values()}
+            settings |= {"default": self.default, **_arity(words[len(names) :]), **self._values()}
         if self.repeated:
             settings["action"] = "extend" if settings.get("nargs") == "+" else "append"
-        given = {"required": self.required, "dest": self.dest, "action": self.action, "const": self.alone}
-        place.add_argument(*names, **settings, **{key: value for key, value in given.items() if value})
+        extras = {"required": self.required, "dest": self.dest, "action": self.action, "const": self.alone}
+        place.add_argument(*names, **settings, **{key: value for key, value in extras.items() if value})
 
     def _values(self) -> dict[str, Any]:
         if callable(self.kind):
             return {"type": self.kind}
-        return {"type": _one_of(self.kind), "choices": list(self.kind)}
+        return {"type": _choice_of(self.kind), "choices": list(self.kind)}
 
     def _help(self) -> str:
-        stated = "default" in self.meaning or isinstance(self.default, bool)
-        if stated or self.default == "" or not isinstance(self.default, str | int | float | Path):
+        needs_none = "default" in self.meaning or isinstance(self.default, bool)
+        if needs_none or self.default == "" or not isinstance(self.default, str | int | float | Path):
             return self.meaning
         default = f"{self.default:g}" if isinstance(self.default, float) else self.default
         return "; ".join(filter(None, (self.meaning, f"default: {default}")))
 
 
-def _counted(values: Sequence[str]) -> dict[str, Any]:
-    """How many values those are, as argparse has it, and what they are called."""
+def _arity(values: Sequence[str]) -> dict[str, Any]:
+    """The `nargs` and `metavar` that argparse needs for these placeholders."""
     [first, *others] = values
     if others:
         return {"nargs": len(values), "metavar": tuple(values)}
@@ -81,18 +81,18 @@ def _counted(values: Sequence[str]) -> dict[str, Any]:
 
 
 class Group(NamedTuple):
-    """Options below a title of their own in the help.
+    """Options below a title in the help.
 
     Attributes:
-        title: Empty for options of which only one may be given; they have no title.
-        options: In the order of the help.
+        title: Title of the group; empty for mutually exclusive options, which have no title.
+        options: Options in the order of the help.
     """
 
     title: str
     options: Iterable[Option]
 
     def add_to(self, parser: argparse.ArgumentParser) -> None:
-        """Add them to a parser."""
+        """Add the options to a parser."""
         group = parser.add_argument_group(self.title) if self.title else parser.add_mutually_exclusive_group()
         for option in self.options:
             option.add_to(group)
@@ -100,15 +100,15 @@ class Group(NamedTuple):
 
 @dataclass(frozen=True)
 class Command:
-    """A command; as the decorator of a function NAME_command it makes that what the command NAME runs.
+    """A command; it decorates the function NAME_command, which the command NAME then runs.
 
     Attributes:
-        description: What it does, in a sentence or two.
-        examples: One to a few command lines as a person would type them; what follows # is a comment.
-        options: In the order of the help.
-        notes: Tables that belong between options and examples.
-        usage: In place of the one from the options, where that would be long.
-        run: Takes the arguments as attributes, and returns the exit code, or None for "done".
+        description: What the command does, in one or two sentences.
+        examples: One or more command lines as a person would type them; text after # is a comment.
+        options: Options in the order of the help.
+        notes: Tables between options and examples.
+        usage: Usage line, if the generated one would be too long.
+        run: Function of the parsed arguments that returns the exit code, or None for "done".
     """
 
     description: str
@@ -116,14 +116,14 @@ class Command:
     options: Sequence[Option | Group]
     notes: str = ""
     usage: str | None = None
-    run: Callable[[Namespace], int | None] = lambda given: None
+    run: Callable[[Namespace], int | None] = lambda args: None
 
     def __call__(self, run: Callable[[Namespace], int | None]) -> "Command":
-        """The command that runs this."""
+        """The command with a function to run."""
         return replace(self, run=run)
 
     def main(self, arguments: Sequence[str]) -> int:
-        """Run it on words of a command line; the exit code."""
+        """Parse the arguments, run the command, and return the exit code."""
         parser = self.parser()
         try:
             return self.run(parser.parse_args(arguments)) or DONE
@@ -131,7 +131,7 @@ class Command:
             parser.error(str(error))
 
     def parser(self) -> "CommandParser":
-        """What reads its arguments and prints its help."""
+        """The parser that reads the command's arguments and prints its help."""
         shown = "\n".join(["examples:", *(f"  {line}" for line in self.examples)])
         parser = CommandParser(
             prog=f"exidyn {self.run.__name__.removesuffix('_command')}",
@@ -140,17 +140,17 @@ class Command:
             epilog=f"{self.notes.strip()}\n\n{shown}" if self.notes else shown,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        for one in self.options:
-            one.add_to(parser)
+        for option in self.options:
+            option.add_to(parser)
         return parser
 
 
 class WrongUse(Exception):
-    """Options that do not go together, which the options themselves do not show."""
+    """Options that exclude each other in a way that the parser cannot check."""
 
 
-def _one_of(valid: Collection[str]) -> Callable[[str], str]:
-    """The text itself, if it is valid."""
+def _choice_of(valid: Collection[str]) -> Callable[[str], str]:
+    """A function that returns a text unchanged if it is a valid choice."""
 
     def check(text: str) -> str:
         if text not in valid:
@@ -167,13 +167,13 @@ def print_warning(sentence: object) -> None:
 
 
 def _wrapped(description: str) -> str:
-    """The same, lines that are too long for a terminal together with those behind them wrapped anew."""
+    """The description, rewrapped if a line of it is too long for a terminal."""
     too_long = any(len(line) > WIDTH for line in description.splitlines())
     return textwrap.fill(" ".join(description.split()), WIDTH) if too_long else description
 
 
 def name_lines(title: str, texts: Mapping[str, str]) -> str:
-    """A title, and name and text of each on lines of their own, texts below one another."""
+    """A title, and below it one line for each name with its text, the texts aligned."""
     indent = max(map(len, texts)) + 4
     rows = [
         textwrap.fill(
@@ -189,12 +189,13 @@ def name_lines(title: str, texts: Mapping[str, str]) -> str:
 
 
 def table_help(title: str, table: Mapping[str, Any]) -> str:
-    """The same of functions or classes: each name, and the first line of its docstring."""
-    return name_lines(title, {n: (one.__doc__ or "").partition("\n")[0] for n, one in table.items()})
+    """Like `name_lines`, for functions or classes: each name, and the first line of its docstring."""
+    texts = {name: (documented.__doc__ or "").partition("\n")[0] for name, documented in table.items()}
+    return name_lines(title, texts)
 
 
 def any_number(text: str) -> float:
-    """A number, infinity and NaN included; for values that are judged later, where more is known."""
+    """A number, infinity and NaN included; for values that are checked later, where more is known."""
     try:
         return float(text)
     except ValueError:
@@ -202,7 +203,7 @@ def any_number(text: str) -> float:
 
 
 def integer(text: str) -> int:
-    """A whole number; for values that are looked at later, as `any_number`."""
+    """A whole number; for values that are checked later, as with `any_number`."""
     try:
         return int(text)
     except ValueError:
@@ -210,12 +211,12 @@ def integer(text: str) -> int:
 
 
 def valid_if(test: Callable[[T], bool], refusal: str, kind: Callable[[str], T]) -> Callable[[str], T]:
-    """What makes a value of a text, and refuses one that fails a test.
+    """A function that converts a text to a value, and refuses a value that fails a test.
 
     Args:
-        test: Whether a value is valid.
-        refusal: Behind the text, what is wrong with it and what would be right.
-        kind: Makes the value.
+        test: Function that returns whether a value is valid.
+        refusal: Rest of the error message after the text: what is wrong, and what would be valid.
+        kind: Function that converts the text.
     """
 
     def check(text: str) -> T:
@@ -229,10 +230,10 @@ def valid_if(test: Callable[[T], bool], refusal: str, kind: Callable[[str], T]) 
 
 number = valid_if(math.isfinite, "is not a finite number", any_number)
 positive = valid_if(lambda value: 0.0 < value < math.inf, "must be above 0", any_number)
-whole = valid_if(lambda value: value >= 0, "must be 0 or more", integer)
+not_negative = valid_if(lambda value: value >= 0, "must be 0 or more", integer)
 percent = valid_if(
     lambda share: 0.0 < share <= 1.0,
-    "is not above 0 and up to 100 per cent",
+    "is not above 0 and at most 100 %",
     lambda text: any_number(text.rstrip("%")) / 100.0,
 )
-"""A share from per cent."""
+"""A share [-] from a text in percent."""

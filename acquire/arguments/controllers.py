@@ -1,4 +1,4 @@
-"""Which controller, and its settings: from a file, from the command line."""
+"""The controller and its settings, from a file and from the command line."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,14 +11,12 @@ from exidyn.identification.robot_files.toml_fields import parse_toml
 from .command import Option
 
 CONTROLLER = (
-    Option("--driver DRIVER", "default: that of the controller file, or mock"),
+    Option("--driver DRIVER", "default: the driver of the controller file, or mock"),
     Option("--controller FILE", "driver and settings (.toml), as 'exidyn drivers DRIVER' prints", Path),
-    Option(
-        "--set NAME=VALUE", "one setting, before those of the file; may be repeated", str, [], repeated=True
-    ),
+    Option("--set NAME=VALUE", "one setting, overrides the file; may be repeated", str, [], repeated=True),
 )
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
-"""What a controller file has: key -> its type, and that in words."""
+"""Key of a controller file -> its type, and a description of the type."""
 
 
 def read_controller(
@@ -27,24 +25,24 @@ def read_controller(
     """Name and settings of a driver.
 
     Args:
-        path: Controller file; None for none.
-        name: On the command line, before that of the file; without either it is the mock.
-        assignments: "name=value" on the command line, before those of the file.
+        path: Controller file, or None.
+        name: Driver of the command line, or None; without a name in the file either, it is the mock.
+        assignments: "name=value" texts of the command line, which override the file.
 
     Raises:
-        BadSettings: A file that is none, or an assignment that is none.
+        BadSettings: If the file is not a controller file, or an assignment is not of the form name=value.
     """
     table = _file(path) if path else {}
-    of_file = table.get("driver", "")
-    if name and of_file and name != of_file:
-        raise BadSettings(f"--driver {name}, but {path} is for {of_file}. Leave one of them out")
+    file_driver = table.get("driver", "")
+    if name and file_driver and name != file_driver:
+        raise BadSettings(f"--driver {name}, but {path} is for {file_driver}. Omit one of them")
     settings = dict(table.get("settings", {}))
     for text in assignments:
         key, equals, value = text.partition("=")
         if not equals:
             raise BadSettings(f"--set {text}: expected NAME=VALUE, such as --set cycle=0.004")
         settings[key.strip()] = _value(value.strip())
-    return name or of_file or "mock", settings
+    return name or file_driver or "mock", settings
 
 
 def _file(path: Path) -> Mapping[str, Any]:
@@ -65,7 +63,7 @@ def _file(path: Path) -> Mapping[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """As TOML has it; what is no TOML value is a text."""
+    """The TOML value of a text, or the text itself if it is not a TOML value."""
     try:
         return parse_toml(f"value = {text}", "--set")["value"]
     except RobotError:

@@ -1,29 +1,29 @@
-"""What the exit code of `exidyn` means, the same for every command."""
+"""Exit codes of `exidyn`, the same for every command."""
 
 DONE = 0
 STOPPED = 1
-"""A run ended before its time, or a person did not confirm it."""
+"""A run was stopped before its end, or a person did not confirm it."""
 REFUSED = 2
-"""Something given was wrong or missing, as argparse has it."""
+"""An argument or a file was wrong or missing; argparse uses the same code."""
 LOST = 3
-"""A recording was made whole, and lacks what is lost for good; or some of many cannot be used."""
+"""A recording was recovered with permanent losses, or some of many recordings cannot be used."""
 WRONG = 4
-"""A joint was moved, and did not do what it should."""
+"""A joint was moved and did not behave as expected."""
 UNSAFE = 5
-"""After a run the arm still moves, or nobody knows whether it does."""
+"""After a run the arm still moves, or it is unknown whether it does."""
 INTERRUPTED = 130
-"""After Ctrl-C, as shells have it: 128 + SIGINT."""
+"""Ctrl-C, by the convention of shells: 128 + SIGINT."""
 READER_LEFT = 141
-"""The reader of the output has left, as shells have it of all commands: 128 + SIGPIPE."""
+"""The reader of the output has closed it, by the convention of shells: 128 + SIGPIPE."""
 
 MEANINGS = {
     DONE: "done",
     STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog, study)",
-    REFUSED: "not done: something given was wrong or missing, which one line on standard error names",
-    LOST: "done, and part of the recording is lost for good (recover), or some cannot be used (fleet)",
-    WRONG: "done, and the joint does not do what it should (jog)",
+    REFUSED: "not done: an argument or a file is wrong or missing; one line on standard error names it",
+    LOST: "done, but part of the recording is lost (recover), or some cannot be used (fleet)",
+    WRONG: "done, but the joint does not behave as expected (jog)",
     UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog, study)",
     INTERRUPTED: "interrupted by Ctrl-C",
-    READER_LEFT: "the reader of the output has left, as head does",
+    READER_LEFT: "the reader of the output has closed it, as head does",
 }
-"""Code -> in words, for help and docs."""
+"""Exit code -> its meaning, for help and docs."""

@@ -1,4 +1,4 @@
-"""Options of every command that moves an arm: its controller, what stops the run, what is on the flange."""
+"""Options of every command that moves an arm: controller, stop limits, payload."""
 
 import sys
 from argparse import Namespace
@@ -20,119 +20,119 @@ from .options import seed_option
 from .parser import complaint
 
 PAYLOAD = "L"
-"""What a body on the flange is called, and its unknown parameters after it."""
+"""Name of the payload, which also begins the names of its unknown parameters."""
 HOTTEST_WINDING = 180.0
-"""What the insulation of a motor's winding bears, class H of IEC 60085 [degC]; few have a higher one."""
+"""Largest temperature of a motor winding, insulation class H of IEC 60085 [degC]; few have a higher class."""
 SEEN_IN = 0.5
-"""Time within which a joint that runs away at its velocity limit must be beyond its tracking tolerance [s]:
-what goes unseen for longer is stopped when it has hit something."""
+"""Time within which a joint that runs away at its velocity limit must exceed its tracking tolerance [s]:
+a later stop would come after a collision."""
 LONGEST = 3600.0
-"""Duration of a run beyond which a person has to confirm that it is meant [s]: an arm is warm within an hour,
+"""Duration above which a person has to confirm that the run is intended [s]: an arm is warm within an hour,
 and ten minutes identify it."""
 
 motor_temperature = valid_if(
     lambda value: value <= HOTTEST_WINDING,
-    f"degC: no winding bears more than {HOTTEST_WINDING:g} (insulation class H)",
+    f"degC: no winding withstands more than {HOTTEST_WINDING:g} (insulation class H)",
     positive,
 )
-PLANT_HELP = "what the mock's arm really is; default: ROBOT, in record each value off by up to its tolerance"
+PLANT_HELP = "true arm of the mock; default: ROBOT, for record with each value off by up to its tolerance"
 DRIVING = (
     *CONTROLLER,
     Option("--plant ROBOT", PLANT_HELP),
-    seed_option("of the mock's noise"),
-    Option("--yes", "do not ask; see docs/record.md for when that is allowed"),
+    seed_option("seed of the mock's noise"),
+    Option("--yes", "do not ask for confirmation; docs/record.md states when that is allowed"),
 )
 STOPS = (
-    Option("--tracking DEG", "away from the command", positive, 2.0),
-    Option("--current A...", "one, or one a joint; default: by the torque limits", positive),
-    Option("--temperature DEGC", "", motor_temperature, 85.0),
+    Option("--tracking DEG", "largest deviation from the command", positive, 2.0),
+    Option("--current A...", "one value, or one per joint; default: from the torque limits", positive),
+    Option("--temperature DEGC", "largest motor temperature", motor_temperature, 85.0),
 )
 
 
-def require_mock(given: Namespace, driver: str) -> None:
-    """Raise where another arm is given for a driver that moves a real one.
+def require_mock(args: Namespace, driver: str) -> None:
+    """Raise if --plant comes with a driver of a real arm.
 
     Raises:
-        NotAllowed: It is.
+        NotAllowed: If it does.
     """
-    if given.plant and driver != "mock":
+    if args.plant and driver != "mock":
         raise NotAllowed(
-            f"--plant is an arm of the mock, and {driver} moves a real one. Leave one of them out"
+            f"--plant is the true arm of the mock, but driver {driver} moves a real arm. Omit one of them"
         )
 
 
-def facts_of(given: Namespace, driver: str, path: Path, **more: str) -> dict[str, str]:
-    """What a person should know before confirming, by name."""
-    carried = f"{given.mass:g} kg" if given.mass else "nothing"
-    return {"controller": driver, **more, "on the flange": carried, "recorded to": str(path)}
+def run_facts(args: Namespace, driver: str, path: Path, **more: str) -> dict[str, str]:
+    """Facts that a person should know before confirming, name -> text."""
+    payload = f"{args.mass:g} kg" if args.mass else "nothing"
+    return {"controller": driver, **more, "on the flange": payload, "recorded to": str(path)}
 
 
-def check_length(planned: float, speed: float, confirmed: bool) -> None:
-    """State how long a run takes if that is more than a minute, and refuse one beyond an hour.
+def check_duration(planned: float, speed: float, confirmed: bool) -> None:
+    """Print the duration of a run of more than a minute, and refuse more than an hour.
 
     Args:
-        planned: Duration of the motion as it was planned [s].
+        planned: Planned duration of the motion [s].
         speed: Share of the planned speed [-].
-        confirmed: Whether a longer run is meant (--long).
+        confirmed: Whether a longer run is intended (--long).
 
     Raises:
-        NotAllowed: It is longer, and not confirmed.
+        NotAllowed: If the run is longer than `LONGEST` and not confirmed.
     """
     seconds = planned / speed
     words = f"the run takes {duration_words(seconds)} at {100 * speed:g} % of the planned speed"
     if seconds > LONGEST and not confirmed:
         raise NotAllowed(
-            f"{words}; confirm a run of more than {LONGEST / 3600:g} h by --long, or give another --speed"
+            f"{words}; confirm a run of more than {LONGEST / 3600:g} h with --long, or increase --speed"
         )
     if seconds >= LONG:
         print(complaint(f"exidyn: {words}; checking it"), file=sys.stderr)
 
 
-def stops_of(given: Namespace, robot: Robot) -> tuple[WatchLimits, np.ndarray | None]:
-    """Limits of the monitors, and the largest current of each joint, shape (n,) [A], where one is given.
+def stop_limits(args: Namespace, robot: Robot) -> tuple[WatchLimits, np.ndarray | None]:
+    """Limits of the monitors, and each joint's largest current, shape (n,) [A]; None without --current.
 
     Raises:
-        NotAllowed: A tracking tolerance in which no stop acts in time; neither one current, nor one a joint.
+        NotAllowed: If the tracking tolerance is too large for a stop to act in time, or the number of
+            currents is neither 1 nor the number of joints.
     """
-    tracking = float(np.radians(given.tracking))
+    tracking = float(np.radians(args.tracking))
     largest, joint = _largest_tracking(robot)
     if tracking > largest:
         raise NotAllowed(
-            f"--tracking {np.degrees(tracking):g}: with more than {np.floor(np.degrees(largest)):g} degrees "
-            f"no stop of {joint} could act in time (half its range, or {SEEN_IN:g} s at its velocity limit). "
-            "Give less, or look why the arm stays behind"
+            f"--tracking is {np.degrees(tracking):g} degrees; with more than "
+            f"{np.floor(np.degrees(largest)):g} degrees no stop of {joint} could act in time (half its range "
+            f"or {SEEN_IN:g} s at its velocity limit). Reduce it, or find out why the arm lags its command"
         )
-    watch = WatchLimits(tracking=tracking, temperature=given.temperature)
-    if not given.current:
+    watch = WatchLimits(tracking=tracking, temperature=args.temperature)
+    if not args.current:
         return watch, None
-    if len(given.current) not in (1, robot.dof):
+    if len(args.current) not in (1, robot.dof):
         raise NotAllowed(
-            f"--current has {len(given.current)} values; expected one, or one for each of the "
-            f"{robot.dof} joints"
+            f"--current has {len(args.current)} values; expected 1 value, or 1 per joint ({robot.dof})"
         )
-    return watch, np.broadcast_to(np.array(given.current), (robot.dof,))
+    return watch, np.broadcast_to(np.array(args.current), (robot.dof,))
 
 
 def _largest_tracking(robot: Robot) -> tuple[float, str]:
-    """Largest tracking tolerance in which a stop can still act in time [rad], and the joint that sets it.
+    """Largest tracking tolerance with which a stop can still act in time [rad], and the joint that sets it.
 
-    Half a joint's range, or the way at its velocity limit in half a second, whichever is less.
+    It is half a joint's range or the distance at its velocity limit in half a second, whichever is less.
     """
     limits = robot.limits
     half = 0.5 * (limits.position_upper - limits.position_lower)
-    way = SEEN_IN * np.maximum(limits.velocity, -limits.velocity_lower)
-    largest = np.where(robot.revolute, np.minimum(half, way), np.inf)
+    distance = SEEN_IN * np.maximum(limits.velocity, -limits.velocity_lower)
+    largest = np.where(robot.revolute, np.minimum(half, distance), np.inf)
     joint = int(np.argmin(largest))
     return float(largest[joint]), robot.joints[joint]
 
 
-def body_of(given: Namespace) -> KnownPayload | None:
-    """The body on the flange that --mass, --com and --inertia describe; None without them.
+def payload_of(args: Namespace) -> KnownPayload | None:
+    """The payload that --mass, --com and --inertia describe; None without them.
 
     Raises:
-        NeedsPayload: One of the others without --mass.
+        NeedsPayload: If --com or --inertia come without --mass.
     """
-    numbers = {n: getattr(given, n) for n in ("mass", "com", "inertia") if getattr(given, n) is not None}
+    numbers = {n: getattr(args, n) for n in ("mass", "com", "inertia") if getattr(args, n) is not None}
     if not numbers:
         return None
     if "mass" not in numbers:

@@ -1,6 +1,6 @@
-"""The commands, each a function in NAME_command.py and a line in this table, imported when it is asked for.
+"""The commands: each is a function in NAME_command.py and a line in this table, and is imported when it runs.
 
-In: their arguments.
+In: arguments of a command.
 Out: files, text, an exit code.
 """
 
@@ -11,46 +11,46 @@ from ..arguments.command import Command
 GROUPS: dict[str, dict[str, str]] = {
     "get started": {
         "example": "simulate an arm, identify it, compare with the truth",
-        "init": "a robot.toml from a log and a URDF: columns, units, gains",
-        "import": "other people's files to recordings (.mcap)",
-        "info": "what is inside a recording",
+        "init": "make a robot.toml from a log and a URDF: columns, units, gains",
+        "import": "convert logs of other tools to recordings (.mcap)",
+        "info": "print the contents of a recording",
         "completion": "Tab completion for bash, zsh, fish and others",
     },
     "plan and record": {
-        "excite": "the trajectory that identifies an arm best within its limits",
-        "show": "a planned motion against limits: table, page, view, exports",
-        "drivers": "robot controllers, and the settings of each",
-        "watch": "what a controller measures, live; nothing is commanded",
-        "jog": "one joint a few degrees and back, and whether it does as it should",
+        "excite": "plan the trajectory that identifies an arm best within its limits",
+        "show": "show a planned motion against limits: table, page, view, exports",
+        "drivers": "list robot controllers, and the settings of each",
+        "watch": "show what a controller measures, live; nothing is commanded",
+        "jog": "move one joint a few degrees and back, and judge its settings",
         "record": "play a planned motion on a controller, and record it",
-        "recover": "whole recordings of what a crash left",
+        "recover": "recover complete recordings after a crash",
     },
     "identify and diagnose": {
-        "identify": "dynamics and drive gains from recordings",
-        "diagnose": "which physics a model leaves out, and the proof",
-        "study": "run after run, each chosen by what is open, until the model is decided",
-        "fleet": "many arms: which one changed, in what, and since when",
+        "identify": "identify dynamics and drive gains from recordings",
+        "diagnose": "find the physics that a model lacks, and the evidence",
+        "study": "record runs, each chosen by what is open, until the model is decided",
+        "fleet": "find which of many arms changed, in what, and since when",
     },
     "simulate and export": {
-        "simulate": "a planned motion in closed loop on a simulated arm",
-        "compare": "a simulation beside a recording: where they differ",
-        "gap": "a MuJoCo simulation beside the real arm, and a better MJCF",
-        "export": "a model for other simulators: URDF, MJCF, JSON, robot.toml",
+        "simulate": "simulate a planned motion in closed loop",
+        "compare": "compare a simulation with a recording",
+        "gap": "compare a MuJoCo simulation with the real arm, and improve its MJCF",
+        "export": "write a model for other simulators: URDF, MJCF, JSON, robot.toml",
     },
     "view results": {
-        "report": "runs, fit, diagnosis, before and after on one page",
-        "view": "recordings, a fit or a diagnosis in Rerun, the arm moving",
+        "report": "put runs, fit and diagnosis on one page",
+        "view": "view recordings, a fit or a diagnosis in Rerun, the arm moving",
     },
 }
-"""What a person is about -> commands for it, and what each does in a line."""
+"""Task -> its commands, and what each does in one line."""
 COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
-"""Name -> what it does in a line."""
-NEIGHBOURS = {"completion": "drivers", "recover": "info", "view": "report"}
-"""Short command -> the one in whose file it is."""
+"""Command -> what it does in one line."""
+NEIGHBORS = {"completion": "drivers", "recover": "info", "view": "report"}
+"""Short command -> the command whose file contains it."""
 
 
 def command(name: str) -> Command:
-    """A command of the table, imported."""
-    module = import_module(f"{__name__}.{NEIGHBOURS.get(name, name)}_command")
-    found: Command = getattr(module, f"{name}_command")
-    return found
+    """Import a command of the table."""
+    module = import_module(f"{__name__}.{NEIGHBORS.get(name, name)}_command")
+    imported: Command = getattr(module, f"{name}_command")
+    return imported

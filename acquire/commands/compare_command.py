@@ -1,4 +1,4 @@
-"""exidyn compare: a simulation and a recording in; where they differ, out."""
+"""exidyn compare: compare a simulation with a recording."""
 
 import shlex
 from argparse import Namespace
@@ -23,71 +23,71 @@ from ..terminal.json_output import hand_over, json_text
 
 
 @Command(
-    "Lay a simulation beside a recording of the same motion: where they differ, and how far.",
+    "Compare a simulation with a recording of the same motion: where they differ, and by how much.",
     (
         "exidyn compare sim.mcap real.mcap",
         "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
     ),
     (
-        Option("simulated SIM", "recording of any simulator (.mcap, .csv), or another run", Path),
+        Option("simulated SIM", "recording of a simulator (.mcap, .csv), or another run", Path),
         Option("recorded REAL", "recording of the real arm", Path),
-        robot_option("for tables, which do not name their robot"),
-        Option("--offset S", "to add to the time of SIM; default: where the positions agree best", number),
-        Option("--fit FIT", "fit.json whose filters and noise level are taken", Path),
+        robot_option("for tables, which do not contain their robot"),
+        Option("--offset S", "added to the time of SIM; default: where the positions agree best", number),
+        Option("--fit FIT", "fit.json that sets filters and noise floor", Path),
         JSON,
     ),
 )
-def compare_command(given: Namespace) -> None:
-    """Compare, print, write."""
-    require_json(given.json)
-    model = read_model(given.robot) if given.robot else None
-    simulated, recorded = (_one(path, model) for path in (given.simulated, given.recorded))
+def compare_command(args: Namespace) -> None:
+    """Compare both recordings, print the result, write the JSON."""
+    require_json(args.json)
+    model = read_model(args.robot) if args.robot else None
+    simulated, recorded = (_single(path, model) for path in (args.simulated, args.recorded))
     if simulated.name == recorded.name:
-        simulated = replace(simulated, name=str(given.simulated))
-    found = _compared(simulated, recorded, given.offset, read_fit(given.fit) if given.fit else None)
-    go_on = _go_on(given, simulated, recorded)
-    page = [compared_text(found)]
-    if differs(found):
-        page += ["which physics that is:", *(f"  {line}" for line in go_on)]
-    hand_over("\n".join(page), json_text(comparison_table(found, go_on)), given.json)
+        simulated = replace(simulated, name=str(args.simulated))
+    comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
+    next_commands = _next_commands(args, simulated, recorded)
+    page = [compared_text(comparison)]
+    if differs(comparison):
+        page += ["To find the physics that differs:", *(f"  {line}" for line in next_commands)]
+    hand_over("\n".join(page), json_text(comparison_table(comparison, next_commands)), args.json)
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
-    """Both on one clock."""
+    """Compare both on one clock."""
     if offset is not None:
         return compare(simulated, recorded, offset, fit)
-    alignment, again = nearest(simulated, recorded)
-    found = compare(simulated, recorded, alignment.offset, fit)
-    if not again:
-        return found
+    alignment, repeat = nearest(simulated, recorded)
+    comparison = compare(simulated, recorded, alignment.offset, fit)
+    if not repeat:
+        return comparison
     warning = (
-        f"both agree as well {again:.2f} s further, since the motion repeats itself; "
-        "state how far apart the clocks are with --offset"
+        f"both agree as well {repeat:.2f} s further, since the motion repeats itself; "
+        "state the offset of the clocks with --offset"
     )
-    return replace(found, warnings=(*found.warnings, warning))
+    return replace(comparison, warnings=(*comparison.warnings, warning))
 
 
-def _one(path: Path, model: Model | None) -> Recording:
-    """The one recording at a path."""
+def _single(path: Path, model: Model | None) -> Recording:
+    """The only recording at a path."""
     recordings = import_source(path, model)
     if len(recordings) != 1:
         names = ", ".join(recording.name for recording in recordings)
         raise RecordingError(
-            f"{path} holds {len(recordings)} recordings: {names or 'none'}; bring the one that is meant into "
-            "a file of its own with exidyn import"
+            f"{path} holds {len(recordings)} recordings: {names or 'none'}; write the intended one to a "
+            "separate file with exidyn import"
         )
     return recordings[0]
 
 
-def _go_on(given: Namespace, simulated: Recording, recorded: Recording) -> list[str]:
-    """Commands that diagnose the model of the simulation by the recording."""
-    real = shlex.quote(str(given.recorded))
-    if given.robot:
-        return [f"exidyn diagnose {shlex.quote(given.robot)} {real}"]
+def _next_commands(args: Namespace, simulated: Recording, recorded: Recording) -> list[str]:
+    """Commands that diagnose the simulation's model with the recording."""
+    real = shlex.quote(str(args.recorded))
+    if args.robot:
+        return [f"exidyn diagnose {shlex.quote(args.robot)} {real}"]
     if model_text(simulated.model) == model_text(recorded.model):
         return [f"exidyn diagnose {real}"]
-    model = shlex.quote(str(given.simulated.with_name(f"{given.simulated.stem}-model.toml")))
+    model = shlex.quote(str(args.simulated.with_name(f"{args.simulated.stem}-model.toml")))
     return [
-        f"exidyn export {shlex.quote(str(given.simulated))} --to toml -o {model}",
+        f"exidyn export {shlex.quote(str(args.simulated))} --to toml -o {model}",
         f"exidyn diagnose {model} {real}",
     ]

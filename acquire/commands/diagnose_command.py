@@ -1,4 +1,4 @@
-"""exidyn diagnose: a nominal robot and its recordings in; what the model leaves out, out."""
+"""exidyn diagnose: find the effects that a nominal model lacks, from recordings."""
 
 import sys
 from argparse import Namespace
@@ -30,12 +30,13 @@ from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
-"""Stages and their shares of the time."""
+"""Stages and their shares of the time with --quick."""
 STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
+"""Stages and their shares of the time."""
 
 
 @Command(
-    "Find the physics that a robot's model leaves out, and prove it on runs held out.",
+    "Find the physics that a robot's model lacks, and prove it on held-out runs.",
     (
         "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
         "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
@@ -44,104 +45,106 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
     (
         Option(
             "sources SOURCE...",
-            f"robot.toml, {NAMED} and its runs (.mcap, .csv); or folders with case.toml, each a case",
+            f"robot.toml, {NAMED} and its runs (.mcap, .csv); or case folders, which contain case.toml",
         ),
         VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),
         *PAYLOADS,
-        *filters(f"from the data; for case folders {COMPARISON_CUTOFF:g}, the filter of their format"),
+        *filters(f"from the data; for case folders {COMPARISON_CUTOFF:g}, as their format requires"),
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
         AS_RECORDED,
-        Option("--answer FILE", "JSON in which each case's findings are put, by its name", Path),
-        Option("--quick", "without simulation and without fit.json, which take a while"),
+        Option("--answer FILE", "JSON file to which the findings of each case are added, by its name", Path),
+        Option("--quick", "skip the simulation and fit.json, which take a while"),
     ),
-    """Runs contain their role (identify, slow, payload, validate) where recorded so;
-what comes behind an option is for that. The more kinds of run, the more effects
-can be distinguished.""",
+    """A recording may state its role (identify, slow, payload, validate); runs after
+--slow, --payload or --validate have that role. The more kinds of run, the more
+effects can be distinguished.""",
 )
-def diagnose_command(given: Namespace) -> int:
-    """Diagnose, print, write; every case for itself."""
-    require_json(given.json)
-    folders = case_folders(given.sources)
-    make_folder(given.output)
-    if given.answer:
-        read_answers(given.answer)  # before any work is done for it
+def diagnose_command(args: Namespace) -> int:
+    """Diagnose each case, print and write the results."""
+    require_json(args.json)
+    folders = case_folders(args.sources)
+    make_folder(args.output)
+    if args.answer:
+        read_answers(args.answer)  # reports a damaged file before any work is done
     if folders:
-        _require_no_runs(given)
-        given.torque_cutoff = given.torque_cutoff or COMPARISON_CUTOFF
+        _require_no_runs(args)
+        args.torque_cutoff = args.torque_cutoff or COMPARISON_CUTOFF
     if len(folders) > 1:
-        _require_no_json(given)
+        _require_no_json(args)
         stems = distinct_stems([folder.resolve().name for folder in folders], "case")
-        done = [_try(folder, given.output / stem, given) for folder, stem in zip(folders, stems, strict=True)]
+        done = [_try(folder, args.output / stem, args) for folder, stem in zip(folders, stems, strict=True)]
         return DONE if all(done) else REFUSED
-    _read_and_do(folders[0] if folders else None, given.output, given)
+    _read_and_do(folders[0] if folders else None, args.output, args)
     return DONE
 
 
-def _read_and_do(folder: Path | None, output: Path, given: Namespace) -> None:
-    """Diagnose a case folder, or the runs of the command line where there is none."""
-    with Stopwatch(QUICK if given.quick else STAGES) as progress:
+def _read_and_do(folder: Path | None, output: Path, args: Namespace) -> None:
+    """Diagnose a case folder, or the runs of the command line if there is none."""
+    with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", f"read {folder or 'the recordings'}"))
-        diagnose_case(read_case(folder) if folder else recorded_case(given), output, given, progress)
+        diagnose_case(read_case(folder) if folder else recorded_case(args), output, args, progress)
 
 
-def _require_no_runs(given: Namespace) -> None:
-    beside = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(given, name)]
-    if beside:
-        raise ExidynError(f"{' and '.join(beside)} beside a case folder, whose case.toml names the runs")
-
-
-def _require_no_json(given: Namespace) -> None:
-    """Raise where one JSON is asked for of several cases."""
-    if given.json:
+def _require_no_runs(args: Namespace) -> None:
+    run_options = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(args, name)]
+    if run_options:
         raise ExidynError(
-            "--json takes one case; of several, each has its diagnosis.json below --output, and --answer "
-            "collects their findings"
+            f"{' and '.join(run_options)} cannot be used with a case folder, whose case.toml names the runs"
         )
 
 
-def _try(folder: Path, output: Path, given: Namespace) -> bool:
-    """Diagnose one case of several; whether that could be done."""
+def _require_no_json(args: Namespace) -> None:
+    """Raise if --json comes with several cases."""
+    if args.json:
+        raise ExidynError(
+            "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
+            "--answer collects their findings"
+        )
+
+
+def _try(folder: Path, output: Path, args: Namespace) -> bool:
+    """Diagnose one of several cases; return whether it succeeded."""
     try:
-        _read_and_do(folder, output, given)
+        _read_and_do(folder, output, args)
     except ExidynError as error:
         print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
         return False
     return True
 
 
-def diagnose_case(case: Case, output: Path, given: Namespace, progress: Stopwatch) -> Diagnosed:
-    """Diagnose one case, print and write what came out."""
-    progress(StageText("ask", f"ask {counted(len(case.runs), 'run')} of {case.name}"))
-    filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
-    found = diagnosed(
+def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> Diagnosed:
+    """Diagnose one case, print and write the results."""
+    progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
+    filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
+    result = diagnosed(
         case.model,
         case.runs,
         case.name,
         filtering=filtering,
-        as_recorded=given.as_recorded,
+        as_recorded=args.as_recorded,
         progress=progress,
         before=case.before,
     )
-    diagnosis = found.diagnosis
-    if given.answer:
-        add_answer(diagnosis, given.answer)
-    simulated = None if given.quick else _simulated(diagnosis, case, progress)
-    fit = None if given.quick else _fit(diagnosis, case, filtering, progress)
+    diagnosis = result.diagnosis
+    if args.answer:
+        add_answer(diagnosis, args.answer)
+    simulated = None if args.quick else _simulated(diagnosis, case, progress)
+    fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
     progress.close()
     shown = Shown.of(diagnosis, str(output), simulated)
-    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), given.json)
+    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), args.json)
     print_written(*written)
-    return found
+    return result
 
 
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
-    """The first run held out in simulation, or the first run; None where the arm cannot be simulated."""
+    """Simulation of the first held-out run, or else of the first run; None if the arm cannot be simulated."""
     runs = dict(case.runs[::-1])
     recording = runs.get(HELD_OUT) or case.runs[0][1]
-    progress(StageText("simulate", f"simulate {recording.name} before and after"))
+    progress(StageText("simulate", f"simulate {recording.name} without and with findings"))
     try:
         return forward(diagnosis, recording)
     except ExidynError as error:
@@ -150,8 +153,8 @@ def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward 
 
 
 def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
-    """The model with what was found, identified again; None where the runs cannot carry that."""
-    progress(StageText("identify", "identify the model again with what was found"))
+    """Fit of the model with the findings; None if the runs do not suffice."""
+    progress(StageText("identify", "identify the model with the findings"))
     try:
         return refit(diagnosis, case.runs, filtering=filtering)
     except ExidynError as error:

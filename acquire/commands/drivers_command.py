@@ -1,4 +1,4 @@
-"""exidyn drivers: controllers, and the settings of each; exidyn completion: scripts for shells."""
+"""exidyn drivers: controllers and their settings; exidyn completion: completion scripts for shells."""
 
 from argparse import ArgumentParser, Namespace
 from typing import Any
@@ -10,7 +10,7 @@ from . import COMMANDS, command
 
 SHELLS = ("bash", "zsh", "fish", "powershell", "tcsh")
 FILES = {"ARM", "FILE", "FIT", "REAL", "ROBOT", "RUN", "SIM", "SOURCE", "TRAJECTORY"}
-"""Metavars of what can be a file; FOLDER is a folder."""
+"""Placeholders of values that can be files; FOLDER stands for a folder."""
 
 
 @Command(
@@ -24,47 +24,47 @@ FILES = {"ARM", "FILE", "FIT", "REAL", "ROBOT", "RUN", "SIM", "SOURCE", "TRAJECT
         Option("name [DRIVER]", ", ".join(known_drivers())),
         Option(
             "--for-host ADDRESS",
-            "print instead the file that the controller itself needs to find this host, if it needs one "
+            "instead print the file with which the controller finds this host, if it needs one "
             "(kuka_rsi: RSI_EthernetConfig.xml)",
             dest="address",
         ),
     ),
 )
-def drivers_command(given: Namespace) -> None:
-    """List the drivers, or print a controller file of one to be filled in."""
-    if given.name is None:
+def drivers_command(args: Namespace) -> None:
+    """List the drivers, or print a controller file to be filled in."""
+    if args.name is None:
         drivers = known_drivers()
         width = max(map(len, drivers))
         print("\n".join(f"{name:<{width}}  {entry.purpose}" for name, entry in drivers.items()))
         return
-    text = driver_class(given.name).controller_file(given.address) if given.address else explain(given.name)
+    text = driver_class(args.name).controller_file(args.address) if args.address else explain(args.name)
     print(text, end="")
 
 
 @Command(
-    "Print what makes a shell complete exidyn's command lines.",
+    "Print the script with which a shell completes exidyn's command lines.",
     (
         "exidyn completion bash > ~/.local/share/bash-completion/completions/exidyn",
         "exidyn completion zsh > ~/.zfunc/_exidyn",
         "exidyn completion fish > ~/.config/fish/completions/exidyn.fish",
     ),
     (Option("shell SHELL", ", ".join(SHELLS), SHELLS),),
-    """bash: the package bash-completion finds the file there by itself; without it, or
-      for one terminal:
+    """bash: the package bash-completion finds the file there; without it, or for one
+      terminal:
       eval "$(exidyn completion bash)"
-zsh:  ~/.zshrc has fpath+=~/.zfunc before compinit
-What is printed is complete: nothing of exidyn runs when Tab is pressed.
-Print it anew after an update.""",
+zsh:  ~/.zshrc needs fpath+=~/.zfunc before compinit
+The script is self-contained: exidyn does not run when Tab is pressed.
+Print it again after an update.""",
 )
-def completion_command(given: Namespace) -> None:
-    """Print the script of a shell."""
-    import shtab  # the parsers of all commands, which it walks through, take a second or two to import
+def completion_command(args: Namespace) -> None:
+    """Print the completion script of a shell."""
+    import shtab  # importing the parsers of all commands takes a second or two
 
-    print(shtab.complete(parser_of_all(), given.shell))
+    print(shtab.complete(parser_of_all(), args.shell))
 
 
 def parser_of_all() -> ArgumentParser:
-    """One parser of all commands with all their options; `exidyn` itself imports one command only."""
+    """One parser with all commands and options, for completion; `exidyn` itself imports only one command."""
     top = ArgumentParser(prog="exidyn")
     top.add_argument("--version", action="store_true", help="print the version")
     commands = top.add_subparsers(dest="command", metavar="COMMAND")
@@ -77,7 +77,7 @@ def parser_of_all() -> ArgumentParser:
 
 
 def _complete(action: Any) -> None:
-    """Name the values of an option, as shtab asks for it."""
+    """Tell shtab the values of an option."""
     import shtab
 
     if action.metavar == "DRIVER":

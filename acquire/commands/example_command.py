@@ -1,4 +1,4 @@
-"""exidyn example: a simulated arm whose truth is known, through all commands, and what came of it."""
+"""exidyn example: run the commands on a simulated arm, and compare the results with the truth."""
 
 import math
 import sys
@@ -16,21 +16,21 @@ from ..examples.example_arm import ExampleArm, Step
 from . import command
 
 SHORTEST = 20.0
-"""Duration [s] of the motion below which ramps and filters leave too little of it."""
+"""Shortest motion [s]: ramps and filters leave too little of a shorter one."""
 
 
 class Example(NamedTuple):
-    """One of them.
+    """An example.
 
     Attributes:
-        purpose: In a line.
-        folder: Where its files go by default.
-        length: Length of each motion by default [s].
-        search: How long the first motion is searched by default [s]; a minute finds a better one.
-        arm: Makes the arm, true and nominal.
-        steps: Its commands for a folder, a length of each motion [s] and a time to search it [s].
-        outcome: What came of it, by the files of its folder.
-        kept: Files that it does not write over; as patterns.
+        purpose: Description in one line.
+        folder: Default folder.
+        length: Default duration of each motion [s].
+        search: Default search time of the first motion [s]; a minute finds a better motion.
+        arm: Function that returns the true and the nominal arm.
+        steps: Function that returns the commands for a folder, a duration [s] and a search time [s].
+        outcome: Function that returns the result as text, from the files in a folder.
+        protected: Patterns of files that the example does not overwrite.
     """
 
     purpose: str
@@ -40,7 +40,7 @@ class Example(NamedTuple):
     arm: Callable[[], ExampleArm]
     steps: Callable[[Path, float, float], list[Step]]
     outcome: Callable[[Path], str]
-    kept: tuple[str, ...] = ("*.mcap*",)
+    protected: tuple[str, ...] = ("*.mcap*",)
 
 
 NAMED = {
@@ -63,7 +63,7 @@ NAMED = {
         example_balancer.outcome,
     ),
     "files": Example(
-        "robot.toml and log.csv of a simulated arm, for commands of your own; nothing is run",
+        "robot.toml and log.csv of a simulated arm, to try commands on; runs nothing",
         Path("exidyn-example-files"),
         20.0,
         5.0,
@@ -73,7 +73,7 @@ NAMED = {
         example_files.FILES,
     ),
     "servos": Example(
-        "arm.xml, an MJCF, and robot.toml of an arm of servos without current; nothing is run",
+        "arm.xml (MJCF) and robot.toml of an arm of servos without current; runs nothing",
         Path("exidyn-example-servos"),
         20.0,
         5.0,
@@ -83,29 +83,29 @@ NAMED = {
         example_servos.FILES,
     ),
 }
-"""Name -> example; the first is the one by default."""
+"""Name -> example; the first is the default."""
 
 
 def _each(field: str) -> str:
-    """What the examples have there, in their order."""
-    values = [getattr(one, field) for one in NAMED.values()]
+    """Values of a field of all examples, separated by commas."""
+    values = [getattr(example, field) for example in NAMED.values()]
     return ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
 
 
 @Command(
-    "Run exidyn's commands on a simulated arm whose truth is known, and compare with that.",
+    "Run exidyn's commands on a simulated arm, and compare the results with the truth.",
     (
         "exidyn example",
         "exidyn example balancer",
-        "exidyn example balancer --commands                   # prints them, to be run one by one",
-        "exidyn example files --output .                      # robot.toml and log.csv, to try commands with",
+        "exidyn example balancer --commands                   # print the commands, to run them one by one",
+        "exidyn example files --output .                      # robot.toml and log.csv, to try commands on",
     ),
     (
         Option("example [EXAMPLE]", f"{', '.join(NAMED)}, see below", NAMED, next(iter(NAMED))),
         output_option("FOLDER", meaning=f"default: {_each('folder')}"),
         Option(
             "--length --seconds S",
-            f"of each run; default: {_each('length')}",
+            f"duration of each run; default: {_each('length')}",
             valid_if(
                 lambda length: SHORTEST <= length < math.inf,
                 f"is too short; at least {SHORTEST:g} s",
@@ -114,22 +114,22 @@ def _each(field: str) -> str:
         ),
         Option(
             "--search S",
-            f"how long the motion is searched; default: {_each('search')}",
-            valid_if(lambda time: time > 0, "is no time to search in; give more than 0 s", any_number),
+            f"search time of the motion; default: {_each('search')}",
+            valid_if(lambda time: time > 0, "is not a search time; give more than 0 s", any_number),
         ),
-        Option("--commands", "only write the robot files, and print the commands that would be run"),
+        Option("--commands", "only write the robot files, and print the commands instead of running them"),
     ),
-    name_lines("the examples", {name: one.purpose for name, one in NAMED.items()}),
+    name_lines("the examples", {name: example.purpose for name, example in NAMED.items()}),
 )
-def example_command(given: Namespace) -> None:
-    """Run the commands that a person with a cell would, on the mock; print what came of it."""
-    example = NAMED[given.example]
-    folder = given.output or example.folder
-    if not given.commands:
-        _require_empty(folder, example.kept)
+def example_command(args: Namespace) -> None:
+    """Run the commands of an example on the mock, and print the result."""
+    example = NAMED[args.example]
+    folder = args.output or example.folder
+    if not args.commands:
+        _require_empty(folder, example.protected)
     example.arm().write(folder)
-    steps = example.steps(folder, given.length or example.length, given.search or example.search)
-    if given.commands:
+    steps = example.steps(folder, args.length or example.length, args.search or example.search)
+    if args.commands:
         print("\n".join(map(str, steps)))
         return
     run(steps)
@@ -137,18 +137,18 @@ def example_command(given: Namespace) -> None:
 
 
 def run(steps: Sequence[Step]) -> None:
-    """Run commands one after another, each printed before.
+    """Print and run commands one after another.
 
     Raises:
-        ExidynError: One of them ended otherwise than well.
+        ExidynError: If a command fails.
     """
-    for one in steps:
-        print(f"\n$ {one}", file=sys.stderr)
-        if command(one.command).main(one.arguments):
-            raise ExidynError(f"exidyn {one.command} has stopped; its output is above")
+    for step in steps:
+        print(f"\n$ {step}", file=sys.stderr)
+        if command(step.command).main(step.arguments):
+            raise ExidynError(f"exidyn {step.command} failed; its output is above")
 
 
-def _require_empty(folder: Path, kept: Sequence[str]) -> None:
-    taken = sorted(path for pattern in kept for path in folder.glob(pattern))
-    if taken:
-        raise ExidynError(f"{taken[0]} exists, and is not written over. Choose another folder (--output)")
+def _require_empty(folder: Path, protected: Sequence[str]) -> None:
+    existing = sorted(path for pattern in protected for path in folder.glob(pattern))
+    if existing:
+        raise ExidynError(f"{existing[0]} exists and is not overwritten. Choose another folder (--output)")

@@ -1,4 +1,4 @@
-"""exidyn excite: a robot in; the trajectory that identifies it best out, or another kind of run."""
+"""exidyn excite: plan the trajectory that identifies a robot best, or another kind of run."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -45,80 +45,88 @@ from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
 
-OPTIMISED = "best"
-"""Name of the kind of run that is searched for; the others are made by rule."""
+OPTIMIZED = "best"
+"""Name of the optimized kind of run; the others are made by rule."""
 IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
-"""Options about what to identify, which another kind of run, or one to distinguish models, does not need."""
+"""Options that only apply to runs for identification."""
 STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
 """Stages of a run made by rule, and their shares of the time."""
 GOAL = (
     Option(
         "--criterion NAME",
-        "what is made small: condition number of the scaled regressor, volume of the confidence "
-        "ellipsoid (D), average (A) or worst (E) relative deviation; default: condition, with --after worst, "
-        "with --mass the volume of the drive gains alone",
+        "minimized quantity: condition number of the scaled regressor, volume of the confidence "
+        "ellipsoid (D), average (A) or largest (E) relative std; default: condition, with --after worst, "
+        "with --mass the volume for the drive gains alone",
         CRITERIA,
     ),
     Option(
         "--shapes EFFECT...",
-        "effects whose shapes are unknown too, such as stribeck_friction",
+        "effects whose shapes are also unknown, such as stribeck_friction",
         [key for key, effect in EFFECTS.items() if effect.shapes()],
         [],
     ),
     Option(
         "--mass --payload KG...",
-        "plan a run unloaded and one with each mass, all of one motion, for the drive gains",
+        "plan one motion to be run unloaded and with each mass, for the drive gains",
         any_number,
         [],
     ),
     Option(
-        "--com X Y Z", "its centre from the flange [m]; once for each mass", any_number, [], repeated=True
+        "--com X Y Z",
+        "center of mass in the flange frame [m]; once for each mass",
+        any_number,
+        [],
+        repeated=True,
     ),
     Option(
         "--focus --for NAME...",
-        "what alone matters: gain Kr, or in words 'K_r, friction of joint 2'",
+        "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
         str,
         [],
     ),
-    Option("--after --from FIT", "fit.json of earlier runs, to add to", Path),
-    Option("--against ROBOT", "another model of the same arm, to be distinguished from it"),
-    Option("--trajectories N", "plan so many together; default: 1", integer, 1),
+    Option("--after --from FIT", "fit.json of earlier runs, which the new run complements", Path),
+    Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
+    Option("--trajectories N", "number of trajectories that are planned together; default: 1", integer, 1),
 )
 MOTION = (
     Option(
         "--kind KIND",
-        f"{OPTIMISED}: Found by search; "
+        f"{OPTIMIZED}: Optimized by search; "
         + "; ".join(f"{name}: {(kind.__doc__ or '').rstrip('.')}" for name, kind in KINDS.items()),
-        (OPTIMISED, *KINDS),
-        OPTIMISED,
+        (OPTIMIZED, *KINDS),
+        OPTIMIZED,
     ),
-    Option("--joints JOINT...", "for the other kinds; default: all"),
-    Option("--length S", "seconds", any_number, Wishes.seconds),
+    Option("--joints JOINT...", "joints that the other kinds move; default: all"),
+    Option("--length S", "duration", any_number, Wishes.seconds),
     Option("--period S", "base period; default: several are tried", any_number),
-    Option("--harmonics N", "of each joint", integer, Wishes.harmonics),
-    Option("--tick S", "controller cycle", any_number, Wishes.tick),
-    Option("--start Q...", "pose to begin and end at [rad]", any_number),
+    Option("--harmonics N", "harmonics of each joint", integer, Wishes.harmonics),
+    Option("--tick S", "cycle of the controller", any_number, Wishes.tick),
+    Option("--start Q...", "pose at start and end [rad]", any_number),
 )
 LIMITS = (
     Option("--degrees", "--start and --window are in degrees"),
-    Option("--window Q...", "RSI's AXISCORR: most from the start pose, one or n [rad]", any_number),
-    Option("--margin SHARE", "share kept off velocity … torque", any_number, 0.05),
+    Option(
+        "--window Q...",
+        "largest distance from the start pose, 1 or n values [rad]; RSI's AXISCORR",
+        any_number,
+    ),
+    Option("--margin SHARE", "safety margin of velocity, acceleration, jerk and torque", any_number, 0.05),
     Option(
         "--sure SHARE",
-        "share of possible arms (priors, fit) that must keep to the torque limits; 0: the nominal arm",
+        "share of sampled arms (priors, fit) that must stay within the torque limits; 0: nominal arm only",
         any_number,
         Wishes.sure,
     ),
     CELL,
-    Option("--collision-distance M", "between bodies", positive, 0.02),
+    Option("--collision-distance M", "smallest distance between bodies", positive, 0.02),
     NO_COLLISION,
     PACKAGES,
 )
-"""Those that a study keeps to as well."""
+"""Options that exidyn study has as well."""
 
 
 @Command(
-    "Find the trajectory that identifies a robot best within its limits. Ctrl-C keeps the best so far.",
+    "Plan the trajectory that identifies a robot best within its limits. Ctrl-C keeps the best so far.",
     (
         "exidyn excite robot.toml",
         "exidyn excite robot.toml --mass 175 --com 0.1 0 0.2      # a pair of runs, for the drive gains",
@@ -128,90 +136,91 @@ LIMITS = (
         Option("robot ROBOT", ROBOT_FILES),
         output_option("FILE", Path("trajectory.toml")),
         JSON,
-        Group("what it is for", GOAL),
+        Group("goal", GOAL),
         Group("motion", MOTION),
-        Group("limits, beyond the robot's own", LIMITS),
+        Group("limits in addition to those of the robot", LIMITS),
         Group(
             "search",
             (
-                Option("--search --seconds S", "seconds", any_number, 60.0),
-                Option("--starts N", "random starts", integer, 4),
-                Option("--seed N", "of the first start", integer, 0),
+                Option("--search --seconds S", "search time", any_number, 60.0),
+                Option("--starts N", "number of random starts", integer, 4),
+                Option("--seed N", "seed of the first start", integer, 0),
             ),
         ),
     ),
 )
-def excite_command(given: Namespace) -> None:
-    """Plan, print, write."""
-    _require_together(given)
-    read = [given.robot, *(one for one in (given.against, given.after, given.region) if one)]
-    require_file(given.output, "--output", read)
-    require_json(given.json)
-    model = read_model(given.robot)
-    searched = given.kind == OPTIMISED
-    with Stopwatch({} if searched else STAGES, given.search if searched else 0.0) as progress:
-        plans, distinguished = _planned(given, model, progress)
-        loaded, _ = with_bodies(model, _bodies(given))
-        checked = [_checked(one, loaded, progress) for one in plans]
+def excite_command(args: Namespace) -> None:
+    """Plan the motions, print and write them."""
+    _require_together(args)
+    read = [args.robot, *(path for path in (args.against, args.after, args.region) if path)]
+    require_file(args.output, "--output", read)
+    require_json(args.json)
+    model = read_model(args.robot)
+    searched = args.kind == OPTIMIZED
+    with Stopwatch({} if searched else STAGES, args.search if searched else 0.0) as progress:
+        plans, distinguished = _planned(args, model, progress)
+        loaded, _ = with_bodies(model, _bodies(args))
+        checked = [_checked(motion, loaded, progress) for motion in plans]
     pages, tables = [], []
-    for one, (uses, beyond), path in zip(plans, checked, _paths(given.output, len(plans)), strict=True):
-        write_plan(one, path)
-        pages += [summary(one, uses, beyond), *_poor(one), f"written: {path}; exidyn show {path} draws it"]
-        tables.append(plan_table(one, uses, beyond) | {"written": str(path)})
+    for motion, (uses, beyond), path in zip(plans, checked, _paths(args.output, len(plans)), strict=True):
+        write_plan(motion, path)
+        pages += [summary(motion, uses, beyond), *_poor(motion)]
+        pages.append(f"written: {path}; exidyn show {path} draws it")
+        tables.append(plan_table(motion, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
-    hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), given.json)
+    hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), args.json)
 
 
-def _checked(one: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
-    """How much of the limits a motion uses, and what it does beyond them, a sentence each."""
-    progress(StageText("torque", f"compute the torque of its {one.trajectory.duration:.0f} s"))
-    torque = nominal_torque(one, model)
-    progress(StageText("check", "check it against all limits, and stops from every tick"))
-    return [*limit_use(one), torque.use], violations(one, torque)
+def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
+    """A motion's use of the limits, and a sentence for each limit that it exceeds."""
+    progress(StageText("torque", f"compute the torque of its {plan.trajectory.duration:.0f} s"))
+    torque = nominal_torque(plan, model)
+    progress(StageText("check", "check it against all limits, with stops from every sample"))
+    return [*limit_use(plan), torque.use], violations(plan, torque)
 
 
-def _require_together(given: Namespace) -> None:
-    """Make sure that the options go together."""
-    asked = [f"--kind {given.kind}"] if given.kind != OPTIMISED else []
-    asked += ["--against"] if given.against else []
-    useless = [f"--{name}" for name in IDENTIFY_ONLY if getattr(given, name) not in (None, [])]
-    if len(asked) > 1 or asked and useless:
-        raise WrongUse(f"{' and '.join([*asked, *useless][:2])} do not go together")
-    if given.joints and given.kind == OPTIMISED:
-        raise WrongUse(f"--joints is for other kinds of run than '{OPTIMISED}', in which all joints move")
+def _require_together(args: Namespace) -> None:
+    """Raise if options exclude each other."""
+    other_goals = [f"--kind {args.kind}"] if args.kind != OPTIMIZED else []
+    other_goals += ["--against"] if args.against else []
+    identify = [f"--{name}" for name in IDENTIFY_ONLY if getattr(args, name) not in (None, [])]
+    if len(other_goals) > 1 or other_goals and identify:
+        raise WrongUse(f"{' and '.join([*other_goals, *identify][:2])} cannot be used together")
+    if args.joints and args.kind == OPTIMIZED:
+        raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
 
 
-def _planned(given: Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
-    """Motions, and what is to be said of them all."""
-    wishes = wishes_of(given, model, progress)
-    if given.kind != OPTIMISED:
-        progress(StageText("make", f"make {given.kind}"))
-        joints = [model.robot.index(joint) for joint in given.joints or ()]
-        return [by_rule(given.kind, model, wishes, joints, progress)], []
-    if given.against:
-        return _against(given, model, wishes, progress)
-    return _search(given, model, wishes, progress), []
+def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
+    """Motions, and sentences on how well they distinguish two models."""
+    wishes = wishes_of(args, model, progress)
+    if args.kind != OPTIMIZED:
+        progress(StageText("make", f"make {args.kind}"))
+        joints = [model.robot.index(joint) for joint in args.joints or ()]
+        return [by_rule(args.kind, model, wishes, joints, progress)], []
+    if args.against:
+        return _against(args, model, wishes, progress)
+    return _search(args, model, wishes, progress), []
 
 
 def _wrapped(sentences: Sequence[str]) -> list[str]:
-    return [line for one in sentences for line in paragraph(one)]
+    return [line for sentence in sentences for line in paragraph(sentence)]
 
 
-def _poor(one: Plan) -> list[str]:
-    """A warning where the best motion found is poor."""
-    condition = one.reached if one.criterion == "condition" else float(one.details.get("condition", 1.0))
+def _poor(plan: Plan) -> list[str]:
+    """A warning if the best motion is poor."""
+    condition = plan.reached if plan.criterion == "condition" else float(plan.details.get("condition", 1.0))
     if not condition < WORST:
         warning = (
-            f"the best motion found is poor: condition number {condition:.3g}, from {WORST:g} on some "
-            "combination of parameters is hardly seen. Try a wider range or window, a longer --period, more "
-            "--search, or a model with fewer unknowns"
+            f"the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, some "
+            "combination of parameters is hardly excited. Try a wider range or window, a longer --period, "
+            "more --search, or a model with fewer unknowns"
         )
         return paragraph(warning, " " * 11, "  WARNING: ")
     return []
 
 
 def _search(
-    given: Namespace,
+    args: Namespace,
     model: Model,
     wishes: Wishes,
     progress: Progress,
@@ -221,91 +230,91 @@ def _search(
         model,
         wishes,
         goal=goal,
-        starts=given.starts,
-        seed=given.seed,
-        seconds=given.search,
+        starts=args.starts,
+        seed=args.seed,
+        seconds=args.search,
         progress=progress,
     )
 
 
 def _against(
-    given: Namespace, model: Model, wishes: Wishes, progress: Progress
+    args: Namespace, model: Model, wishes: Wishes, progress: Progress
 ) -> tuple[list[Plan], list[str]]:
-    """The run that distinguishes two models, and how well in sentences."""
-    rival = read_model(given.against)
+    """Runs that distinguish two models, and sentences on how well they do."""
+    rival = read_model(args.against)
     names = [model.robot.name, rival.robot.name]
     if names[0] == names[1]:
-        names = [str(given.robot), str(given.against)]
+        names = [str(args.robot), str(args.against)]
     limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     goal = two_models((model, rival), names, limits, rows_of(wishes))
-    plans = _search(given, model, wishes, progress, goal)
+    plans = _search(args, model, wishes, progress, goal)
     lines = []
-    for one in plans:
-        motion = one.trajectory.every(0.01).motion()
-        lines += sentences(distinguish(goal, motion, limits, one.trajectory.duration))
+    for distinguishing in plans:
+        motion = distinguishing.trajectory.every(0.01).motion()
+        lines += sentences(distinguish(goal, motion, limits, distinguishing.trajectory.duration))
     return plans, lines
 
 
-def wishes_of(given: Namespace, model: Model, progress: Progress) -> Wishes:
-    """What the command line asks of a motion."""
-    turn = np.where(model.robot.revolute & given.degrees, np.pi / 180.0, 1.0)
-    start = _joint_values(given.start, model, "--start")
-    window = _joint_values(given.window, model, "--window")
+def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
+    """Planning options of the command line."""
+    scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
+    start = _joint_values(args.start, model, "--start")
+    window = _joint_values(args.window, model, "--window")
     return Wishes(
-        criterion=given.criterion,
-        harmonics=given.harmonics,
-        period=given.period,
-        seconds=given.length,
-        series=given.trajectories,
+        criterion=args.criterion,
+        harmonics=args.harmonics,
+        period=args.period,
+        seconds=args.length,
+        series=args.trajectories,
         margins=replace(
             Margins(),
-            velocity=given.margin,
-            acceleration=given.margin,
-            jerk=given.margin,
-            torque=given.margin,
+            velocity=args.margin,
+            acceleration=args.margin,
+            jerk=args.margin,
+            torque=args.margin,
         ),
-        window=None if window is None else turn * window,
-        start=None if start is None else turn * start,
-        tick=given.tick,
+        window=None if window is None else scale * window,
+        start=None if start is None else scale * start,
+        tick=args.tick,
         clearances=read_clearances(
-            given.robot,
+            args.robot,
             model.robot,
-            cell=given.region,
-            collision=not given.no_collision,
-            distance=given.collision_distance,
-            packages=given.packages,
+            cell=args.region,
+            collision=not args.no_collision,
+            distance=args.collision_distance,
+            packages=args.packages,
             say=progress,
         ),
-        shapes=given.shapes,
-        focus=given.focus,
-        sure=given.sure,
-        bodies=_bodies(given),
-        fit=None if given.after is None else read_fit(given.after),
+        shapes=args.shapes,
+        focus=args.focus,
+        sure=args.sure,
+        bodies=_bodies(args),
+        fit=None if args.after is None else read_fit(args.after),
     )
 
 
-def _bodies(given: Namespace) -> list[tuple[tuple[str, float], ...]]:
-    """What is known of each body."""
-    centres = given.com or [None] * len(given.mass)
-    if len(centres) != len(given.mass):
+def _bodies(args: Namespace) -> list[tuple[tuple[str, float], ...]]:
+    """Known parameters of each payload."""
+    centers = args.com or [None] * len(args.mass)
+    if len(centers) != len(args.mass):
         raise RobotError(
-            f"{len(given.mass)} masses and {len(centres)} centres: --com is the centre of a payload's mass, "
-            "given with --mass; give one for each mass, or none"
+            f"{len(args.mass)} masses and {len(centers)} centers of mass: --com is the center of mass of a "
+            "payload; give it once for each --mass, or not at all"
         )
-    return [known_parameters(mass, centre) for mass, centre in zip(given.mass, centres, strict=True)]
+    return [known_parameters(mass, center) for mass, center in zip(args.mass, centers, strict=True)]
 
 
 def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> np.ndarray | None:
-    """One value a joint; a single one stands for all."""
+    """One value per joint; a single value applies to all joints."""
     if values is None:
         return None
     if len(values) not in (1, model.robot.dof):
-        raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one a joint")
+        raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one per joint")
     return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
 
 
 def _paths(output: Path, count: int) -> list[Path]:
-    """The file of each trajectory: the one named, or with numbers from 1."""
+    """File of each trajectory: the output, with numbers from 1 if there are several."""
     if count == 1:
         return [output]
     return [output.with_stem(f"{output.stem}-{number}") for number in range(1, count + 1)]

@@ -1,4 +1,4 @@
-"""exidyn export: a model for simulators, a recording as a table, and what these cannot represent."""
+"""exidyn export: write a model for simulators, or a recording as a table."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 
 
 @Command(
-    "Write a model for a simulator, or a recording as a table, and list what that leaves out.",
+    "Write a model for a simulator, or a recording as a table, and list what the file lacks.",
     (
         "exidyn export exidyn-fit/fit.json --to mjcf",
         "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
@@ -39,12 +39,12 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
     (
         Option("arm ARM", ARM_HELP),
         Option("--to FORMAT", ", ".join((*FORMATS, *TABLES)), (*FORMATS, *TABLES), required=True),
-        output_option("FILE", meaning="default: the robot's name, or the recording's, then -export"),
+        output_option("FILE", meaning="default: name of the robot or recording with -export"),
         JSON,
-        Option("--payload NAME", "payload of the model that becomes part of the last link", default=""),
+        Option("--payload NAME", "payload of the model to be merged into the last link", default=""),
         Option(
             "--patch ARM.xml",
-            "with --to mjcf: change this file, of which the robot is, only where needed",
+            "with --to mjcf: change only the necessary numbers of this file, which describes the robot",
             Path,
         ),
     ),
@@ -52,101 +52,104 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
     + "\n\n"
     + table_help("formats of a recording (.mcap)", TABLES),
 )
-def export_command(given: Namespace) -> None:
-    """Write the file, and print what is missing in it."""
-    require_json(given.json)
-    _check_patch(given)
+def export_command(args: Namespace) -> None:
+    """Write the file, and print what it lacks."""
+    require_json(args.json)
+    _check_patch(args)
     changes: tuple[Change, ...] | None = None
     content: str | bytes
     moved: tuple[Moved, ...] = ()
-    if given.to in TABLES:
-        recording = read_recording(given.arm)
-        robot, missing, content = recording.robot, left_out(recording), TABLES[given.to](recording)
-        path = given.output or Path(f"{Path(given.arm).stem}-export.{given.to}")
+    if args.to in TABLES:
+        recording = read_recording(args.arm)
+        robot, missing, content = recording.robot, left_out(recording), TABLES[args.to](recording)
+        path = args.output or Path(f"{Path(args.arm).stem}-export.{args.to}")
     else:
-        model = read_arm(given.arm)
-        moved = _moved(given.arm, model)
-        portable, form = Portable.of(model, given.payload), FORMATS[given.to]
+        model = read_arm(args.arm)
+        moved = _moved(args.arm, model)
+        portable, form = Portable.of(model, args.payload), FORMATS[args.to]
         robot = portable.robot
-        if given.patch is None:
+        if args.patch is None:
             missing, content = form.leaves_out(portable), form.text(portable)
-            path = given.output or Path(f"{file_stem(robot.name, 'robot')}-export{form.ending}")
+            path = args.output or Path(f"{file_stem(robot.name, 'robot')}-export{form.ending}")
         else:
-            made = _patched(given, portable)
-            missing, content, changes = list(made.left), made.text, made.changes
-            path = given.output or given.patch.with_stem(f"{given.patch.stem}-identified")
-    require_file(path, "--output", [given.arm, *([given.patch] if given.patch else [])])
+            patched = _patched(args, portable)
+            missing, content, changes = list(patched.left), patched.text, patched.changes
+            path = args.output or args.patch.with_stem(f"{args.patch.stem}-identified")
+    require_file(path, "--output", [args.arm, *([args.patch] if args.patch else [])])
     write_whole(path, content)
     table = {
         "exidyn_export": 1,
         "robot": robot.name,
         "joints": list(robot.joints),
-        "format": given.to,
+        "format": args.to,
         "leaves_out": list(missing),
-        "moved": [one._asdict() for one in moved],
-        **({} if changes is None else {"changes": [_change(one) for one in changes]}),
+        "moved": [parameter._asdict() for parameter in moved],
+        **({} if changes is None else {"changes": [_change(change) for change in changes]}),
         "written": str(path),
     }
-    text = _summary(given.to, missing, moved, () if changes is None else _changes(changes))
-    hand_over(text, json_text(table), given.json)
+    text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
+    hand_over(text, json_text(table), args.json)
     print_written(path)
 
 
-def _check_patch(given: Namespace) -> None:
-    """Refuse what goes with no patch.
+def _check_patch(args: Namespace) -> None:
+    """Refuse options that exclude --patch.
 
     Raises:
-        RobotError: Another format, or a payload, which is no part of the arm's file.
+        RobotError: If the format is not MJCF, or there is a payload, which the arm's file does not contain.
     """
-    if given.patch is None:
+    if args.patch is None:
         return
-    if given.to != "mjcf":
-        raise RobotError(f"--patch changes an MJCF; with --to {given.to} the whole model is written")
-    if given.payload:
-        raise RobotError(f"--patch changes the arm's own file, of which payload {given.payload} is no part")
+    if args.to != "mjcf":
+        raise RobotError(f"--patch changes an MJCF; with --to {args.to} the whole model is written")
+    if args.payload:
+        raise RobotError(
+            f"--patch changes the arm's own file, which does not contain payload {args.payload}. "
+            "Omit one of them"
+        )
 
 
-def _patched(given: Namespace, portable: Portable) -> Patch:
-    """The user's MJCF with what the fit found, or with the values of what is no fit."""
-    if given.arm.endswith(".json"):
-        found = standard_parameters(read_fit(given.arm))
+def _patched(args: Namespace, portable: Portable) -> Patch:
+    """The user's MJCF with the estimates of a fit, or with the nominal values of another model."""
+    if args.arm.endswith(".json"):
+        parameters = standard_parameters(read_fit(args.arm))
     else:
         priors = portable.model.priors
-        found = Standard(portable.model.nominal_values, np.diag([prior.std**2 for prior in priors]))
+        parameters = Standard(portable.model.nominal_values, np.diag([prior.std**2 for prior in priors]))
     try:
-        text = given.patch.read_bytes()
+        text = args.patch.read_bytes()
     except OSError as error:
-        raise RobotError(f"{given.patch} cannot be read: {error.strerror}") from error
-    return patch(portable, found, text, str(given.patch.resolve().parent), str(given.patch))
+        raise RobotError(f"{args.patch} cannot be read: {error.strerror}") from error
+    return patch(portable, parameters, text, str(args.patch.resolve().parent), str(args.patch))
 
 
-def _change(one: Change) -> dict[str, object]:
-    known = np.isfinite(one.half)
-    return one._asdict() | {"half": one.half if known else None, "told_apart": one.told_apart}
+def _change(change: Change) -> dict[str, object]:
+    known = np.isfinite(change.half)
+    return change._asdict() | {"half": change.half if known else None, "told_apart": change.told_apart}
 
 
 def _changes(changes: Sequence[Change]) -> list[str]:
-    """The numbers of the file that are others now, as a table."""
+    """Table of the changed numbers of the file."""
     if not changes:
-        return ["nothing is another number now"]
+        return ["no number changed"]
     rows: list[list[str]] = []
-    for where, own in groupby(changes, lambda one: one.where):
+    for where, changes_there in groupby(changes, lambda change: change.where):
         rows.append([where])
         rows += [
-            [one.attribute, one.unit, digits(one.old), digits(one.new), digits(one.half), _near(one)]
-            for one in own
+            [c.attribute, c.unit, digits(c.old), digits(c.new), digits(c.half), _unchanged_note(c)]
+            for c in changes_there
         ]
     head = ("changed", "unit", "old", "new", "± 95 %", "note")
     return [*text_table(head, rows, left=(0, 1, 5)), ""]
 
 
-def _near(change: Change) -> str:
-    """Whether a number may be the old one as well."""
-    return "" if change.told_apart else "or as it was"
+def _unchanged_note(change: Change) -> str:
+    """A note if the old number is within the 95 % interval."""
+    return "" if change.told_apart else "or unchanged"
 
 
 def _moved(source: str, model: Model) -> tuple[Moved, ...]:
-    """Base parameters of a fit that its model has beyond their 95 %; none of what is no fit."""
+    """Base parameters that the exported model has outside their 95 % interval; none without a fit."""
     if not source.endswith(".json"):
         return ()
     fit = read_fit(source)
@@ -154,12 +157,14 @@ def _moved(source: str, model: Model) -> tuple[Moved, ...]:
 
 
 def _summary(name: str, missing: Sequence[str], moved: Sequence[Moved], changes: Sequence[str] = ()) -> str:
-    lines = [*changes, f"{name}: not in it" if missing else f"{name}: everything is in it"]
+    lines = [*changes, f"{name} cannot represent:" if missing else f"{name} represents everything"]
     for sentence in missing:
         lines += paragraph(sentence, "    ", "  - ")
     if moved:
-        lines += ["moved beyond their 95 % to the nearest that an arm can have"]
-    for one in moved:
-        far = f"{one.deviations:.1f} standard deviations"
-        lines.append(f"  - {one.name} from {digits(one.value)} to {digits(one.exported)}, {far}")
+        lines += ["moved outside their 95 % interval to the nearest physically consistent values:"]
+    for parameter in moved:
+        stds = f"{parameter.deviations:.1f} standard deviations"
+        lines.append(
+            f"  - {parameter.name} from {digits(parameter.value)} to {digits(parameter.exported)}, {stds}"
+        )
     return "\n".join(lines)

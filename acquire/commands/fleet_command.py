@@ -1,4 +1,4 @@
-"""exidyn fleet: recordings of many arms in; what changed on which, and since when, out."""
+"""exidyn fleet: find which of many arms changed, in what, and since when."""
 
 import sys
 from argparse import Namespace
@@ -16,7 +16,7 @@ from exidyn.identification.fleet.report import (
 )
 from exidyn.identification.notebook import counted
 
-from ..arguments.command import Command, Option, WrongUse, print_warning, whole
+from ..arguments.command import Command, Option, WrongUse, not_negative, print_warning
 from ..arguments.exit_codes import DONE, LOST
 from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option, require_json
 from ..fleet.analysis import change_rows, differences, odd_rows, reports, write_tables
@@ -37,12 +37,12 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 
 PAGE = "fleet.html"
 FORMAT = "1"
-"""Of the JSON."""
+"""Format number of the JSON."""
 
 
 @Command(
-    "Which arm of many changed, in what, and since when; each new recording is identified once.\n"
-    "'compare ARM ARM' states where two arms differ, or one at two times: ARM@2026-05-03.",
+    "Find which of many arms changed, in what, and since when; each new recording is identified\n"
+    "once. 'compare ARM ARM' compares two arms, or one arm at two times: ARM@2026-05-03.",
     (
         "exidyn fleet check-runs",
         "exidyn fleet s3://plant/check-runs --cluster tcp://scheduler:8786 -o /shared/fleet",
@@ -51,93 +51,99 @@ FORMAT = "1"
     ),
     (
         Option(
-            "what FOLDER...", "recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM"
+            "sources FOLDER...",
+            "recordings, ARM/RUN.mcap, or an address that fsspec reads; or: compare ARM ARM",
         ),
         ALARMS,
-        Option("--reports", "make a page of each arm's last run, and link to it"),
-        Option("--workers N", "processes on this machine; default: as many as cores", whole),
-        Option("--cluster ADDRESS", f"of a Dask scheduler, tcp://HOST:PORT; or {LOCAL} to start one here"),
+        Option("--reports", "write a page on each arm's last run, and link to it"),
+        Option("--workers N", "processes on this machine; default: number of cores", not_negative),
+        Option(
+            "--cluster ADDRESS",
+            f"address of a Dask scheduler, tcp://HOST:PORT; or {LOCAL} to start one on this machine",
+        ),
         output_option("FOLDER", FLEET),
         JSON,
     ),
     usage="exidyn fleet FOLDER [options]\n       exidyn fleet compare ARM ARM [-o FOLDER] [--json FILE]",
 )
-def fleet_command(given: Namespace) -> int:
-    """Identify what is new, ask what changed, print, write; or compare two arms."""
-    require_json(given.json)
-    if given.what[0] == "compare" and len(given.what) == 3:
-        _compare(given)
+def fleet_command(args: Namespace) -> int:
+    """Identify new recordings, find changes, print and write them; or compare two arms."""
+    require_json(args.json)
+    if args.sources[0] == "compare" and len(args.sources) == 3:
+        _compare(args)
         return DONE
-    if len(given.what) != 1:
-        raise WrongUse("one FOLDER is expected, or: compare ARM ARM")
-    make_folder(given.output)
-    source, store = Source(given.what[0]), Store(given.output.resolve())
-    files = {one.path for one in source.files()}
-    with executor_of(given.cluster, given.workers) as executor:
+    if len(args.sources) != 1:
+        raise WrongUse("expected one FOLDER, or: compare ARM ARM")
+    make_folder(args.output)
+    source, store = Source(args.sources[0]), Store(args.output.resolve())
+    files = {file.path for file in source.files()}
+    with executor_of(args.cluster, args.workers) as executor:
         new = identify_new(source, store, executor, _progress)
-        for arm, why in write_reports(source, store, executor, _reported) if given.reports else ():
+        for arm, why in write_reports(source, store, executor, _report_progress) if args.reports else ():
             print_warning(f"{arm}: no report: {why}")
-        found = reports(store, given.alarms_per_arm_year, executor)
-    write_tables(store, found)
+        kind_reports = reports(store, args.alarms_per_arm_year, executor)
+    write_tables(store, kind_reports)
     unusable = [row for row in left_out(store) if row[0] in files]
     marked = [row for row in not_whole(store) if row[0] in files]
     table = {
         "exidyn_fleet": FORMAT,
         "new": new,
-        "changes": [row for one in found for row in change_rows(one)],
-        "odd_runs": [row for one in found for row in odd_rows(one)],
-        "false_alarms_bounded": all(one.scatter.holds for one in found),
+        "changes": [row for report in kind_reports for row in change_rows(report)],
+        "odd_runs": [row for report in kind_reports for row in odd_rows(report)],
+        "false_alarms_bounded": all(report.scatter.holds for report in kind_reports),
         "left_out": unusable,
         "not_whole": marked,
     }
-    text = _text(found, new, given.alarms_per_arm_year)
-    hand_over("\n".join([*text, *_files_text(unusable, marked)]), json_text(table), given.json)
-    _write_page(source, store, found, given.alarms_per_arm_year, unusable, marked)
+    text = _text(kind_reports, new, args.alarms_per_arm_year)
+    hand_over("\n".join([*text, *_files_text(unusable, marked)]), json_text(table), args.json)
+    _write_page(source, store, kind_reports, args.alarms_per_arm_year, unusable, marked)
     return LOST if unusable else DONE
 
 
-def _progress(done: int, of: int, what: str = "new run") -> None:
-    if sys.stderr.isatty() or done == of:
-        end = "\n" if done == of else ""
-        print(f"\r{done} of {counted(of, what)}", end=end, file=beneath(sys.stderr), flush=True)
+def _progress(done: int, total: int, noun: str = "new run") -> None:
+    if sys.stderr.isatty() or done == total:
+        end = "\n" if done == total else ""
+        print(f"\r{done} of {counted(total, noun)}", end=end, file=beneath(sys.stderr), flush=True)
 
 
-def _reported(done: int, of: int) -> None:
-    _progress(done, of, "report")
+def _report_progress(done: int, total: int) -> None:
+    _progress(done, total, "report")
 
 
 def _files_text(unusable: Sequence[tuple[str, str]], marked: Sequence[tuple[str, str]]) -> list[str]:
-    """Files that are of no use, and those that are not whole."""
+    """Lines on recordings that cannot be used, and on incomplete ones."""
     lines = []
-    for words, files in (("cannot be used", unusable), ("not whole, used as far as it goes", marked)):
+    for words, files in (("cannot be used", unusable), ("incomplete, used as far as it goes", marked)):
         lines += [f"{words}: {path}: {why.removeprefix(path).lstrip(': ')}" for path, why in files]
     return lines
 
 
-def _text(found: Sequence[KindReport], new: int, rate: float) -> list[str]:
+def _text(kind_reports: Sequence[KindReport], new: int, rate: float) -> list[str]:
     lines = []
-    for report in found:
+    for report in kind_reports:
         arms, name = report.drifts, report.learned.frame.kind.model.robot.name
-        runs = sum(len(own.runs) for own in report.learned.arms.values())
+        runs = sum(len(arm_runs.runs) for arm_runs in report.learned.arms.values())
         lines.append(f"{name}: {counted(len(arms), 'arm')}, {counted(runs, 'run')}")
-        changed = {arm: own for arm, own in arms.items() if own.found}
-        for arm, own in changed.items():
-            lines += [f"  {arm}: {change_words(report.learned, one)}" for one in own.found]
-        odd = [(arm, one) for arm, own in arms.items() for one in own.odd]
-        lines += [f"  {arm}: {odd_words(report.learned, one)}" for arm, one in odd]
-        few = sum(len(own.runs) < LEAST for own in report.learned.arms.values())
-        same = len(arms) - len(changed) - few
-        if same or not (few or changed):
-            lines.append(f"  nothing changed on {counted(same, 'other arm' if changed else 'arm')}")
+        changed = {arm: drift for arm, drift in arms.items() if drift.found}
+        for arm, drift in changed.items():
+            lines += [f"  {arm}: {change_words(report.learned, change)}" for change in drift.found]
+        odd_runs = [(arm, run) for arm, drift in arms.items() for run in drift.odd]
+        lines += [f"  {arm}: {odd_words(report.learned, run)}" for arm, run in odd_runs]
+        few = sum(len(arm_runs.runs) < LEAST for arm_runs in report.learned.arms.values())
+        unchanged = len(arms) - len(changed) - few
+        if unchanged or not (few or changed):
+            lines.append(f"  nothing changed on {counted(unchanged, 'other arm' if changed else 'arm')}")
         if few:
-            lines.append(f"  too few runs for a change on {counted(few, 'arm')}: {LEAST} at least")
-    return [*lines, bound_words(found, rate), f"new: {counted(new, 'run')}"]
+            lines.append(
+                f"  too few runs to find changes on {counted(few, 'arm')}: at least {LEAST} are needed"
+            )
+    return [*lines, bound_words(kind_reports, rate), f"new: {counted(new, 'run')}"]
 
 
 def _write_page(
     source: Source,
     store: Store,
-    found: Sequence[KindReport],
+    kind_reports: Sequence[KindReport],
     rate: float,
     unusable: Sequence[tuple[str, str]],
     marked: Sequence[tuple[str, str]],
@@ -147,24 +153,25 @@ def _write_page(
     links: dict[str, dict[str, str]] = {}
     for arm, row in last_runs(store).items():
         report = report_path(store, row)
-        beside = quote(report.relative_to(store.folder).as_posix())
-        links[arm] = {"report": beside} if report.exists() else {}
+        link = quote(report.relative_to(store.folder).as_posix())
+        links[arm] = {"report": link} if report.exists() else {}
         links[arm]["last recording"] = (
             f"{source.address}/{row['file']}"
             if source.remote
             else (Path(source.address) / row["file"]).resolve().as_uri()
         )
     path = store.folder / PAGE
-    write_whole(path, fleet_page(found, unusable, links, rate, marked))
+    write_whole(path, fleet_page(kind_reports, unusable, links, rate, marked))
     print_written(path)
 
 
-def _compare(given: Namespace) -> None:
-    first, second = given.what[1:]
-    learned, found = differences(Store(given.output.resolve()), first, second)
+def _compare(args: Namespace) -> None:
+    first, second = args.sources[1:]
+    learned, differing = differences(Store(args.output.resolve()), first, second)
     joints = learned.frame.kind.model.robot.joints
-    lines = [f"{second} over {first}:", *(f"  {difference_words(one, joints)}" for one in found)]
-    if not found:
-        lines = [f"{first} and {second} do not differ beyond what one arm does from run to run"]
-    table = {"exidyn_fleet": FORMAT, "differences": [one._asdict() for one in found]}
-    hand_over("\n".join(lines), json_text(table), given.json)
+    words = (f"  {difference_words(difference, joints)}" for difference in differing)
+    lines = [f"{second} over {first}:", *words]
+    if not differing:
+        lines = [f"{first} and {second} do not differ by more than one arm does from run to run"]
+    table = {"exidyn_fleet": FORMAT, "differences": [difference._asdict() for difference in differing]}
+    hand_over("\n".join(lines), json_text(table), args.json)

@@ -1,4 +1,4 @@
-"""exidyn gap: a MuJoCo model and recordings in; where both part, what it is, and a better model, out."""
+"""exidyn gap: compare a MuJoCo model with recordings, find the differing effects, and improve the model."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -39,14 +39,14 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 from ..terminal.stopwatch import Stopwatch
 
 DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
-"""What the recordings' robot says of its drives and no MJCF does."""
+"""Fields of the recorded robot's drives that an MJCF does not have."""
 STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
 """Stages and their shares of the time."""
 
 
 @Command(
-    "Simulate in MuJoCo what was commanded to the real arm: where both part, which physics\n"
-    "that is, and what each finding gains on a run held out. Writes a better MJCF.",
+    "Simulate the real arm's commands in MuJoCo, identify the effects that make simulation and\n"
+    "recording differ, and validate each finding on held-out runs. Writes an improved MJCF.",
     (
         "exidyn gap arm.xml run.mcap --validate other.mcap",
         "exidyn gap arm.xml run.mcap --payload loaded.mcap --mass 0.2 --validate other.mcap",
@@ -54,56 +54,56 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
     ),
     (
         Option("arm ARM.xml", "MJCF of the simulation", Path),
-        Option("runs RUN...", "runs that are fitted (.mcap, .csv)", Path),
+        Option("runs RUN...", "runs to fit (.mcap, .csv)", Path),
         VALIDATE,
         *PAYLOADS,
         Option(
             "--commands KIND",
-            "position, followed by the file's servos, or torque as it was measured; default: position where "
-            "the runs and the file have that",
+            "position, for the servos of the file, or torque as measured; default: position if both the runs "
+            "and the file have it",
             (POSITION, TORQUE),
         ),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
-        Option("--view", "show the arms as recorded and as simulated, before and after, in Rerun's viewer"),
+        Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
         Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
         JSON,
         AS_RECORDED,
     ),
-    """A finding for which one of its joints is worse on the runs held out is not written,
-nor one for which any joint is worse than by the file as it was. Runs imported with
+    """A finding is not written if one of its joints is worse on the held-out runs, or
+if any joint is worse than with the original file. Runs imported with
 --effort command have the torque of the file's position servos.""",
 )
-def gap_command(given: Namespace) -> None:
-    """Simulate, diagnose, write, print."""
-    require_json(given.json)
-    make_folder(given.output)
-    if given.save:
-        require_file(given.save, "--save", [given.arm, *given.runs, *given.validate])
-    source = _source(given.arm)
+def gap_command(args: Namespace) -> None:
+    """Simulate and diagnose, write and print the results."""
+    require_json(args.json)
+    make_folder(args.output)
+    if args.save:
+        require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
+    source = _source(args.arm)
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
-        model, runs = _read(given)
-        filtering = Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill)
-        found = gap(source, model, runs, given.commands or "", filtering, progress, given.as_recorded)
-    written = _write(found, given)
-    said = str(written[0]) if found.kept else ""
-    table = _table(found, said)
-    (given.output / "report.html").write_text(gap_html(found, said), encoding="utf-8")
-    hand_over(gap_text(found, said), json_text(table), given.json)
-    print_written(*written, given.output / "report.html", *_show(found, model, given))
+        model, runs = _read(args)
+        filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
+        result = gap(source, model, runs, args.commands or "", filtering, progress, args.as_recorded)
+    written = _write(result, args)
+    improved = str(written[0]) if result.kept else ""
+    table = _table(result, improved)
+    (args.output / "report.html").write_text(gap_html(result, improved), encoding="utf-8")
+    hand_over(gap_text(result, improved), json_text(table), args.json)
+    print_written(*written, args.output / "report.html", *_show(result, model, args))
 
 
-def _show(found: Gap, model: Model, given: Namespace) -> list[Path]:
-    """Open or save the view; Rerun takes a second to import, so only then."""
-    if not (given.view or given.save):
+def _show(result: Gap, model: Model, args: Namespace) -> list[Path]:
+    """Open or save the view, if requested: Rerun takes a second to import."""
+    if not (args.view or args.save):
         return []
     from ..views.gap_view import gap_view
     from ..views.live_view import Targets
     from ..views.viewers import show
 
-    show(gap_view(found, model), Targets(view=given.view, save=given.save))
-    return [given.save] if given.save else []
+    show(gap_view(result, model), Targets(view=args.view, save=args.save))
+    return [args.save] if args.save else []
 
 
 def _source(path: Path) -> Source:
@@ -113,49 +113,51 @@ def _source(path: Path) -> Source:
         raise RobotError(f"{path} cannot be read: {error.strerror}") from error
 
 
-def _read(given: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
-    """What the file describes of the joints that were recorded, and all runs with their roles."""
-    whole = read_model(given.arm)
-    roles = [
-        (role, path) for role, paths in ((ROLE, given.runs), (HELD_OUT, given.validate)) for path in paths
+def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
+    """The model of the recorded joints, and all runs with their roles."""
+    full_model = read_model(args.arm)
+    roles = [(role, path) for role, paths in ((ROLE, args.runs), (HELD_OUT, args.validate)) for path in paths]
+    read = [(role, run) for role, path in roles for run in import_source(path, full_model)]
+    read += [
+        (LOADED, carrying(run, loaded))
+        for loaded in args.payload
+        for run in import_source(loaded.path, full_model)
     ]
-    found = [(role, run) for role, path in roles for run in import_source(path, whole)]
-    found += [(LOADED, carrying(run, one)) for one in given.payload for run in import_source(one.path, whole)]
-    named = distinct_bodies(renamed(run for _, run in found))
-    runs = list(zip((role for role, _ in found), named, strict=True))
+    named = distinct_bodies(renamed(run for _, run in read))
+    runs = list(zip((role for role, _ in read), named, strict=True))
     robot = runs[0][1].robot
-    model = whole if robot.joints == whole.robot.joints else read_model(given.arm, robot.joints)
+    model = full_model if robot.joints == full_model.robot.joints else read_model(args.arm, robot.joints)
     drives = {name: getattr(robot, name) for name in DRIVES}
     return replace(model, robot=replace(model.robot, **drives)), runs
 
 
-def _write(found: Gap, given: Namespace) -> list[Path]:
-    """The file with what was found, and the fit behind it."""
-    if found.kept is None:
+def _write(result: Gap, args: Namespace) -> list[Path]:
+    """Write the improved MJCF and its fit; return the paths."""
+    if result.kept is None:
         return []
-    path = given.output / f"{given.arm.stem}-identified.xml"
-    write_whole(path, found.kept.text)
-    write_fit(found.kept.fit, given.output / "fit.json")
-    return [path, given.output / "fit.json"]
+    path = args.output / f"{args.arm.stem}-identified.xml"
+    write_whole(path, result.kept.text)
+    write_fit(result.kept.fit, args.output / "fit.json")
+    return [path, args.output / "fit.json"]
 
 
-def _table(found: Gap, written: str) -> dict[str, Any]:
+def _table(result: Gap, written: str) -> dict[str, Any]:
     return {
         "exidyn_gap": 1,
-        "robot": found.diagnosis.name,
-        "joints": list(found.diagnosis.joints),
-        "commands": found.commands,
-        "horizons": list(found.horizons),
-        "validate": [run.name for run in found.runs],
-        "starts": len(found.before.ends),
-        "before": _distances(found.before),
-        "after": _distances(found.after),
-        "stages": [_stage(stage) for stage in found.stages],
-        "taken_out": list(found.taken_out),
-        "beyond": list(found.beyond),
-        "changes": [change._asdict() for change in found.kept.changes] if found.kept else [],
-        "left_out": list(found.kept.left) if found.kept else [],
-        "verdict": verdict(found, written),
+        "robot": result.diagnosis.name,
+        "joints": list(result.diagnosis.joints),
+        "commands": result.commands,
+        "horizons": list(result.horizons),
+        "validate": [run.name for run in result.runs],
+        "starts": len(result.before.ends),
+        "before": _distances(result.before),
+        "after": _distances(result.after),
+        "stages": [_stage(stage) for stage in result.stages],
+        "taken_out": list(result.taken_out),
+        "beyond": list(result.beyond),
+        "changes": [change._asdict() for change in result.kept.changes] if result.kept else [],
+        "left_out": list(result.kept.left) if result.kept else [],
+        "verdict": verdict(result, written),
         "written": written,
     }
 
@@ -171,13 +173,13 @@ def _stage(stage: Stage) -> dict[str, Any]:
     }
 
 
-def _distances(found: Distances) -> dict[str, Any]:
-    """Root mean squares [rad, m], null where a simulation has diverged."""
+def _distances(distances: Distances) -> dict[str, Any]:
+    """Root mean squares [rad, m], null if a simulation diverged."""
     return {
-        "position": [_finite(row) for row in found.joints],
-        "tool": _finite(found.tool),
-        "whole": _finite(found.whole),
-        "whole_tool": _finite([found.whole_tool])[0],
+        "position": [_finite(row) for row in distances.joints],
+        "tool": _finite(distances.tool),
+        "whole": _finite(distances.whole),
+        "whole_tool": _finite([distances.whole_tool])[0],
     }
 
 

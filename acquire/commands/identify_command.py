@@ -1,4 +1,4 @@
-"""exidyn identify: recordings in; a table, fit.json, a report and a view out."""
+"""exidyn identify: identify dynamics and drive gains from recordings."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -46,7 +46,7 @@ STAGES = {
 
 
 @Command(
-    "Identify an arm's dynamics, and its drive gains where a run carries a known payload.",
+    "Identify an arm's dynamics, and its drive gains if a run carries a known payload.",
     (
         "exidyn identify run.mcap --validate other.mcap",
         "exidyn identify empty.mcap --payload loaded.mcap --mass 175 --validate other.mcap",
@@ -55,89 +55,89 @@ STAGES = {
     (
         Option(
             "runs RUN...",
-            "recording (.mcap), or with --robot a table (.csv); a folder with case.toml gives all its runs",
+            "recording (.mcap), or with --robot a table (.csv); a folder with case.toml stands for its runs",
             Path,
         ),
         *PAYLOADS,
         VALIDATE,
-        robot_option("in place of the one inside the recordings"),
+        robot_option("replaces the robot in the recordings"),
         Option(
             "--estimator NAME",
-            f"one of {', '.join(ESTIMATORS)}, see below; by default ml with a known payload, else weighted",
+            f"one of {', '.join(ESTIMATORS)}, see below; default: ml with a known payload, else weighted",
             ESTIMATORS,
         ),
         AS_RECORDED,
-        Option("--keep-all", "keep parameters the data do not support"),
+        Option("--keep-all", "keep parameters that are indistinguishable from zero"),
         Option(
             "--shapes --fit-shapes EFFECT...",
-            "effects whose shapes are fitted as well, joint by joint, such as coulomb_friction",
+            "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),
         *filters(),
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
-        Option("--view", "show measured and predicted in Rerun's viewer"),
+        Option("--view", "show measurement and prediction in Rerun's viewer"),
         Option("--save FILE", "save that view as a file (.rrd)", Path),
     ),
     table_help("estimators", ESTIMATORS),
 )
-def identify_command(given: Namespace) -> None:
-    """Identify, print, write."""
+def identify_command(args: Namespace) -> None:
+    """Identify, print and write the fit."""
     with Stopwatch(STAGES) as progress:
-        _identify(given, progress)
+        _identify(args, progress)
 
 
-def _identify(given: Namespace, progress: Stopwatch) -> None:
-    make_folder(given.output)
-    require_json(given.json)
-    if given.save:
-        require_file(given.save, "--save", [*given.runs, *given.validate])
-    model = read_model(given.robot) if given.robot else None
+def _identify(args: Namespace, progress: Stopwatch) -> None:
+    make_folder(args.output)
+    require_json(args.json)
+    if args.save:
+        require_file(args.save, "--save", [*args.runs, *args.validate])
+    model = read_model(args.robot) if args.robot else None
     progress(StageText("read", "read the recordings"))
-    runs, held_out = _recordings(given, model)
+    runs, held_out = _recordings(args, model)
     fit = identify(
         runs,
         held_out,
         model=model,
-        estimator=ESTIMATORS[given.estimator] if given.estimator else None,
-        filtering=Filtering(None, given.position_cutoff, given.torque_cutoff, given.standstill),
-        drop=not given.keep_all,
-        fitted_shapes=given.shapes,
-        as_recorded=given.as_recorded,
+        estimator=ESTIMATORS[args.estimator] if args.estimator else None,
+        filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
+        drop=not args.keep_all,
+        fitted_shapes=args.shapes,
+        as_recorded=args.as_recorded,
         progress=progress,
     )
     progress.close()
-    hand_over(summary(fit), fit_text(fit), given.json)
-    _write(fit, given)
+    hand_over(summary(fit), fit_text(fit), args.json)
+    _write(fit, args)
 
 
-def _recordings(given: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
-    """Runs to identify from and runs held out; a case folder names them."""
-    read = [recording for path in given.runs for recording in import_source(path, model)]
+def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
+    """Runs to fit and held-out runs; a case folder states which are which."""
+    read = [recording for path in args.runs for recording in import_source(path, model)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
-    if not runs:  # whoever gives only validation runs as RUN means them
+    if not runs:  # if all are validation runs, they are meant to be fitted
         runs, held_out = held_out, []
-    for run in given.payload:
+    for run in args.payload:
         runs += [carrying(recording, run) for recording in import_source(run.path, model)]
-    held_out += [recording for path in given.validate for recording in import_source(path, model)]
-    every = distinct_bodies([*runs, *held_out])
-    return every[: len(runs)], every[len(runs) :]
+    held_out += [recording for path in args.validate for recording in import_source(path, model)]
+    recordings = distinct_bodies([*runs, *held_out])
+    return recordings[: len(runs)], recordings[len(runs) :]
 
 
-def _write(fit: Fit, given: Namespace) -> None:
-    """Write fit.json and report.html, and show or save the view; print where on standard error."""
+def _write(fit: Fit, args: Namespace) -> None:
+    """Write fit.json and report.html, show or save the view, and print the paths on standard error."""
     from exidyn.identification.pages.fit_document import write_report
 
-    folder = given.output
+    folder = args.output
     write_fit(fit, folder / "fit.json")
     write_report(fit, folder / "report.html")
     print_written(folder / "fit.json", folder / "report.html")
-    if given.view or given.save:
+    if args.view or args.save:
         from ..views.fit_view import fit_view  # Rerun takes a second to import
         from ..views.live_view import Targets
         from ..views.viewers import show
 
-        show(fit_view(fit), Targets(view=given.view, save=given.save))
-        if given.save:
-            print_written(given.save)
+        show(fit_view(fit), Targets(view=args.view, save=args.save))
+        if args.save:
+            print_written(args.save)

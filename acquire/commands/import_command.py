@@ -1,4 +1,4 @@
-"""exidyn import: other people's files in, recordings out."""
+"""exidyn import: convert logs of other tools to recordings."""
 
 import sys
 from argparse import ArgumentTypeError, Namespace
@@ -25,7 +25,7 @@ from exidyn.identification.robot_files.mjcf_drives import servo_stiffness
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits
 
-from ..arguments.command import Command, Option, name_lines, positive, whole
+from ..arguments.command import Command, Option, name_lines, not_negative, positive
 from ..arguments.options import JSON, make_folder, output_option, require_file, require_json, robot_option
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import payload_words, recording_table, warning_lines
@@ -37,22 +37,22 @@ NAMES = """columns of a table, unless --columns names others (joints count from 
   i1, ...              current of the motor [A]
   tau1, ...            torque [N m]
   temp1, ...           temperature of the motor [degC]
-  ql1, ...             position behind the gear, of a second encoder [rad]
+  ql1, ...             position of a second encoder on the link side [rad]
   q_ref1, ...          commanded position [rad]
   dq_ref1, ...         commanded velocity [rad/s]
-t, all q and all i or tau are needed. Of an array q the columns are q1, q2, ...;
-a file preset.toml beside the log, or --preset, gives other names, units and
+t, all q and all i or tau are needed. An array q has the columns q1, q2, ...
+A file preset.toml beside the log, or --preset, states other names, units and
 signs (docs/import.md).
 """
 
 
 def _listed(text: str) -> str | list[str]:
-    """A list with commas; a text without them as it is."""
+    """The list of a text with commas, or the text itself."""
     return text.split(",") if "," in text else text
 
 
 def named(text: str) -> tuple[str, str | list[str]]:
-    """A signal, and what is stated of it: one text, or one for each joint."""
+    """A signal and its value: one text, or a list with one text per joint."""
     signal, equals, values = text.partition("=")
     if not equals:
         raise ArgumentTypeError(f"'{text}' is not SIGNAL=NAME")
@@ -61,8 +61,8 @@ def named(text: str) -> tuple[str, str | list[str]]:
 
 COLUMNS = Option(
     "--columns SIGNAL=COLUMN...",
-    f"columns of a table: time or one of {', '.join(SIGNALS)}; one column a joint with commas, "
-    "q1..6 for six of them, or a pattern with {number}, {index} (from 0) or {joint}",
+    f"columns of a table: time or one of {', '.join(SIGNALS)}; one column per joint with commas, "
+    "q1..6 for six columns, or a pattern with {number}, {index} (from 0) or {joint}",
     named,
 )
 NAMED = (
@@ -70,54 +70,54 @@ NAMED = (
     Option(
         "--preset PRESET",
         f"file with names, units and signs of a table's columns, or one of {', '.join(preset_names())}; "
-        "by default preset.toml beside the log, or the one that has its columns",
+        "default: preset.toml beside the log, or the preset that matches its columns",
     ),
     Option(
         "--joints NAMES",
-        "what the robot's joints are called in the log, in the robot's order, with commas; or a pattern "
-        "with {joint} or {number}",
+        "names of the joints in the log, in the robot's order, with commas; or a pattern with {joint} or "
+        "{number}",
         _listed,
     ),
-    Option("--topic TOPIC", "topic of the joint states in a bag with several; or some with commas"),
+    Option("--topic TOPIC", "topic of the joint states in a bag with several; or several with commas"),
     Option(
         f"--effort {{{','.join((*EFFORT, COMMAND))}}}",
-        "what effort in a bag or data set is, default: torque; command: a table has none, and the error of "
-        "its position servos takes the place of the current",
+        "meaning of effort in a bag or data set, default: torque; command: the table has no effort, and the "
+        "position error of its servos replaces the current",
         (*EFFORT, COMMAND),
     ),
     Option(
-        "--servo-gain K", "by which that error is multiplied, of servos set otherwise in other runs", positive
+        "--servo-gain K",
+        "factor of that error, if servo gains differ between runs",
+        positive,
     ),
-    Option(
-        "--servo-limit E", "error at which a servo gives all it can, --servo-gain included [rad]", positive
-    ),
+    Option("--servo-limit E", "error at which a servo saturates, multiplied by --servo-gain [rad]", positive),
 )
-"""What is called otherwise than by default, in a table or a bag."""
+"""Options on names and meanings in a table or a bag."""
 UNITS = (
     Option(
-        "--degrees", "positions, velocities and commands are in degrees; for per cent of travel see --units"
+        "--degrees", "positions, velocities and commands are in degrees; for percent of travel see --units"
     ),
     Option(
         "--units SIGNAL=UNIT...",
-        "units of a table's columns, one for all joints or one a joint with commas: deg, mA, ...; of "
-        "positions also %% (-100 to 100) and 0-100%%, of each joint's travel between its limits",
+        "units of a table's columns, one for all joints or one per joint with commas: deg, mA, ...; for "
+        "positions also %% (-100 to 100) and 0-100%% of each joint's range",
         named,
     ),
-    Option("--rate HZ", "samples a second, of a table or arrays without time", positive),
+    Option("--rate HZ", "sampling rate of a table or arrays without time", positive),
     Option(
         "--motor-side [SIGNAL...]",
-        f"these signals are the motor's, before the gear: of {', '.join(BEFORE_GEAR)}, all if none is "
-        "named. Torque is multiplied, the others are divided by the robot's [drive] gear_ratio",
+        f"signals on the motor side of the gear, of {', '.join(BEFORE_GEAR)}; all if none is named. Torque "
+        "is multiplied, the others are divided by the robot's [drive] gear_ratio",
         BEFORE_GEAR,
     ),
     Option("--time-scale S", "seconds per unit of the time column", positive),
-    Option("--skip-rows N", "rows to leave out below the names", whole),
+    Option("--skip-rows N", "rows to skip below the names", not_negative),
 )
-"""How a table differs from what is read by default."""
+"""Options on units and rows of a table."""
 
 
 @Command(
-    "Turn logs of other tools into recordings; what kind a log is, is found from its\nname and content.",
+    "Convert logs of other tools to recordings. The kind of a log is recognized from its\nname and content.",
     (
         "exidyn import run.csv --robot robot.toml",
         "exidyn import run.csv --robot robot.toml --columns position=A{number} current=I1,I2",
@@ -126,46 +126,46 @@ UNITS = (
     ),
     (
         Option("source SOURCE", "file or folder", Path),
-        robot_option("for all but case folders and --align, which bring theirs"),
-        Option("--kind KIND", "one of those below", IMPORTERS),
-        output_option("FOLDER", Path(), "or FILE.mcap for one run; default: this folder"),
+        robot_option("not for case folders and --align, which have their own"),
+        Option("--kind KIND", "one of the kinds below", IMPORTERS),
+        output_option("FOLDER", Path(), "folder, or FILE.mcap for a single run; default: this folder"),
         JSON,
         *NAMED,
         *UNITS,
         Option(
             "--align RUN",
-            "recording (.mcap) of the same run: times become that one's clock, by where the positions agree "
-            "best, and its robot, payload, trajectory and settings are taken over",
+            "recording (.mcap) of the same run: times are shifted to its clock, to where the positions agree "
+            "best, and its robot, payload, trajectory and settings are copied",
             Path,
         ),
     ),
     f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
 )
-def import_command(given: Namespace) -> None:
-    """Import, write, and print what each run contains."""
-    require_json(given.json)
-    run = read_recording(given.align) if given.align else None
-    model = read_model(given.robot) if given.robot else (run.model if run else None)
-    trace = run is not None and (given.kind or kind_of(given.source)) == "kuka_trace"
-    options = _options(given) | (_axes(run) if run and trace else {})
-    recordings = import_source(given.source, model, given.kind, **options)
+def import_command(args: Namespace) -> None:
+    """Import the log, write its runs, and print their contents."""
+    require_json(args.json)
+    run = read_recording(args.align) if args.align else None
+    model = read_model(args.robot) if args.robot else (run.model if run else None)
+    trace = run is not None and (args.kind or kind_of(args.source)) == "kuka_trace"
+    options = _options(args) | (_axes(run) if run and trace else {})
+    recordings = import_source(args.source, model, args.kind, **options)
     if not recordings:
-        raise RecordingError(f"{given.source}: there is no run in it")
-    single = given.output.suffix == ".mcap"
+        raise RecordingError(f"{args.source} contains no runs")
+    single = args.output.suffix == ".mcap"
     if single:
-        _require_single(given.output, recordings, given.source)
+        _require_single(args.output, recordings, args.source)
     else:
-        make_folder(given.output)
+        make_folder(args.output)
     if run is not None:
         recordings = [aligned(recording, run) for recording in recordings]
     stems = distinct_stems([recording.name for recording in recordings], "run")
-    paths = [given.output] if single else [given.output / f"{stem}.mcap" for stem in stems]
+    paths = [args.output] if single else [args.output / f"{stem}.mcap" for stem in stems]
     written = dict(zip(paths, recordings, strict=True))
     tables = []
     for path, recording in written.items():
         write_recording(recording, path)
         print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
-        for doubt in _servo_doubts(given, recording):
+        for doubt in _servo_doubts(args, recording):
             print(f"warning: {recording.name}: {doubt}", file=sys.stderr)
         suspicion = suspect([recording], recording.model) if model is not None else None
         if suspicion is not None:
@@ -173,46 +173,41 @@ def import_command(given: Namespace) -> None:
         suspected = None if suspicion is None else asdict(suspicion)
         tables.append(recording_table(recording) | {"written": str(path), "suspicion": suspected})
     page = "\n".join(_line(recording, path) for path, recording in written.items())
-    hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), given.json)
+    hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), args.json)
 
 
-def _servo_doubts(given: Namespace, recording: Recording) -> list[str]:
-    """Whether the servos of an MJCF that is given as the robot are not those of a log of commands alone."""
-    if (
-        given.robot is None
-        or Path(given.robot).suffix.lower() not in XML
-        or recording.robot.servo is not None
-    ):
+def _servo_doubts(args: Namespace, recording: Recording) -> list[str]:
+    """Doubts whether the servos of the robot's MJCF are those of a log without effort."""
+    if args.robot is None or Path(args.robot).suffix.lower() not in XML or recording.robot.servo is not None:
         return []
-    stiffness = servo_stiffness(compile_mjcf(Path(given.robot)), recording.robot.joints)
+    stiffness = servo_stiffness(compile_mjcf(Path(args.robot)), recording.robot.joints)
     return [] if stiffness is None else servo_gain_doubts([recording], recording.model, stiffness)
 
 
 def _axes(run: Recording) -> dict[str, list[float]]:
-    """How the controller of a run counts its axes, which its trace does not give."""
-    found = {name: run.settings.get(f"driver {name}", "") for name in ("sign", "zero")}
-    return {name: [float(n) for n in text.split() if n != "rad"] for name, text in found.items() if text}
+    """Signs and zeros of the controller's axes, which a trace does not contain."""
+    texts = {name: run.settings.get(f"driver {name}", "") for name in ("sign", "zero")}
+    return {name: [float(n) for n in text.split() if n != "rad"] for name, text in texts.items() if text}
 
 
-def _options(given: Namespace) -> dict[str, Any]:
-    """Options of the importer that were given; it refuses those it does not have."""
+def _options(args: Namespace) -> dict[str, Any]:
+    """Options for the importer, which refuses unknown ones."""
     names = ["degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort"]
     names += ["servo_gain", "servo_limit", "rate"]
-    options = {name: getattr(given, name) for name in names}
-    options["motor_side"] = True if given.motor_side == [] else given.motor_side
-    options |= {name: dict(getattr(given, name) or ()) or None for name in ("columns", "units")}
+    options = {name: getattr(args, name) for name in names}
+    options["motor_side"] = True if args.motor_side == [] else args.motor_side
+    options |= {name: dict(getattr(args, name) or ()) or None for name in ("columns", "units")}
     return {name: value for name, value in options.items() if value is not None and value is not False}
 
 
 def _require_single(path: Path, recordings: Sequence[Recording], source: Path) -> None:
-    """Make sure that one file can take what was imported."""
+    """Raise if several runs would be written to one file."""
     if len(recordings) > 1:
         names = [recording.name for recording in recordings]
         _, colon, where = recordings[0].settings.get(PART, "").partition(": ")
         raise RecordingError(
-            f"{source} holds {len(recordings)} runs ({listed(names)}{colon}{where}), and --output {path} is "
-            f"one file. "
-            f"Name a folder: --output {path.with_suffix('')}"
+            f"{source} contains {len(recordings)} runs ({listed(names)}{colon}{where}), but --output {path} "
+            f"is one file. Name a folder: --output {path.with_suffix('')}"
         )
     require_file(path, "--output", [source])
 

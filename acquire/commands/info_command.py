@@ -1,4 +1,4 @@
-"""exidyn info: what is inside recordings; exidyn recover: whole ones of what a crash or a bad copy left."""
+"""exidyn info: contents of recordings; exidyn recover: complete recordings after a crash or a bad copy."""
 
 import sys
 from argparse import Namespace
@@ -18,58 +18,58 @@ from ..terminal.recording_text import describe, recording_table
 
 
 @Command(
-    "Print what is inside recordings.",
+    "Print the contents of recordings.",
     ("exidyn info run.mcap", "exidyn info run.mcap --json -"),
     (
         Option("runs RUN...", "recording (.mcap), table (.csv) or case folder", Path),
-        robot_option("for tables, which do not name their robot"),
+        robot_option("for tables, which do not contain their robot"),
         JSON,
     ),
 )
-def info_command(given: Namespace) -> None:
-    """Print what recordings hold."""
-    require_json(given.json)
-    model = read_model(given.robot) if given.robot else None
-    recordings = [recording for path in given.runs for recording in import_source(path, model)]
+def info_command(args: Namespace) -> None:
+    """Print the contents of recordings."""
+    require_json(args.json)
+    model = read_model(args.robot) if args.robot else None
+    recordings = [recording for path in args.runs for recording in import_source(path, model)]
     table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}
-    hand_over("\n\n".join(map(describe, recordings)), json_text(table), given.json)
+    hand_over("\n\n".join(map(describe, recordings)), json_text(table), args.json)
 
 
 @Command(
-    "Make whole recordings of those that end abruptly or are damaged; these are kept.",
-    ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o whole.mcap"),
+    "Recover recordings that end abruptly or are damaged; the original files are kept.",
+    ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o recovered.mcap"),
     (
         Option("runs RUN...", "recording (.mcap, .mcap.part)", Path),
-        output_option("FILE", meaning="what to call the whole file"),
+        output_option("FILE", meaning="name of the recovered file"),
     ),
-    f"""run.mcap.part becomes run.mcap if there is none yet, all others become
-run.recovered.mcap. Exit code {LOST}: something is lost for good.""",
+    f"""run.mcap.part becomes run.mcap if that does not exist; other files become
+run.recovered.mcap. Exit code {LOST}: part of the recording is lost.""",
 )
-def recover_command(given: Namespace) -> int:
-    """Write a whole file beside each one given, and print what it lacks."""
-    if given.output and len(given.runs) > 1:
-        raise RecordingError(f"--output is one name, and {len(given.runs)} files are given")
-    if given.output and not given.output.exists():  # of one that does, the errors below are clearer
-        require_file(given.output, "--output")
+def recover_command(args: Namespace) -> int:
+    """Write a recovered file beside each damaged one, and print what is lost."""
+    if args.output and len(args.runs) > 1:
+        raise RecordingError(f"--output is one file, but there are {len(args.runs)} recordings; omit it")
+    if args.output and not args.output.exists():  # for an existing file, the errors below are clearer
+        require_file(args.output, "--output")
     lost = False
-    for file in given.runs:
-        target = given.output or target_of(file)
-        found = recover(file, target)
-        print(_recovered(file, target, found))
-        for loss in found.lost:
+    for file in args.runs:
+        target = args.output or target_of(file)
+        recovered = recover(file, target)
+        print(_recovered_line(file, target, recovered))
+        for loss in recovered.lost:
             print("\n".join(paragraph(loss, " " * 8, "  lost: ")), file=sys.stderr)
-        lost |= bool(found.lost)
+        lost |= bool(recovered.lost)
     return LOST if lost else DONE
 
 
 def target_of(file: Path) -> Path:
-    """What the whole file is called."""
-    whole = file.with_suffix("") if file.suffix == ".part" else file
-    return whole.with_suffix(f".recovered{whole.suffix}") if whole.exists() else whole
+    """Default path of the recovered file."""
+    complete = file.with_suffix("") if file.suffix == ".part" else file
+    return complete.with_suffix(f".recovered{complete.suffix}") if complete.exists() else complete
 
 
-def _recovered(file: Path, target: Path, found: Recovered) -> str:
-    """What was rescued, in a line."""
-    if not found.messages:
-        return f"{target}: what explains the run, and not one message of it, from {file}"
-    return f"{target}: {found.messages} messages in {found.seconds:.3f} s from {file}"
+def _recovered_line(file: Path, target: Path, recovered: Recovered) -> str:
+    """One line on what was recovered."""
+    if not recovered.messages:
+        return f"{target}: head of the run, but no messages, from {file}"
+    return f"{target}: {recovered.messages} messages in {recovered.seconds:.3f} s from {file}"

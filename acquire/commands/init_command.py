@@ -1,4 +1,4 @@
-"""exidyn init: a log and a URDF or MJCF in; a robot.toml, what the columns are, and how sure that is out."""
+"""exidyn init: propose a robot.toml and the meaning of a log's columns, from a log and a URDF or MJCF."""
 
 import os
 import shlex
@@ -46,21 +46,22 @@ from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
 
 CLOCK = "time [s]"
+"""Name under which the time column of a log is proposed."""
 SI = ("s", "rad", "m", "rad/s", "m/s")
 """Units of time, positions and velocities in a recording."""
 EITHER = ("exidyn", "ros2_bag")
-"""Kinds of logs whose efforts may be torques or currents, as --effort states."""
-HELD = "held still, where their position is zero, as the log has no position and effort of them"
+"""Kinds of logs whose effort can be torque or current, as stated by --effort."""
+HELD = "held fixed at position zero, since the log has neither their position nor their effort"
 
 AS_TABLE = (
-    "a recording keeps its efforts as torques. Make a table of it (exidyn export {log} --to csv), name its "
-    "tau columns i, and propose for that"
+    "a recording has its efforts as torques. Export it as a table (exidyn export {log} --to csv), rename its "
+    "tau columns to i, and run exidyn init on the table"
 )
 
 
 @Command(
-    "Look at a log, and propose what its columns are, in which units, and the signs and rough sizes of "
-    "drive gains; write a robot.toml, and for a table the preset that import reads it by.",
+    "Propose the meaning, units and signs of a log's columns and rough drive gains; write a robot.toml, and "
+    "for a table the preset with which exidyn import reads it.",
     (
         "exidyn init log.csv --urdf arm.urdf",
         "exidyn init runs/*.csv --urdf arm.urdf",
@@ -70,88 +71,92 @@ AS_TABLE = (
     (
         Option(
             "logs LOG...",
-            "a file or folder that exidyn import reads; several are runs of one arm with the same columns",
+            "file or folder that exidyn import reads; several are runs of one arm with equal columns",
             Path,
         ),
-        Option("--urdf --mjcf FILE", f"the arm: {NAMED}, or a robot.toml", Path, required=True),
+        Option(
+            "--urdf --mjcf FILE", f"description of the arm: {NAMED}, or a robot.toml", Path, required=True
+        ),
         output_option("FILE", Path("robot.toml")),
-        Option("--preset FILE", f"where the columns go; default: {BESIDE} beside the log", Path),
+        Option("--preset FILE", f"file of the preset; default: {BESIDE} beside the log", Path),
         COLUMNS,
-        Option("--rate HZ", "samples a second, of a table or arrays without time", positive),
-        Option("--force", "write over files that exist"),
+        Option("--rate HZ", "sampling rate of a table or arrays without time", positive),
+        Option("--force", "overwrite existing files"),
         JSON,
     ),
-    f"""A guess is written down from a probability of {100 * DECIDED:.0f} % on. What the log does not
-decide is left open: it is a comment in the robot.toml, and printed with what
-settles it.""",
+    f"""A guess is written if its probability is at least {100 * DECIDED:.0f} %. What the log does not
+decide stays open: it is a comment in the robot.toml, and is printed with advice
+on how to decide it.""",
 )
-def init_command(given: Namespace) -> None:
-    """Read, propose, write, print."""
+def init_command(args: Namespace) -> None:
+    """Read the logs, write and print the proposal."""
     with Stopwatch() as progress:
-        _init(given, progress)
+        _init(args, progress)
 
 
-def _init(given: Namespace, progress: Progress) -> None:
-    require_json(given.json)
+def _init(args: Namespace, progress: Progress) -> None:
+    require_json(args.json)
     progress("read the log")
-    log = given.logs[0]
-    preset = given.preset or (log if log.is_dir() else log.parent) / BESIDE
-    chosen = dict(given.columns or ())
-    table = _table(given.logs, given.rate, chosen)
-    model, held = _arm(given.urdf, log, table)
+    log = args.logs[0]
+    preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
+    chosen = dict(args.columns or ())
+    table = _table(args.logs, args.rate, chosen)
+    model, fixed_joints = _arm(args.urdf, log, table)
     progress("weigh units, order of joints, mounting and gains")
-    proposal = _proposal(given.logs, table, model, chosen)
+    proposal = _proposal(args.logs, table, model, chosen)
     if table is None:
         proposal = _in_si(proposal.by_gains())
-    if held:
-        proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(held)}"))
+    if fixed_joints:
+        proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(fixed_joints)}"))
     if table is not None:
         proposal = replace(proposal, notes=(*proposal.notes, *_damaged(proposal, table)))
-    unsure = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
-    urdf, still = _urdf(given.urdf, given.output), NOTHING
-    if table is not None and urdf and not unsure:
+    undecided = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
+    urdf, still = _urdf(args.urdf, args.output), NOTHING
+    if table is not None and urdf and not undecided:
         still = still_joints(proposal, model.robot, table.names, table.values)
     moving = [joint for joint in model.robot.joints if joint not in still.position]
     if still.position:
         proposal = without_still(proposal, model.robot, still)
-        model = read_model(given.urdf, moving, still.position)
+        model = read_model(args.urdf, moving, still.position)
     texts = {
-        given.output: robot_toml(proposal, model, urdf, log.name, moving if held else (), still.position)
+        args.output: robot_toml(
+            proposal, model, urdf, log.name, moving if fixed_joints else (), still.position
+        )
     }
-    if table is not None and not unsure:
-        texts[preset] = preset_toml(proposal, model.robot, log.name, given.rate, still)
-    _require_free(texts, given)
+    if table is not None and not undecided:
+        texts[preset] = preset_toml(proposal, model.robot, log.name, args.rate, still)
+    _require_free(texts, args)
     for path, text in texts.items():
         write_whole(path, text)
-    then = _then(given, proposal, table is not None, preset) if not unsure else ""
-    if then:
+    next_command = _next_command(args, proposal, table is not None, preset) if not undecided else ""
+    if next_command:
         progress("import the log as proposed")
-    refusal = _refusal(given, proposal, preset if table is not None else None) if then else ""
-    others = counted(len(given.logs) - 1, "other log")
-    more = f"\nand the same for {others}" if len(given.logs) > 1 else ""
-    following = f"import refuses the log: {refusal}" if refusal else f"Next: {then}{more}"
-    page = proposal_text(proposal) + (f"\n\n{following}" if then else "")
+    refusal = _refusal(args, proposal, preset if table is not None else None) if next_command else ""
+    others = counted(len(args.logs) - 1, "other log")
+    more = f"\nand the same for {others}" if len(args.logs) > 1 else ""
+    following = f"import refuses the log: {refusal}" if refusal else f"Next: {next_command}{more}"
+    page = proposal_text(proposal) + (f"\n\n{following}" if next_command else "")
     written = [str(path) for path in texts]
-    content = as_json(proposal, written, "" if refusal else then) | {"refusal": refusal}
-    hand_over(page, json_text(content), given.json)
+    content = as_json(proposal, written, "" if refusal else next_command) | {"refusal": refusal}
+    hand_over(page, json_text(content), args.json)
     print_written(*texts)
-    if unsure:
-        print(f"no {BESIDE} written: {', '.join(unsure)} not decided", file=sys.stderr)
+    if undecided:
+        print(f"no {BESIDE} written: {', '.join(undecided)} not decided", file=sys.stderr)
 
 
 def _in_si(proposal: Proposal) -> Proposal:
-    """The proposal for a log whose importer knows its units: others are asked for where likelier."""
+    """The proposal for a log whose importer knows its units; only likelier other units remain open."""
     guesses = [guess for guess in proposal.guesses if guess.decided or guess.value not in SI]
     return replace(proposal, guesses=tuple(guesses))
 
 
-def _refusal(given: Namespace, proposal: Proposal, preset: Path | None) -> str:
-    """Why import refuses a log as it is proposed; "" where it takes all of them."""
-    if preset is None and kind_of(given.logs[0]) == "exidyn":
-        return AS_TABLE.format(log=given.logs[0]) if _effort_option(proposal, "exidyn") else ""
-    model = read_model(given.output)
-    options = {"preset": str(preset)} if preset else _effort_option(proposal, kind_of(given.logs[0]))
-    for log in given.logs:
+def _refusal(args: Namespace, proposal: Proposal, preset: Path | None) -> str:
+    """Why import refuses a log with the proposal; empty if it accepts all logs."""
+    if preset is None and kind_of(args.logs[0]) == "exidyn":
+        return AS_TABLE.format(log=args.logs[0]) if _effort_option(proposal, "exidyn") else ""
+    model = read_model(args.output)
+    options = {"preset": str(preset)} if preset else _effort_option(proposal, kind_of(args.logs[0]))
+    for log in args.logs:
         try:
             import_source(log, model, **options)
         except ExidynError as error:
@@ -160,12 +165,12 @@ def _refusal(given: Namespace, proposal: Proposal, preset: Path | None) -> str:
 
 
 def _effort_option(proposal: Proposal, kind: str) -> dict[str, str]:
-    """The option by which import reads the effort of a log without a preset."""
+    """The option with which import reads the effort of a log without a preset."""
     return {"effort": "current"} if "current" in proposal.columns and kind in EITHER else {}
 
 
 def _damaged(proposal: Proposal, table: Table) -> list[str]:
-    """Columns with text in them that would be read, and what import makes of that, a sentence each."""
+    """A sentence for each proposed column with text, on how import treats it."""
     signals = {name: signal for signal, names in proposal.columns.items() for name in names}
     refuses = "refuses that: correct the cell, or empty it if nothing was measured"
     return [
@@ -176,21 +181,23 @@ def _damaged(proposal: Proposal, table: Table) -> list[str]:
 
 
 def _table(logs: Sequence[Path], rate: float | None, chosen: Mapping[str, Names]) -> Table | None:
-    """The longest tables of logs of columns, which have to be named, as one; None for other logs."""
+    """The longest table of each log, joined; None for logs that are not tables."""
     other = [log for log in logs if not IMPORTERS[kind_of(log)].table]
     if other:
         if rate is not None or chosen:
             option = "--columns is for tables" if chosen else "--rate is for tables without time"
             raise RecordingError(f"{other[0]} has its own columns and its own time; {option}")
         if len(other) < len(logs):
-            raise RecordingError(f"{other[0]} is no table as the other logs are; give logs of one kind")
+            raise RecordingError(f"{other[0]} is not a table like the other logs; give logs of one kind")
         return None
     tables = [_longest(log, rate, chosen) for log in logs]
     _require_same(logs, [table.names for table in tables])
     clock = str(chosen.get("time", ""))
-    called = [CLOCK if name == clock else name for name in tables[0].names]
+    column_names = [CLOCK if name == clock else name for name in tables[0].names]
     values = (
-        one_after_another(called, [table.values for table in tables]) if len(tables) > 1 else tables[0].values
+        one_after_another(column_names, [table.values for table in tables])
+        if len(tables) > 1
+        else tables[0].values
     )
     return tables[0]._replace(values=values)
 
@@ -205,27 +212,27 @@ def _longest(log: Path, rate: float | None, chosen: Mapping[str, Names]) -> Tabl
 
 
 def _require_same(logs: Sequence[Path], names: Sequence[Sequence[str]]) -> None:
-    """Make sure that several logs have the same columns."""
-    for log, own in zip(logs, names, strict=True):
-        if list(own) != list(names[0]):
-            apart = sorted(set(own) ^ set(names[0])) or ["in another order"]
+    """Raise if several logs do not have the same columns."""
+    for log, columns in zip(logs, names, strict=True):
+        if list(columns) != list(names[0]):
+            differing = sorted(set(columns) ^ set(names[0])) or ["in another order"]
             raise RecordingError(
-                f"{log} has other columns than {logs[0]}: {listed(apart)}. Give runs with the same columns"
+                f"{log} has other columns than {logs[0]}: {listed(differing)}. Give runs with equal columns"
             )
 
 
 def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
-    """The arm, and which joints of its description are held: those that the log does not have."""
+    """The arm, and the joints that are held fixed because the log does not have them."""
     if not is_description(urdf):
         return read_model(urdf), []
-    free, bound = movable_joints(urdf)
+    free, unsupported = movable_joints(urdf)
     if table is not None:
         moving = joints_named(table.names, free, table.joints)
     else:
-        there = joints_of_bag(log) if kind_of(log) == "ros2_bag" else free
-        moving = [joint for joint in free if joint in there] or free
-    held = [joint for joint in free if joint not in moving] + bound
-    return read_model(urdf, moving if held else None), held
+        in_log = joints_of_bag(log) if kind_of(log) == "ros2_bag" else free
+        moving = [joint for joint in free if joint in in_log] or free
+    fixed_joints = [joint for joint in free if joint not in moving] + unsupported
+    return read_model(urdf, moving if fixed_joints else None), fixed_joints
 
 
 def _proposal(
@@ -234,21 +241,21 @@ def _proposal(
     if table is not None:
         log = log_columns(Columns(logs[0], table, model.robot), chosen)
         return log.restored(propose(log.names, log.values, model, table.joints))
-    every = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
-    _require_same(logs, [names for names, _ in every])
-    names = every[0][0]
-    return propose(names, one_after_another(names, [values for _, values in every]), model)
+    columns = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
+    _require_same(logs, [names for names, _ in columns])
+    names = columns[0][0]
+    return propose(names, one_after_another(names, [values for _, values in columns]), model)
 
 
 def _runs(log: Path, model: Model) -> list[Recording]:
     runs = import_source(log, model)
     if not runs:
-        raise RecordingError(f"{log}: there is no run in it")
+        raise RecordingError(f"{log} contains no runs")
     return runs
 
 
 def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
-    """A recording as named columns, on the clock of its positions."""
+    """A recording as named columns, at the times of its positions."""
     time = run.signals["position"].time
     names, columns = ["time [s]"], [time]
     for signal in ("position", "velocity", *EFFORT):
@@ -261,26 +268,26 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
 
 
 def _urdf(path: Path, output: Path) -> str:
-    """The description's path as seen from the robot.toml; "" for an arm that is described otherwise."""
+    """Path of the URDF or MJCF relative to the robot.toml; empty if the arm is a robot.toml."""
     return os.path.relpath(path, output.parent) if is_description(path) else ""
 
 
-def _require_free(texts: dict[Path, str], given: Namespace) -> None:
-    """Make sure that files can be written, and none is lost."""
+def _require_free(texts: dict[Path, str], args: Namespace) -> None:
+    """Raise if a file cannot be written or would be overwritten."""
     for path in texts:
-        require_file(path, "--output" if path == given.output else "--preset", [*given.logs, given.urdf])
-        if path.exists() and not given.force:
-            raise FileExistsError(17, "this file exists; --force writes over it", str(path))
+        require_file(path, "--output" if path == args.output else "--preset", [*args.logs, args.urdf])
+        if path.exists() and not args.force:
+            raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
 
 
-def _then(given: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
-    """The command line that imports the log as proposed."""
-    # A recording needs no import: it is used with the new robot.
-    verb = "identify" if not table and kind_of(given.logs[0]) == "exidyn" else "import"
-    words = ["exidyn", verb, str(given.logs[0]), "--robot", str(given.output)]
-    if table and given.preset:
+def _next_command(args: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
+    """Command line that imports the log as proposed."""
+    # A recording needs no import; it is identified with the new robot.
+    verb = "identify" if not table and kind_of(args.logs[0]) == "exidyn" else "import"
+    words = ["exidyn", verb, str(args.logs[0]), "--robot", str(args.output)]
+    if table and args.preset:
         words += ["--preset", str(preset)]
     if not table:
-        effort = _effort_option(proposal, kind_of(given.logs[0]))
+        effort = _effort_option(proposal, kind_of(args.logs[0]))
         words += [word for name, value in effort.items() for word in (f"--{name}", value)]
     return shlex.join(words)

@@ -1,4 +1,4 @@
-"""exidyn record: play a planned motion on a controller and record the run."""
+"""exidyn record: play a planned motion on a controller, and record the run."""
 
 import sys
 from argparse import Namespace
@@ -35,7 +35,15 @@ from ..arguments.options import (
     require_json,
     robot_option,
 )  # fmt: skip
-from ..arguments.run_options import DRIVING, STOPS, body_of, check_length, facts_of, require_mock, stops_of
+from ..arguments.run_options import (
+    DRIVING,
+    STOPS,
+    check_duration,
+    payload_of,
+    require_mock,
+    run_facts,
+    stop_limits,
+)
 from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
@@ -52,27 +60,27 @@ from ..views.live_view import LOCAL, PORT, Targets, require_showable, start_view
 
 MOTION = (
     SPEED,
-    Option("--long", "a run of more than an hour is meant"),
-    Option("--approach", "go slowly to where the motion begins, from wherever the arm is"),
+    Option("--long", "allow a run of more than an hour"),
+    Option("--approach", "move slowly from the current position to the start of the motion"),
     PACKAGES,
     NO_COLLISION,
     CELL,
-    Option("--dry-run", "only rehearse on the mock, and record that"),
-    Option("--no-rehearsal", "do not rehearse on the mock before"),
+    Option("--dry-run", "only rehearse on the mock, and record the rehearsal"),
+    Option("--no-rehearsal", "do not rehearse on the mock first"),
 )
 VIEW = (
-    Option("--view", "in Rerun's viewer"),
+    Option("--view", "show the run in Rerun's viewer"),
     Option(
         "--serve [ADDRESS:PORT]",
-        f"in a browser; default: {LOCAL}:{PORT}, which only this machine reaches",
+        f"serve the view to browsers; default: {LOCAL}:{PORT}, this machine only",
         alone=f"{LOCAL}:{PORT}",
     ),
-    Option("--save FILE", "as a file for Rerun's viewer (.rrd)", Path),
+    Option("--save FILE", "save the view as a file (.rrd)", Path),
 )
 
 
 @Command(
-    "Play a planned motion on a controller and record the run.",
+    "Play a planned motion on a controller, and record the run.",
     (
         "exidyn record trajectory.toml --robot kr270    # a simulated arm",
         "exidyn record trajectory.toml --robot robot.toml --controller cell.toml --speed 10 --view",
@@ -84,11 +92,11 @@ VIEW = (
         output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
         JSON,
         NAME,
-        Option("--note TEXT", "whatever explains the run, kept in the file", default=""),
+        Option("--note TEXT", "remark on the run, stored in the recording", default=""),
         Group("controller", DRIVING),
         Group("motion", MOTION),
-        Group("what stops the run", STOPS),
-        Group("what hangs on the flange", BODY),
+        Group("limits that stop the run", STOPS),
+        Group("payload on the flange", BODY),
         Group("live view", VIEW),
     ),
     name_lines(
@@ -97,103 +105,103 @@ VIEW = (
     ),
     "exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",
 )
-def record_command(given: Namespace) -> int:
-    """Check, rehearse, ask, run, record; 0 if the run came to its end."""
-    payload = body_of(given)
-    plan = read_plan(given.plan)
-    check_length(plan.trajectory.duration, given.speed, given.long)
-    ready = checked(plan, read_model(given.robot), given.speed, payload)
-    name, settings = read_controller(given.controller, given.driver, given.set)
-    if not given.dry_run:
-        require_mock(given, name)
-    path, targets = free_path(given.output, "run"), Targets(given.view, given.serve, given.save)
-    run = given.name or path.stem
-    plant = _plant(given, ready, payload, run)
+def record_command(args: Namespace) -> int:
+    """Check, rehearse, confirm, run and record; return 0 if the run completed."""
+    payload = payload_of(args)
+    plan = read_plan(args.plan)
+    check_duration(plan.trajectory.duration, args.speed, args.long)
+    ready = checked(plan, read_model(args.robot), args.speed, payload)
+    name, settings = read_controller(args.controller, args.driver, args.set)
+    if not args.dry_run:
+        require_mock(args, name)
+    path, targets = free_path(args.output, "run"), Targets(args.view, args.serve, args.save)
+    run = args.name or path.stem
+    plant = _plant(args, ready, payload, run)
     driver = make_driver(name, settings, ready.model.robot, plant)
-    if given.dry_run:
+    if args.dry_run:
         rehearsed = {"cycle": _cycle(driver, ready)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
     require_free(path)
-    require_json(given.json)
+    require_json(args.json)
     require_showable(targets)
-    require_attended(driver.simulated, given.yes)
-    clearances = _clearances(given, plan, ready.model)
+    require_attended(driver.simulated, args.yes)
+    clearances = _clearances(args, plan, ready.model)
     require_clear(ready, clearances)
-    job = _job(given, ready, clearances)
-    speed = f"{100 * given.speed:g} % of the planned"
+    job = _job(args, ready, clearances)
+    speed = f"{100 * args.speed:g} % of the planned speed"
     takes = run_cost(ready.plan, _cycle(driver, ready))
-    facts = facts_of(given, name, path, speed=speed, takes=takes)
-    if name == "mock" and not (given.plant or given.dry_run):
-        facts["simulated arm"] = "values of the robot file, each off by up to its tolerance; see --plant"
+    facts = run_facts(args, name, path, speed=speed, takes=takes)
+    if name == "mock" and not (args.plant or args.dry_run):
+        facts["simulated arm"] = "robot file with each value off by up to its tolerance; see --plant"
     print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.warnings)
     if not driver.simulated:
         make_driver(name, settings, ready.model.robot, plant).find()
-    if not driver.simulated and not given.no_rehearsal:
+    if not driver.simulated and not args.no_rehearsal:
         print("the controller answers; rehearsing on a simulated arm", file=sys.stderr)
-        carried = payload.name if payload else ""
-        rehearse(job, ready.model, _cycle(driver, ready), carried, start_progress(job.motion.duration))
-    confirm(driver.simulated, given.yes)
-    # Read and written before the loop, which has no time for it; at full speed, as the file has it.
+        payload_name = payload.name if payload else ""
+        rehearse(job, ready.model, _cycle(driver, ready), payload_name, start_progress(job.motion.duration))
+    confirm(driver.simulated, args.yes)
+    # Prepared before the loop, which has no time for it; the trajectory is stored at full speed.
     head = partial(
         run_head,
         name=run,
-        model=read_model(given.robot),
+        model=read_model(args.robot),
         driver=name,
         payload=payload,
         trajectory=plan_text(within(plan, ready.model.robot)),
-        speed=f"{given.speed:g}",
-        note=given.note,
+        speed=f"{args.speed:g}",
+        note=args.note,
     )
-    outcome = _record(targets, driver, job, path, head, given.json)
+    outcome = _record(targets, driver, job, path, head, args.json)
     return code_of(outcome)
 
 
 def _cycle(driver: Driver, ready: Checked) -> float:
-    """Between commands [s]; a controller that states none has that of the plan."""
+    """Time between commands [s], by the controller's settings or else by the plan."""
     return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
-def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None, run: str) -> Callable[[], Plant]:
-    """What makes the arm of the mock for a run, standing where the motion begins."""
+def _plant(args: Namespace, ready: Checked, payload: KnownPayload | None, run: str) -> Callable[[], Plant]:
+    """A function that makes the mock's arm, at the start of the motion."""
 
     def make() -> Plant:
         model = ready.model
-        if given.plant:
-            model = read_model(given.plant)
+        if args.plant:
+            model = read_model(args.plant)
             if payload is not None and not model.payloads:
                 model = model + Payload(payload.name, payload.known)
-        elif not given.dry_run:
+        elif not args.dry_run:
             model = as_built(model)
         start = ready.plan.trajectory.state_at(0.0).position
-        seed = noise_seed(given.seed, run)
+        seed = noise_seed(args.seed, run)
         return simulated_arm(model, start, seed=seed, payload=payload.name if payload else "")
 
     return make
 
 
-def _job(given: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) -> Job:
+def _job(args: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) -> Job:
     robot = ready.model.robot
-    start = StartRules(approach=given.approach, clearances=clearances)
-    watch, current = stops_of(given, robot)
+    start = StartRules(approach=args.approach, clearances=clearances)
+    watch, current = stop_limits(args, robot)
     return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
-def _clearances(given: Namespace, plan: Plan, model: Model) -> tuple[Clearance, ...]:
-    """What the way to the motion and the motion must keep clear of.
+def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, ...]:
+    """Clearances of the approach and the motion.
 
-    A motion was planned clear of the arm itself, unless its file was edited; what stands around it may have
-    been written down since.
+    A plan already avoids self-collision unless its file was edited, but obstacles may have been added to the
+    robot file or cell file since.
     """
-    around = read_surroundings(sources_of(given.robot, given.region))
-    if not (given.approach or plan.edited or around):
+    surroundings = read_surroundings(sources_of(args.robot, args.region))
+    if not (args.approach or plan.edited or surroundings):
         return ()
     return read_clearances(
-        given.robot,
+        args.robot,
         model.robot,
-        cell=given.region,
-        collision=not given.no_collision,
-        packages=given.packages,
+        cell=args.region,
+        collision=not args.no_collision,
+        packages=args.packages,
     )
 
 
@@ -205,7 +213,7 @@ def _record(
     head: Callable[[Info], Callable[[Sample], bytes]],
     json_file: Path | None = None,
 ) -> Outcome:
-    """Run, and print how it went."""
+    """Run, record, and print the outcome."""
 
     def viewers() -> list[PipeSink]:
         return [*start_view(targets), *start_progress(job.motion.duration)]
@@ -213,7 +221,7 @@ def _record(
     outcome, recorder = run_recorded(driver, job, path, head, viewers)
     table = run_summary.table(outcome) | {"written": str(path)}
     hand_over(run_summary.after(outcome), json_text(table), json_file)
-    advice = "identify {} finds the dynamics in it" if outcome.stop is None else "info {} shows what happened"
+    advice = "identify {} finds its dynamics" if outcome.stop is None else "info {} shows what happened"
     print_where(recorder, path, advice.format(path))
     alarm(outcome.unsafe)
     return outcome

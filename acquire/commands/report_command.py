@@ -1,4 +1,4 @@
-"""exidyn report: recordings, fits, diagnoses and comparisons on one page; exidyn view: in Rerun's viewer."""
+"""exidyn report: recordings, fits, diagnosis and comparisons on one page; exidyn view: in Rerun's viewer."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -9,18 +9,18 @@ from exidyn.identification.robot_files.robot_file import read_model
 from ..arguments.command import Command, Option
 from ..arguments.options import output_option, require_apart, require_file, robot_option
 from ..files.given_runs import PAYLOADS
-from ..files.report_files import VALID, found_files
+from ..files.report_files import VALID, find_files
 from ..terminal.json_output import print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 from ..views.live_view import LOCAL, PORT, Targets
 
-ROBOT = robot_option("for tables, which do not name their robot")
+ROBOT = robot_option("for tables, which do not contain their robot")
 STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
 """Stages and their shares of the time."""
 
 
 @Command(
-    "Bring recordings, fits, a diagnosis and comparisons together on one HTML page that needs no other.",
+    "Put recordings, fits, a diagnosis and comparisons on one self-contained HTML page.",
     (
         "exidyn report exidyn-fit empty.mcap loaded.mcap other.mcap",
         "exidyn report exidyn-fit exidyn-diagnosis compared.json *.mcap --output arm.html",
@@ -32,25 +32,25 @@ STAGES = {"read": 0.25, "predict": 0.55, "draw": 0.2}
         output_option("FILE", Path("report.html")),
     ),
 )
-def report_command(given: Namespace) -> None:
-    """Read, bring together, write."""
-    # Pages take time to import, which `view` can do without.
+def report_command(args: Namespace) -> None:
+    """Read all files, and write the page."""
+    # Pages take time to import, and `view` does not need them.
     from exidyn.identification.pages.report_document import joined_html
 
-    from ..files.report_material import material
+    from ..files.report_material import read_material
 
-    files = found_files(given.sources)
-    require_file(given.output, "--output", [one.path for one in files])
+    files = find_files(args.sources)
+    require_file(args.output, "--output", [file.path for file in files])
     with Stopwatch(STAGES) as progress:
-        model = read_model(given.robot) if given.robot else None
-        found = material(files, given.payload, model, progress)
+        model = read_model(args.robot) if args.robot else None
+        material = read_material(files, args.payload, model, progress)
         progress(StageText("draw", "draw the page"))
-        write_whole(given.output, joined_html(found))
-    print_written(given.output)
+        write_whole(args.output, joined_html(material))
+    print_written(args.output)
 
 
 @Command(
-    "Show recordings, a fit and what it predicts of them, or a diagnosis, in a window of Rerun's viewer.",
+    "Show recordings, a fit with its predictions, or a diagnosis in Rerun's viewer.",
     (
         "exidyn view run.mcap other.mcap",
         "exidyn view exidyn-fit/fit.json run.mcap --save fit.rrd",
@@ -63,23 +63,23 @@ def report_command(given: Namespace) -> None:
             Path,
         ),
         ROBOT,
-        Option("--save --output -o FILE", "write a file for Rerun's viewer (.rrd) instead", Path),
+        Option("--save --output -o FILE", "save the view as a file (.rrd) instead", Path),
         Option(
             "--serve --browser [ADDRESS:PORT]",
-            f"serve it to browsers instead, until Ctrl-C; default: {LOCAL}:{PORT}, this machine only",
+            f"serve the view to browsers instead, until Ctrl-C; default: {LOCAL}:{PORT}, this machine only",
             alone=f"{LOCAL}:{PORT}",
         ),
     ),
 )
-def view_command(given: Namespace) -> None:
-    """Show."""
-    if given.save is not None:
-        require_apart(given.save, "--save", given.files)
-    from ..views.kinds import view_of  # Rerun takes a second to import, and a help text can do without
+def view_command(args: Namespace) -> None:
+    """Show, save or serve the view."""
+    if args.save is not None:
+        require_apart(args.save, "--save", args.files)
+    from ..views.kinds import view_of  # Rerun takes a second to import, and help texts do not need it
     from ..views.viewers import show
 
-    model = read_model(given.robot) if given.robot else None
-    window = given.save is None and given.serve is None
-    show(view_of(given.files, model), Targets(window, given.serve, given.save))
-    if given.save is not None:
-        print_written(given.save)
+    model = read_model(args.robot) if args.robot else None
+    window = args.save is None and args.serve is None
+    show(view_of(args.files, model), Targets(window, args.serve, args.save))
+    if args.save is not None:
+        print_written(args.save)

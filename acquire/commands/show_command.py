@@ -1,4 +1,4 @@
-"""exidyn show: a planned motion in words, as a page of plots, moving in Rerun, or in other formats."""
+"""exidyn show: a planned motion as a table, a page of plots, an animation in Rerun, or in other formats."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -42,107 +42,107 @@ from ..terminal.run_summary import plan_table
     ),
     (
         PLAN,
-        robot_option("for torques, collisions and the moving arm"),
-        Option("--output -o --page FILE", "the page; default: as TRAJECTORY, but ending in .html", Path),
+        robot_option("for torques, collisions and the animated arm"),
+        Option("--output -o --page FILE", "page; default: the name of TRAJECTORY with .html", Path),
         JSON,
         Option(
             "--export FORMAT FILE",
-            f"write it as one of {', '.join(EXPORTS)}, see below; may be given several times",
+            f"export as one of {', '.join(EXPORTS)}, see below; may be repeated",
             default=[],
             repeated=True,
         ),
-        Option("--rate HZ", "points a second of exports", positive),
+        Option("--rate HZ", "sampling rate of exports", positive),
         PACKAGES,
         NO_COLLISION,
         CELL,
-        Option("--view", "show it in Rerun's viewer, the arm moving"),
+        Option("--view", "show the moving arm in Rerun's viewer"),
         Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
     ),
     table_help("formats", EXPORTS),
 )
-def show_command(given: Namespace) -> None:
-    """Print, write the page and what else is asked for."""
-    if (given.view or given.save) and not given.robot:
+def show_command(args: Namespace) -> None:
+    """Print the summary; write the page and the requested exports and views."""
+    if (args.view or args.save) and not args.robot:
         raise WrongUse("--view and --save draw the arm: name it with --robot")
-    for name, _ in given.export:
+    for name, _ in args.export:
         if name not in EXPORTS:
             raise UnknownChoice("export format", name, EXPORTS)
-    _require_places(given)
-    plan = read_plan(given.plan)
-    model = read_model(given.robot) if given.robot else None
+    _require_writable(args)
+    plan = read_plan(args.plan)
+    model = read_model(args.robot) if args.robot else None
     for difference in _differences(plan, model):
         print_warning(difference)
     if model:
         plan = within(plan, model.robot)
     torque = nominal_torque(plan, model) if model else None
-    clearances = _clearances(given, model) if model else ()
+    clearances = _clearances(args, model) if model else ()
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
     beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
-    hand_over(summary(plan, uses, beyond), json_text(table), given.json)
-    page = given.output or given.plan.with_suffix(".html")
-    around = _around(given, plan, model, clearances, nearest_words(approaches)) if model else None
-    page.write_text(plan_page(plan, beyond, torque, around), encoding="utf-8")
-    written = [page, *_write_exports(plan, given)]
-    written += _show_moving(plan, given, model, around.space) if model and around else []
+    hand_over(summary(plan, uses, beyond), json_text(table), args.json)
+    page = args.output or args.plan.with_suffix(".html")
+    surroundings = _around(args, plan, model, clearances, nearest_words(approaches)) if model else None
+    page.write_text(plan_page(plan, beyond, torque, surroundings), encoding="utf-8")
+    written = [page, *_write_exports(plan, args)]
+    written += _show_moving(plan, args, model, surroundings.space) if model and surroundings else []
     print_written(*written)
 
 
-def _clearances(given: Namespace, model: Model) -> tuple[Clearance, ...]:
-    """What the motion must not touch: how far it should keep from it was said when it was planned."""
+def _clearances(args: Namespace, model: Model) -> tuple[Clearance, ...]:
+    """Clearances of the motion without a margin, which was a matter of planning."""
     return read_clearances(
-        given.robot,
+        args.robot,
         model.robot,
-        cell=given.region,
-        collision=not given.no_collision,
+        cell=args.region,
+        collision=not args.no_collision,
         distance=0.0,
-        packages=given.packages,
+        packages=args.packages,
     )
 
 
 def _around(
-    given: Namespace, plan: Plan, model: Model, clearances: tuple[Clearance, ...], nearest: str
+    args: Namespace, plan: Plan, model: Model, clearances: tuple[Clearance, ...], nearest: str
 ) -> Around:
-    """What the page draws around the motion."""
-    obstacles = read_surroundings(sources_of(given.robot, given.region)).obstacles
+    """Surroundings that the page draws."""
+    obstacles = read_surroundings(sources_of(args.robot, args.region)).obstacles
     return Around(space_of(plan.trajectory, model.robot, obstacles, clearances), nearest)
 
 
-def _require_places(given: Namespace) -> None:
-    """Make sure that all can be written before anything is."""
-    require_json(given.json)
-    places = {"--output": given.output, "--save": given.save}
-    for option, path in [*places.items(), *(("--export", Path(path)) for _, path in given.export)]:
+def _require_writable(args: Namespace) -> None:
+    """Raise if any file cannot be written, before the first is."""
+    require_json(args.json)
+    outputs = {"--output": args.output, "--save": args.save}
+    for option, path in [*outputs.items(), *(("--export", Path(path)) for _, path in args.export)]:
         if path is not None:
-            require_file(path, option, [given.plan, *([given.robot] if given.robot else [])])
+            require_file(path, option, [args.plan, *([args.robot] if args.robot else [])])
 
 
 def _differences(plan: Plan, model: Model | None) -> list[str]:
-    """How the file was edited, and how the robot at hand differs from the one planned for."""
+    """How the file was edited, and how the robot differs from the one of the plan."""
     if model is None:
         return file_warnings(plan)
-    different = fits(plan, model)
+    differences = fits(plan, model)
     if plan.joints != model.robot.joints:
-        raise TrajectoryError(different[0])
-    return [*file_warnings(plan, model.robot), *different]
+        raise TrajectoryError(differences[0])
+    return [*file_warnings(plan, model.robot), *differences]
 
 
-def _write_exports(plan: Plan, given: Namespace) -> list[Path]:
+def _write_exports(plan: Plan, args: Namespace) -> list[Path]:
     paths = []
-    for name, path in given.export:
-        Path(path).write_text(EXPORTS[name](plan, given.rate), encoding="utf-8")
+    for name, path in args.export:
+        Path(path).write_text(EXPORTS[name](plan, args.rate), encoding="utf-8")
         paths.append(Path(path))
     return paths
 
 
-def _show_moving(plan: Plan, given: Namespace, model: Model, space: Space) -> list[Path]:
-    """Open or save the view; Rerun takes a second to import, so only then."""
-    if not (given.view or given.save):
+def _show_moving(plan: Plan, args: Namespace, model: Model, space: Space) -> list[Path]:
+    """Open or save the view, if requested: Rerun takes a second to import."""
+    if not (args.view or args.save):
         return []
     from ..views.live_view import Targets
     from ..views.plan_view import plan_view
     from ..views.viewers import show
 
-    show(plan_view(plan, model, space), Targets(view=given.view, save=given.save))
-    return [given.save] if given.save else []
+    show(plan_view(plan, model, space), Targets(view=args.view, save=args.save))
+    return [args.save] if args.save else []

@@ -1,4 +1,4 @@
-"""exidyn simulate: a planned motion in closed loop on a simulated arm, as a recording."""
+"""exidyn simulate: simulate a planned motion in closed loop, and write the recording."""
 
 import time
 from argparse import Namespace
@@ -39,19 +39,19 @@ from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import with_bar
 
 FASTEST, SLOWEST = 1e-4, 0.1
-"""Cycles [s] of controllers: current loops close every 0.1 ms, and no arm is led ten times a second."""
+"""Range of a controller's cycle [s]: current loops run every 0.1 ms, and no arm is commanded at 10 Hz."""
 
 
 tick = valid_if(
     lambda value: FASTEST <= value <= SLOWEST,
-    f"is no cycle of a controller; {FASTEST:g} to {SLOWEST:g} s",
+    f"is not a cycle of a controller; it must be {FASTEST:g} to {SLOWEST:g} s",
     positive,
 )
 
 
 @Command(
     "Simulate a planned motion in closed loop: the arm with all its effects, drives and\n"
-    "sensors as industrial arms have them. The same arguments give the same file.",
+    "sensors of industrial arms. Equal arguments give equal files.",
     (
         "exidyn simulate exidyn-fit/fit.json trajectory.toml -o sim.mcap",
         "exidyn simulate kr270 trajectory.toml --mass 175 --com 0.05 0.03 -0.22 -o loaded.mcap",
@@ -63,52 +63,52 @@ tick = valid_if(
         output_option("FILE", Path("sim.mcap")),
         JSON,
         NAME,
-        Option("--tick S", "from sample to sample", tick, 0.002),
+        Option("--tick S", "sampling period", tick, 0.002),
         SPEED,
-        seed_option("of the sensors' noise"),
-        Option("--exact", "sensors without noise and steps"),
+        seed_option("seed of the sensors' noise"),
+        Option("--exact", "sensors without noise and quantization"),
         Group(
-            "what hangs on the flange: a payload of the model, or a body",
-            (Option("--payload NAME", "of a payload of the model", default=""), *BODY),
+            "payload on the flange: one of the model, or another",
+            (Option("--payload NAME", "name of a payload of the model", default=""), *BODY),
         ),
         Group(
-            "gears that give way, beside those of the arm: one number, or one a joint, seen from the joint",
+            "elastic gears, in addition to those of the arm; one value, or one per joint",
             (
-                Option("--stiffness NM/RAD...", "inf for rigid, the default", any_number, [np.inf]),
-                Option("--damping NMS/RAD...", "of the same spring", any_number, [0.0]),
-                Option("--backlash RAD...", "width of the play", any_number, [0.0]),
+                Option(
+                    "--stiffness NM/RAD...", "stiffness; inf for rigid, the default", any_number, [np.inf]
+                ),
+                Option("--damping NMS/RAD...", "damping of that elasticity", any_number, [0.0]),
+                Option("--backlash RAD...", "width of the backlash", any_number, [0.0]),
             ),
         ),
     ),
 )
-def simulate_command(given: Namespace) -> None:
-    """Simulate, write, and print how fast that was."""
-    require_json(given.json)
-    require_file(given.output, "--output", [given.arm, given.plan])
-    arm, plan = read_arm(given.arm), read_plan(given.plan)
-    nominal, carried = _carrying(given, arm)
+def simulate_command(args: Namespace) -> None:
+    """Simulate, write the recording, and print a summary."""
+    require_json(args.json)
+    require_file(args.output, "--output", [args.arm, args.plan])
+    arm, plan = read_arm(args.arm), read_plan(args.plan)
+    nominal, payload = _carrying(args, arm)
     if plan.joints == arm.robot.joints:
         for sentence in [*file_warnings(plan, arm.robot), *robot_differences(plan, arm.robot)]:
             print_warning(sentence)
-    began, run = time.perf_counter(), given.name or given.output.stem
+    began, run = time.perf_counter(), args.name or args.output.stem
     recording = simulated(
-        arm, plan, nominal, carried, _transmission(given, arm), speed=given.speed, tick=given.tick,
-        seed=noise_seed(given.seed, run), exact=given.exact, name=run, watched=with_bar,
+        arm, plan, nominal, payload, _transmission(args, arm), speed=args.speed, tick=args.tick,
+        seed=noise_seed(args.seed, run), exact=args.exact, name=run, watched=with_bar,
     )  # fmt: skip
-    taken = time.perf_counter() - began
-    write_recording(recording, given.output)
-    table = _table(recording, taken) | {"written": str(given.output)}
-    hand_over(_summary(recording, taken), json_text(table), given.json)
-    print_written(given.output)
+    seconds = time.perf_counter() - began
+    write_recording(recording, args.output)
+    table = _table(recording, seconds) | {"written": str(args.output)}
+    hand_over(_summary(recording, seconds), json_text(table), args.json)
+    print_written(args.output)
 
 
-def _carrying(given: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
-    """The arm with what hangs on its flange, and what the recording states about it."""
-    numbers = {name: getattr(given, name) for name in ("mass", "com", "inertia") if getattr(given, name)}
-    if numbers and ("mass" not in numbers or given.payload):
-        raise NeedsPayload(
-            "what hangs on the flange: give --mass [kg], or the --payload of the model, not both"
-        )
+def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
+    """The arm with its payload, and the payload that the recording states."""
+    numbers = {name: getattr(args, name) for name in ("mass", "com", "inertia") if getattr(args, name)}
+    if numbers and ("mass" not in numbers or args.payload):
+        raise NeedsPayload("payload: give --mass [kg], or --payload with a name of the model, not both")
     names = arm.payloads
     if numbers:
         body = Payload(PAYLOAD, known_parameters(**numbers))
@@ -117,43 +117,47 @@ def _carrying(given: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]
             name: prior for name, prior in arm.stated.items() if name in replace(arm, effects=others).names
         }
         return replace(arm, effects=(*others, body), stated=stated), KnownPayload(PAYLOAD, body.known)
-    if not given.payload:
+    if not args.payload:
         return arm, None
-    if given.payload not in names:
+    if args.payload not in names:
         raise RobotError(
-            f"{arm.robot.name}: no payload '{given.payload}'. Payloads of the model: "
+            f"{arm.robot.name}: no payload '{args.payload}'. Payloads of the model: "
             f"{', '.join(names) or 'none'}"
         )
-    return arm, KnownPayload(given.payload, names[given.payload].known)
+    return arm, KnownPayload(args.payload, names[args.payload].known)
 
 
-def _transmission(given: Namespace, arm: Model) -> Transmission:
+def _transmission(args: Namespace, arm: Model) -> Transmission:
     n = arm.robot.dof
     parts = []
     for name in ("stiffness", "damping", "backlash"):
-        values = getattr(given, name)
+        values = getattr(args, name)
         if len(values) not in (1, n):
-            raise RobotError(
-                f"--{name} has {len(values)} values; expected one, or one for each of the {n} joints"
-            )
+            raise RobotError(f"--{name} has {len(values)} values; expected 1 value, or 1 per joint ({n})")
         parts.append(np.broadcast_to(np.array(values, float), (n,)))
     return Transmission(*parts)
 
 
-def _summary(recording: Recording, taken: float) -> str:
-    """Length, speed, and how far the arm was from its commands."""
-    joints, missed, unit = recording.robot.joints, _missed(recording), _units(recording)
-    far = ", ".join(f"{j} {digits(m)} {u}" for j, m, u in zip(joints, missed, unit, strict=True))
-    factor = recording.duration / taken
+def _summary(recording: Recording, seconds: float) -> str:
+    """Duration, speed of the simulation, and largest deviations from the commands.
+
+    Args:
+        recording: Recording of the simulation.
+        seconds: Computing time [s].
+    """
+    joints, units = recording.robot.joints, _units(recording)
+    deviations = zip(joints, _largest_deviations(recording), units, strict=True)
+    text = ", ".join(f"{joint} {digits(deviation)} {unit}" for joint, deviation, unit in deviations)
+    factor = recording.duration / seconds
     return (
-        f"{recording.robot.name}: {recording.duration:.3f} s simulated in {taken:.2f} s, "
+        f"{recording.robot.name}: {recording.duration:.3f} s simulated in {seconds:.2f} s, "
         f"{digits(factor)} times real time\n"
-        + "\n".join(paragraph(f"farthest from its command: {far}", "  ", ""))
+        + "\n".join(paragraph(f"largest deviation from the command: {text}", "  ", ""))
     )
 
 
-def _table(recording: Recording, taken: float) -> dict[str, Any]:
-    """The same in numbers."""
+def _table(recording: Recording, seconds: float) -> dict[str, Any]:
+    """The summary of a simulation for JSON."""
     return {
         "exidyn_simulation": 1,
         "name": recording.name,
@@ -161,14 +165,14 @@ def _table(recording: Recording, taken: float) -> dict[str, Any]:
         "joints": list(recording.robot.joints),
         "units": _units(recording),
         "duration": recording.duration,
-        "seconds": taken,
-        "farthest_from_command": _missed(recording),
+        "seconds": seconds,
+        "farthest_from_command": _largest_deviations(recording),
         "settings": dict(recording.settings),
     }
 
 
-def _missed(recording: Recording) -> np.ndarray:
-    """How far each joint was from its command at most, shape (n,) [rad, m]."""
+def _largest_deviations(recording: Recording) -> np.ndarray:
+    """Largest deviation of each joint from its command, shape (n,) [rad] or [m]."""
     signals = recording.signals
     return np.abs(signals["position"].values - signals["command"].values).max(axis=0)
 

@@ -1,4 +1,4 @@
-"""exidyn watch: what a controller measures, live; nothing is commanded and no drive is powered."""
+"""exidyn watch: show live measurements of a controller; nothing is commanded and no drive is powered."""
 
 import sys
 import time
@@ -31,109 +31,111 @@ if TYPE_CHECKING:
     from ..fleet.analysis import ResidualAlarm
 
 REDRAW, LINES = 0.2, 1.0
-"""Time between readings of a table, which an eye follows, and of lines, which fill a screen [s]."""
+"""Time between readings in a table and between lines, which would otherwise fill the screen [s]."""
 STEP = 0.05
-"""Time between looks for a reason to end [s]."""
+"""Time between checks whether to end [s]."""
 
 
 @Command(
     "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
     (
         "exidyn watch --controller cell.toml                        # positions in radians",
-        "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, beside the limits",
-        "exidyn watch --controller cell.toml --seconds 10 --json -  # a line of JSON for each reading",
-        "exidyn watch --controller cell.toml --arm welding-07        # residual, held against its check runs",
+        "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
+        "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
+        "exidyn watch --controller cell.toml --arm welding-07        # with residuals, see exidyn fleet",
     ),
     (
-        robot_option("degrees and limits; without it radians"),
+        robot_option("for degrees and limits; without it radians"),
         *CONTROLLER,
-        Option("--seconds S", "end after so long; default: at Ctrl-C", positive),
-        Option("--every S", f"between readings; default: {REDRAW:g}, lines {LINES:g}", positive),
+        Option("--seconds S", "duration; default: until Ctrl-C", positive),
+        Option("--every S", f"time between readings; default: {REDRAW:g}, lines {LINES:g}", positive),
         Group(
-            "residual, held against the arm's check runs (exidyn fleet)",
+            "residual torque, compared with the arm's check runs (exidyn fleet)",
             (
-                Option("--arm ARM", "its name in the fleet"),
-                Option("--fleet FOLDER", "of its results", Path, FLEET),
+                Option("--arm ARM", "name of the arm in the fleet"),
+                Option("--fleet FOLDER", "folder of the fleet's results", Path, FLEET),
                 ALARMS,
             ),
         ),
         JSON,
     ),
 )
-def watch_command(given: Namespace) -> None:
-    """Open to read, show, close; Ctrl-C is the usual end."""
-    require_json(given.json)
+def watch_command(args: Namespace) -> None:
+    """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
+    require_json(args.json)
     with ExitStack() as stack:
-        alarm = _alarm(given, stack)
-        driver, units = _driver(given, alarm)
+        alarm = _alarm(args, stack)
+        driver, units = _driver(args, alarm)
         confirm_reading(driver.risk_of_reading)
-        asked = stack.enter_context(StopRequests())
+        requests = stack.enter_context(StopRequests())
         stack.callback(driver.close)
         info = driver.open_to_read()
-        asked.look()  # from here on Ctrl-C is a request, and does not interrupt
+        requests.look()  # from here on Ctrl-C is a request and does not interrupt
         for warning in info.warnings:
             print_warning(warning)
         print("\n".join(paragraph(f"read only; sent to it: {driver.sent_to_read}")), file=sys.stderr)
         file = None
-        if given.json is not None and given.json != SCREEN:
-            file = stack.enter_context(Path(given.json).open("w", encoding="utf-8"))
+        if args.json is not None and args.json != SCREEN:
+            file = stack.enter_context(Path(args.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        _show(given, _readings(given, listener, asked), units, info, file, alarm)
+        _show(args, _readings(args, listener, requests), units, info, file, alarm)
 
 
-def _alarm(given: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
-    if given.arm is None:
+def _alarm(args: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
+    if args.arm is None:
         return None
     from ..fleet.analysis import ResidualAlarm
     from ..fleet.store import Store
-    from ..fleet.work import process_apart
+    from ..fleet.work import separate_process
 
-    store, executor = Store(given.fleet.resolve()), stack.enter_context(process_apart())
-    return ResidualAlarm(store, given.arm, given.alarms_per_arm_year, executor)
+    store, executor = Store(args.fleet.resolve()), stack.enter_context(separate_process())
+    return ResidualAlarm(store, args.arm, args.alarms_per_arm_year, executor)
 
 
-def _driver(given: Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
-    name, settings = read_controller(given.controller, given.driver, given.set)
-    if name == "mock":  # whose simulated time would else run away, also by a file with all its settings
+def _driver(args: Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
+    name, settings = read_controller(args.controller, args.driver, args.set)
+    if (
+        name == "mock"
+    ):  # otherwise its simulated time would run ahead, even if a controller file sets the clock
         settings["clock"] = "real"
-    if (model := _model(given, alarm)) is not None:
+    if (model := _model(args, alarm)) is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
     count = driver_class(name).count_joints(settings)
     if not count:
-        cell = "" if given.controller else ", and what moves it with --controller"
+        cell = "" if args.controller else ", and its controller with --controller"
         raise BadSettings(
             f"driver {name}: the settings list no joints, so that their number is unknown. "
             f"Name the arm with --robot{cell}"
         )
-    far = np.full(count, np.inf)
-    arm = Arm(tuple(f"joint{k + 1}" for k in range(count)), -far, far, far)
+    unlimited = np.full(count, np.inf)
+    arm = Arm(tuple(f"joint{k + 1}" for k in range(count)), -unlimited, unlimited, unlimited)
     return create(name, settings, arm), JointUnits.unknown(arm)
 
 
-def _model(given: Namespace, alarm: "ResidualAlarm | None") -> Model | None:
-    """The robot that was named, or that of the arm in the fleet; None without either."""
-    model = read_model(given.robot) if given.robot is not None else None
+def _model(args: Namespace, alarm: "ResidualAlarm | None") -> Model | None:
+    """The model of --robot, or else of the arm in the fleet; None without either."""
+    model = read_model(args.robot) if args.robot is not None else None
     if alarm is None or model is None:
         return model or (alarm.model if alarm is not None else None)
     joints, others = model.robot.joints, alarm.model.robot.joints
     if joints != others:
         raise BadSettings(
-            f"--robot has joints {', '.join(joints)}, and {given.arm} in {given.fleet} {', '.join(others)}"
+            f"--robot has joints {', '.join(joints)}, but {args.arm} in {args.fleet} has {', '.join(others)}"
         )
     return model
 
 
-def _readings(given: Namespace, listener: Listener, asked: StopRequests) -> Iterator[tuple[float, Reading]]:
-    """Seconds since the first reading, and a reading, until a stop is asked for or time is up."""
-    tabular = given.json is None and sys.stdout.isatty()
-    every = given.every or (REDRAW if tabular else LINES)
+def _readings(args: Namespace, listener: Listener, requests: StopRequests) -> Iterator[tuple[float, Reading]]:
+    """Time since the first reading [s] and a reading, until a stop is requested or time is up."""
+    tabular = args.json is None and sys.stdout.isatty()
+    period = args.every or (REDRAW if tabular else LINES)
     began, due = None, time.monotonic()
-    while asked.look() is None:
+    while requests.look() is None:
         now = time.monotonic()
-        over = began is not None and given.seconds is not None and now - began >= given.seconds
+        over = began is not None and args.seconds is not None and now - began >= args.seconds
         if (now >= due or over) and (reading := listener.look()) is not None:
-            began, due = now if began is None else began, now + every
+            began, due = now if began is None else began, now + period
             yield now - began, reading
         if over:
             return
@@ -141,7 +143,7 @@ def _readings(given: Namespace, listener: Listener, asked: StopRequests) -> Iter
 
 
 def _show(
-    given: Namespace,
+    args: Namespace,
     readings: Iterator[tuple[float, Reading]],
     units: JointUnits,
     info: Info,
@@ -154,7 +156,7 @@ def _show(
         if file is not None:
             file.write(json_line(reading, units, seconds, residual) + "\n")
             file.flush()
-        if given.json == SCREEN:
+        if args.json == SCREEN:
             print(json_line(reading, units, seconds, residual), flush=True)
         elif sys.stdout.isatty():
             events += reading.events

@@ -1,1 +1,1 @@
-"""What `exidyn example` writes and prints: robots, plans and steps."""
+"""Examples of `exidyn example`: simulated arms, their commands, and the printed results."""

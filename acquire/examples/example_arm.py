@@ -1,4 +1,4 @@
-"""A simulated KR270 whose truth is known, its robot files, and what a person with a cell would type."""
+"""A simulated arm with known truth, its robot files, and commands as a person would type them."""
 
 import shlex
 from collections.abc import Mapping
@@ -11,22 +11,22 @@ from exidyn.identification.model import Model
 from exidyn.identification.robot_files.commented import commented_text
 
 MASS = 175.0
-"""Payload [kg], as in the paper."""
-CENTRE = (0.05, 0.03, -0.22)
-"""Its centre of mass [m]: a tool some twenty centimetres in front of the flange, which looks along -z."""
+"""Mass of the payload, as in the paper [kg]."""
+CENTER = (0.05, 0.03, -0.22)
+"""Its center of mass [m]: a tool about twenty centimeters in front of the flange, which points along -z."""
 INERTIA = (8.0, 0.1, 0.2, 9.0, 0.3, 7.0)
-"""Its moments about that, XX, XY, XZ, YY, YZ, ZZ [kg m^2]."""
-BODY = known_parameters(MASS, CENTRE, INERTIA)
-"""What the payload really is, by parameter; what is stated about it may differ."""
+"""Its inertia about the center of mass, XX, XY, XZ, YY, YZ, ZZ [kg m^2]."""
+BODY = known_parameters(MASS, CENTER, INERTIA)
+"""True parameters of the payload; the stated ones may differ."""
 NOMINAL, TRUTH, LOADED = "robot.toml", "truth.toml", "truth-loaded.toml"
-"""Files of the arm nominal, as it is, and as it is with its payload."""
+"""Files of the nominal arm, the true arm, and the true arm with its payload."""
 LEAST = 5.0
-"""Time in which motions are searched that need not be the best [s]."""
+"""Search time of motions that need not be optimal [s]."""
 
 
 @dataclass(frozen=True)
 class ExampleArm:
-    """An arm as it is, its priors being true, and nominal, with something wrong or missing."""
+    """A true arm, whose nominal values are the true ones, and its nominal model with an error or omission."""
 
     truth: Model
     nominal: Model
@@ -44,7 +44,7 @@ class ExampleArm:
 
 
 class Step(NamedTuple):
-    """One command of exidyn by its name, and its arguments."""
+    """A command of exidyn and its arguments."""
 
     command: str
     arguments: tuple[str, ...]
@@ -54,20 +54,20 @@ class Step(NamedTuple):
 
 
 def step(command: str, *arguments: str | Path | float) -> Step:
-    """A command with its arguments, numbers in as few digits as they have."""
+    """A command with its arguments; floats are printed without trailing zeros."""
     return Step(command, tuple(f"{a:g}" if isinstance(a, float) else str(a) for a in arguments))
 
 
 def excited(folder: Path, name: str, length: float, search: float, *more: str | float) -> Step:
-    """Plan a motion of a length [s], searched for so long [s], for the nominal arm, in folder/name.toml."""
-    asked = "--length", length, *more, "--search", search
-    return step("excite", folder / NOMINAL, *asked, "--output", folder / f"{name}.toml")
+    """Command that plans a motion of a duration [s] within a search time [s] in folder/name.toml."""
+    options = "--length", length, *more, "--search", search
+    return step("excite", folder / NOMINAL, *options, "--output", folder / f"{name}.toml")
 
 
 def recorded(folder: Path, name: str, motion: str, seed: int, *payload: str | float) -> Step:
-    """Record folder/motion.toml in folder/name.mcap on the mock, whose arm is the true one.
+    """Command that records folder/motion.toml in folder/name.mcap on the mock with the true arm.
 
-    The payload is what is stated about the body on the flange, which is there if anything is stated.
+    The payload options are the stated values; without them the true arm carries no payload.
     """
     plant = folder / (LOADED if payload else TRUTH)
     mock = "--driver", "mock", "--plant", plant, "--seed", str(seed)

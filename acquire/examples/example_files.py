@@ -1,4 +1,4 @@
-"""Example: the files that a person with an arm brings, of a simulated one."""
+"""Example: files of a simulated arm such as a person with an arm has."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,21 +15,21 @@ from .example_arm import NOMINAL, TRUTH, ExampleArm, Step
 
 LOG = "log.csv"
 FILES = (NOMINAL, LOG, TRUTH)
-"""What is written, and not over a person's own."""
+"""Written files, which do not overwrite existing ones."""
 RATE, SECONDS = 250.0, 20.0
-"""Samples a second [Hz] and length [s] of the log."""
+"""Sampling rate [Hz] and duration [s] of the log."""
 
 
 @dataclass(frozen=True)
 class ArmWithLog(ExampleArm):
-    """An arm with a log of a motion that no planner chose, in degrees and amperes."""
+    """An arm with a log of an unplanned motion, in degrees and amperes."""
 
     def files(self) -> Mapping[str, str]:
-        """Robot files, name -> text; no payload belongs to this arm."""
+        """Robot files, name -> text; this arm has no payload."""
         return {name: text for name, text in super().files().items() if name in FILES}
 
     def write(self, folder: Path) -> None:
-        """Write robot files and log into a folder."""
+        """Write the robot files and the log into a folder."""
         super().write(folder)
         motion = random_fourier(self.nominal.robot.limits, SECONDS).at(np.arange(0.0, SECONDS, 1.0 / RATE))
         truth = self.truth
@@ -42,21 +42,21 @@ class ArmWithLog(ExampleArm):
 
 
 def arm() -> ExampleArm:
-    """A collaborative arm as built, and as its maker states it."""
+    """A collaborative arm as built, and with the manufacturer's values."""
     nominal = read_model("cobot")
     return ArmWithLog(as_built(nominal), nominal)
 
 
 def steps(_folder: Path, _length: float, _search: float) -> list[Step]:
-    """None: they are a person's."""
+    """No steps: the user runs the commands."""
     return []
 
 
 def outcome(folder: Path) -> str:
-    """What each file is."""
+    """Table of the files and their contents."""
     rows = [
-        [str(folder / NOMINAL), "the arm's nominal values, as a maker states them"],
-        [str(folder / LOG), "a log of it: time [s], positions [degrees], motor currents [A]"],
-        [str(folder / TRUTH), "what the simulated arm really is, to compare with"],
+        [str(folder / NOMINAL), "nominal values of the arm, as a manufacturer states them"],
+        [str(folder / LOG), "log of the arm: time [s], positions [degrees], motor currents [A]"],
+        [str(folder / TRUTH), "true values of the simulated arm, for comparison"],
     ]
-    return "\n".join(table(["file", "what it is"], rows, left=(0, 1)))
+    return "\n".join(table(["file", "content"], rows, left=(0, 1)))

@@ -1,4 +1,4 @@
-"""Example: nominal drive gains that are wrong, identified with a known payload beside the truth."""
+"""Example: wrong nominal drive gains, identified with a known payload and compared with the truth."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,11 +14,11 @@ from exidyn.identification.text_table import at_point, digits, table
 from .example_arm import LEAST, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
-"""By how much the nominal drive gains are too large; the paper found data sheets 8 to 19 % off."""
+"""Relative error of the nominal drive gains; the paper found data sheets 8 to 19 % off."""
 
 
 def arm() -> ExampleArm:
-    """The KR270, and one whose nominal drive gains are too large by `GAIN_ERROR`."""
+    """The KR270, and its model with nominal drive gains that are too large by `GAIN_ERROR`."""
     truth = read_model("kr270")
     gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
     wrong = replace(truth.robot, drive_gain=gain, drive_gain_tolerance=np.full(truth.robot.dof, GAIN_ERROR))
@@ -26,7 +26,7 @@ def arm() -> ExampleArm:
 
 
 def steps(folder: Path, length: float, search: float) -> list[Step]:
-    """Excite, record, identify; of the payload only the mass is stated."""
+    """Excite, record, identify; only the mass of the payload is stated."""
     mass = "--mass", MASS
     runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
     return [
@@ -40,13 +40,13 @@ def steps(folder: Path, length: float, search: float) -> list[Step]:
 
 
 def outcome(folder: Path) -> str:
-    """What was identified beside what is true."""
-    text = f"Identified beside true; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
+    """Comparison of the identified and the true values."""
+    text = f"Identified and true values; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
     return f"{text}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
 
 
 def comparison(fit: Fit, truth: Model) -> str:
-    """Identified drive gains and spring beside the true ones."""
+    """Table of identified and true drive gains and spring coefficients."""
     joints, estimate = truth.robot.joints, fit.estimate
     rows = [
         (f"drive gain {joint}", "N m/A", *numbers)
@@ -67,9 +67,10 @@ def comparison(fit: Fit, truth: Model) -> str:
             rows.append(
                 (meaning, fit.base.units[row], true[name], nominal, estimate.values[row], estimate.std[row])
             )
-    real, nominal, found, std = np.array([row[2:] for row in rows]).T
-    texts = [at_point([digits(v) for v in column]) for column in (real, nominal, found)]
-    for column in (100 * (found / real - 1), 100 * std / np.abs(found), (found - real) / std):
+    true_values, nominal, identified, std = np.array([row[2:] for row in rows]).T
+    texts = [at_point([digits(v) for v in column]) for column in (true_values, nominal, identified)]
+    error = identified - true_values
+    for column in (100 * (identified / true_values - 1), 100 * std / np.abs(identified), error / std):
         texts.append([f"{v:.3f}" for v in column])
     head = ["", "unit", "true", "nominal", "identified", "error %", "std %", "error/std"]
     labels = ([row[0] for row in rows], [row[1] for row in rows])

@@ -1,4 +1,4 @@
-"""Example: an arm of position servos without current, and the MJCF that its owner has."""
+"""Example: an arm of position servos without current measurement, and its owner's MJCF."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,16 +19,16 @@ from .example_arm import LOADED, NOMINAL, TRUTH, ExampleArm, Step
 
 ARM = "arm.xml"
 FILES = (ARM, NOMINAL, TRUTH, LOADED)
-"""What is written, and not over a person's own."""
+"""Written files, which do not overwrite existing ones."""
 STIFFNESS, STRENGTH = 17.8, 3.35
-"""Of each servo [N m/rad], [N m], as an STS3215 has them at a P of 16 and 12 V."""
+"""Stiffness [N m/rad] and largest torque [N m] of each servo: an STS3215 with P = 16 at 12 V."""
 TERMS = {"Ia": 0.028, "Fv": 0.6, "Fc": 0.05}
-"""Inertia of rotor and gear [kg m^2], drag [N m s/rad], dry friction [N m] of each, as published of it."""
+"""Published rotor inertia [kg m^2], viscous [N m s/rad] and Coulomb friction [N m] of each servo."""
 BY_LOAD = ("shoulder_lift", "elbow_flex", "wrist_flex"), 0.2
-"""Joints whose friction grows with the torque that the gears carry, and the share of it [-]."""
-MASS, CENTRE = 0.25, (0.02, 0.06, 0.0)
-"""Of the body that the loaded arm holds [kg], [m] from its flange."""
-SHORT = f"""# What is known before anything is measured: the MJCF, how fast the arm may move, what drives it.
+"""Joints with load-dependent friction, and its share of the torque in the gear [-]."""
+MASS, CENTER = 0.25, (0.02, 0.06, 0.0)
+"""Mass [kg] and center of mass in the flange frame [m] of the payload of the loaded arm."""
+SHORT = f"""# Known before any measurement: the MJCF, the limits of the motion, and the drives.
 format = 1
 name = "servo_arm"
 mjcf = "{ARM}"
@@ -39,67 +39,67 @@ acceleration = 12.0             # rad/s^2
 jerk = 200.0                    # rad/s^3
 
 [drive]
-servo_gain = 1                  # position servos: what is left to the command stands for the current
-gain = 17.8                     # then kp [N m/rad]: as published of these servos; the file's 50 is a choice
-gain_tolerance = 0.15           # how far each servo's may be off
-servo_limit = 0.19              # error at which they give all they can: 3.35 N m
+servo_gain = 1                  # position servos: the position error replaces the current
+gain = 17.8                     # kp [N m/rad], as published for these servos; the 50 of the MJCF is a choice
+gain_tolerance = 0.15           # relative tolerance of each servo's gain
+servo_limit = 0.19              # position error at which the servos saturate at 3.35 N m
 """
 
 
 @dataclass(frozen=True)
 class ServoArm(ExampleArm):
-    """An arm that is described by an MJCF; its robot.toml is what a person writes beside that."""
+    """An arm that is described by an MJCF and a short robot.toml, as a person would write it."""
 
     def files(self) -> Mapping[str, str]:
-        """The MJCF, robot.toml, and what the arm is, without and with a body; name -> text."""
-        models = {TRUTH: self.truth, LOADED: self.truth + Payload("L", known_parameters(MASS, CENTRE))}
+        """The MJCF, robot.toml, and the true arm without and with a payload, name -> text."""
+        models = {TRUTH: self.truth, LOADED: self.truth + Payload("L", known_parameters(MASS, CENTER))}
         text = {name: commented_text(model) for name, model in models.items()}
         return {ARM: described(), NOMINAL: SHORT} | text
 
 
 def described() -> str:
-    """The MJCF."""
+    """Text of the MJCF."""
     return resources.files(__package__).joinpath("servo_arm.xml").read_text("utf-8")
 
 
 def arm() -> ExampleArm:
-    """The arm as its file describes it, and as it is."""
+    """The true arm, and the arm of its MJCF."""
     with resources.as_file(resources.files(__package__).joinpath("servo_arm.xml")) as path:
         nominal = read_model(path)
     return ServoArm(_real(nominal), nominal)
 
 
 def _real(nominal: Model) -> Model:
-    """Masses off by up to their tolerance, servos and friction as they are."""
+    """The true arm: masses off by up to their tolerance, with true servos and friction."""
     limits, n = nominal.robot.limits, nominal.robot.dof
     stiffness = np.full(n, STIFFNESS)
     servo = PositionServo(np.ones(n), np.full(n, STRENGTH / STIFFNESS))
-    free = np.full(n, np.inf)
+    unlimited, torque = np.full(n, np.inf), np.full(n, STRENGTH)
     limits = Limits(
-        limits.position_lower, limits.position_upper, np.full(n, 4.0), free, free, np.full(n, STRENGTH)
+        limits.position_lower, limits.position_upper, np.full(n, 4.0), unlimited, unlimited, torque
     )
     joints, share = BY_LOAD
-    more = LoadDependentFriction(joints)
-    names = [one.name for effect in nominal.effects for one in effect.parameters(nominal.robot)]
+    friction = LoadDependentFriction(joints)
+    names = [parameter.name for effect in nominal.effects for parameter in effect.parameters(nominal.robot)]
     stated = {name: Prior(value) for name in names for key, value in TERMS.items() if name.startswith(key)}
-    stated |= {one.name: Prior(share) for one in more.parameters(nominal.robot)}
+    stated |= {parameter.name: Prior(share) for parameter in friction.parameters(nominal.robot)}
     robot = replace(
         nominal.robot, limits=limits, servo=servo, drive_gain=stiffness, drive_gain_tolerance=np.full(n, 0.1)
     )
-    return as_built(Model(robot, (*nominal.effects, more), stated))
+    return as_built(Model(robot, (*nominal.effects, friction), stated))
 
 
 def steps(_folder: Path, _length: float, _search: float) -> list[Step]:
-    """None: they are a person's."""
+    """No steps: the user runs the commands."""
     return []
 
 
 def outcome(folder: Path) -> str:
-    """What each file is."""
+    """Table of the files and their contents."""
     rows = [
-        [str(folder / ARM), "MJCF of the arm, as its owner has it for simulations"],
-        [str(folder / NOMINAL), "what is beside it for exidyn: limits, and that the drives are servos"],
-        [str(folder / TRUTH), "what the simulated arm really is, to compare with"],
-        [str(folder / LOADED), f"the same holding {MASS:g} kg"],
+        [str(folder / ARM), "MJCF of the arm, as its owner uses it for simulations"],
+        [str(folder / NOMINAL), "limits and servo drives of the arm, for exidyn"],
+        [str(folder / TRUTH), "true values of the simulated arm, for comparison"],
+        [str(folder / LOADED), f"the true arm with a payload of {MASS:g} kg"],
     ]
-    return "\n".join(table(["file", "what it is"], rows, left=(0, 1)))
+    return "\n".join(table(["file", "content"], rows, left=(0, 1)))

@@ -1,1 +1,1 @@
-"""Files that commands read and write together."""
+"""Files that several commands read and write."""

@@ -1,4 +1,4 @@
-"""What a motion must keep clear of: the arm itself, obstacles, and the bounds of regions."""
+"""Clearances of a motion: from the arm itself, from obstacles, and from the bounds of regions."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -27,62 +27,62 @@ def read_clearances(
     """Clearances of the arm of a robot.toml, URDF, MJCF or built-in name.
 
     Args:
-        source: Where the robot is from.
-        robot: As read from there.
+        source: File or built-in name of the robot.
+        robot: The robot that was read from the source.
         cell: Another file with `[[obstacle]]` and `[[region]]` rows.
-        collision: Whether to look at the arm's geometry and at obstacles.
-        distance: What bodies keep from each other and from obstacles [m].
+        collision: Whether to check the arm's geometry and obstacles.
+        distance: Smallest distance between bodies, and between bodies and obstacles [m].
         packages: Folders of meshes.
-        say: Takes sentences on what is kept clear of what.
+        say: Function that takes sentences on what is checked.
 
     Raises:
-        RobotError: A file is wrong, or there are obstacles and no geometry of the arm to keep clear of them.
+        RobotError: If a file is wrong, or there are obstacles but the robot has no collision geometry.
     """
-    around = read_surroundings(sources_of(source, cell))
-    regions = read_regions(list(around.regions), robot) if around.regions else []
+    surroundings = read_surroundings(sources_of(source, cell))
+    regions = read_regions(list(surroundings.regions), robot) if surroundings.regions else []
     if not collision:
         return tuple(regions)
     geometry = read_geometry(source, packages)
     if geometry is None:
-        _refuse(source, around.obstacles)
-        say("no collision geometry in the robot: self-collision is not looked at")
+        _refuse(source, surroundings.obstacles)
+        say("the robot has no collision geometry: self-collision is not checked")
         return tuple(regions)
-    bodies = Collision.of(robot, with_obstacles(geometry, around.obstacles), distance)
+    bodies = Collision.of(robot, with_obstacles(geometry, surroundings.obstacles), distance)
     say(f"{len(bodies.names)} pairs of bodies are kept {distance:g} m apart")
-    for sentence in _not_watched(bodies, around.obstacles):
+    for sentence in _unchecked_pairs(bodies, surroundings.obstacles):
         say(sentence)
     return (bodies, *regions)
 
 
 def sources_of(source: str | Path, cell: Path | None) -> list[str | Path]:
-    """Files that may say what stands around an arm.
+    """Files that may describe obstacles and regions around an arm.
 
     Raises:
-        RobotError: The file of the cell has no such rows, or others.
+        RobotError: If the cell file has no such rows, or has other keys.
     """
     if cell is None:
         return [source]
     table = parse_toml(read_text(cell), str(cell))
     check_keys(table, AROUND, str(cell))
     if not table:
-        raise RobotError(f"{cell}: no [[obstacle]] and no [[region]] row in it")
+        raise RobotError(f"{cell} has neither [[obstacle]] nor [[region]] rows")
     return [source, cell]
 
 
 def _refuse(source: str | Path, obstacles: tuple[Obstacle, ...]) -> None:
     if obstacles:
         raise RobotError(
-            f"obstacle '{obstacles[0].name}': {source} has no collision geometry that could be kept clear of "
-            "it. Use a URDF with <collision>, an MJCF, or a [[region]] for the flange; --no-collision "
-            "plans without obstacles"
+            f"obstacle '{obstacles[0].name}' cannot be checked: {source} has no collision geometry. Use a "
+            "URDF with <collision>, an MJCF, or a [[region]] for the flange; --no-collision plans without "
+            "obstacles"
         )
 
 
-def _not_watched(bodies: Collision, obstacles: tuple[Obstacle, ...]) -> list[str]:
-    """What of the obstacles is left out, and why."""
+def _unchecked_pairs(bodies: Collision, obstacles: tuple[Obstacle, ...]) -> list[str]:
+    """Sentences on the pairs with obstacles that are not checked, and why."""
     names = {obstacle.name for obstacle in obstacles}
     return [
-        f"{pair.first} to {pair.second} is not looked at: {pair.reason}"
+        f"{pair.first} to {pair.second} is not checked: {pair.reason}"
         for pair in bodies.excluded
         if {pair.first, pair.second} & names
     ]

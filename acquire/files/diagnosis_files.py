@@ -1,4 +1,4 @@
-"""The files of a diagnosis: tables, pages, models, answers of many cases; traces.npz, its samples."""
+"""Files of a diagnosis: tables, pages, models, answers of several cases, and its samples in traces.npz."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -28,18 +28,18 @@ from exidyn.identification.schema import check
 from ..terminal.json_output import json_text, write_whole
 
 NAME = "traces.npz"
-"""Beside diagnosis.json."""
+"""File of the samples, beside diagnosis.json."""
 WORDS = ("name", "role", "run")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
 SIMULATED = "simulated"
-"""Key of what was simulated; runs have their place."""
+"""Key of the simulated run; the keys of the other runs are their indices."""
 
 
 def write_diagnosis(
     diagnosis: Diagnosis, simulated: Forward | None, fit: Fit | None, folder: Path
 ) -> list[Path]:
-    """Write diagnosis.json, report.html, traces, models of findings and rivals, and fit.json; name them."""
+    """Write diagnosis.json, report.html, traces, models of findings and rivals, fit.json; return paths."""
     folder.mkdir(parents=True, exist_ok=True)
     shown = Shown.of(diagnosis, str(folder), simulated)
     texts = {
@@ -64,8 +64,9 @@ def write_diagnosis(
         write_traces(diagnosis.evidence, folder / NAME, simulated)
     if fit is not None:
         write_fit(fit, folder / "fit.json")
-    others = {NAME: diagnosis.evidence, "fit.json": fit}
-    return [folder / name for name in (*texts, *(name for name, one in others.items() if one is not None))]
+    optional_files = {NAME: diagnosis.evidence, "fit.json": fit}
+    written = [name for name, content in optional_files.items() if content is not None]
+    return [folder / name for name in (*texts, *written)]
 
 
 def _finding_row(diagnosis: Diagnosis, hypothesis: Hypothesis, in_model: bool) -> FindingRow:
@@ -79,10 +80,10 @@ def _model_file(model: Model, rows: Sequence[FindingRow]) -> str:
 
 
 def read_answers(path: Path) -> dict[str, Any]:
-    """The answers that a file has already; none if there is no file.
+    """The answers already in a file; none if the file does not exist.
 
     Raises:
-        NotAFile: It is something else.
+        NotAFile: If the file is not a table of answers.
     """
     if not path.exists():
         return {}
@@ -91,25 +92,25 @@ def read_answers(path: Path) -> dict[str, Any]:
     except NotAFile as error:
         raise NotAFile(f"--answer exists, and {error}") from error
     if not isinstance(answers, dict):
-        raise NotAFile(f"--answer {path} exists and is no table of cases")
+        raise NotAFile(f"--answer {path} exists and is not a table of cases")
     return answers
 
 
 def add_answer(diagnosis: Diagnosis, path: Path) -> None:
-    """Put a case's answer beside those of other cases; the file is never half written."""
+    """Add a case's answer to the answers of other cases; the file is never half written."""
     answers = read_answers(path) | {diagnosis.name: answer(diagnosis)}
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, json_text(answers))
 
 
 class Traces(NamedTuple):
-    """What is left of every run, and of which arm.
+    """Samples of every run of a diagnosis, and the nominal model.
 
     Attributes:
-        model: Nominal.
-        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
-        traces: Runs held out first.
-        simulated: A run in simulation; None if nothing was simulated.
+        model: Nominal model.
+        noise: Noise floor of each joint's filtered torque, shape (n,) [N m].
+        traces: Samples of the runs, held-out runs first.
+        simulated: A simulated run; None if nothing was simulated.
     """
 
     model: Model
@@ -119,10 +120,10 @@ class Traces(NamedTuple):
 
 
 def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = None) -> None:
-    """Write them."""
+    """Write the samples of a diagnosis."""
     arrays: dict[str, Any] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
-    for place, trace in enumerate(evidence.traces):
-        arrays |= _arrays(trace, str(place))
+    for index, trace in enumerate(evidence.traces):
+        arrays |= _arrays(trace, str(index))
     if simulated is not None:
         arrays |= _arrays(simulated, SIMULATED)
     with open(path, "wb") as file:
@@ -130,33 +131,33 @@ def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = Non
 
 
 def read_traces(path: Path) -> Traces:
-    """Read them.
+    """Read the samples of a diagnosis.
 
     Raises:
-        NotAFile: Cut off, or something else, or with arrays that do not agree.
+        NotAFile: If the file is cut off, is of another kind, or has arrays of inconsistent shapes.
     """
     try:
         require_zip(path)
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             keys = {name.partition(".")[0] for name in file.files if "." in name}
             traces = tuple(
-                Trace(**_values(file, Trace, str(place))) for place in range(len(keys - {SIMULATED}))
+                Trace(**_values(file, Trace, str(index))) for index in range(len(keys - {SIMULATED}))
             )
             simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
-            found = Traces(parse_model(str(file["model"])), file["noise"].astype(float), traces, simulated)
-            _check(found)
-            return found
+            samples = Traces(parse_model(str(file["model"])), file["noise"].astype(float), traces, simulated)
+            _check(samples)
+            return samples
     except ExidynError:
         raise
-    except Exception as error:  # whatever the libraries of zip, zlib and numpy stumble over
-        raise NotAFile(f"{path} is no file of traces, or was cut off: {error}") from error
+    except Exception as error:  # zipfile, zlib and numpy raise many types
+        raise NotAFile(f"{path} is not a file of traces, or was cut off: {error}") from error
 
 
 def traces_beside(path: Path, diagnosis: Diagnosis) -> Traces | None:
     """The samples behind a diagnosis, if there are any beside its file.
 
     Raises:
-        NotAFile: They are those of another, or see `read_traces`.
+        NotAFile: If they belong to another diagnosis; see also `read_traces`.
     """
     samples = path.with_name(NAME)
     traces = read_traces(samples) if samples.exists() else None
@@ -169,45 +170,45 @@ def traces_beside(path: Path, diagnosis: Diagnosis) -> Traces | None:
     return traces
 
 
-def _check(found: Traces) -> None:
-    """Raise `Disagreement` with the first shape or time that does not agree with the model and the others."""
-    joints = found.model.robot.dof
-    _check_shape("noise", found.noise, (joints,))
-    check(bool(np.all(found.noise > 0.0)), "noise", found.noise.tolist(), "what is above zero")
-    every: list[tuple[str, Trace | Forward]] = [(str(place), one) for place, one in enumerate(found.traces)]
-    if found.simulated is not None:
-        every.append((SIMULATED, found.simulated))
-    for key, one in every:
-        _check_times(f"run {key}: time", one.time)
-        rows = len(one.time)
+def _check(samples: Traces) -> None:
+    """Raise `Disagreement` for the first shape or time that is inconsistent with the model."""
+    joints = samples.model.robot.dof
+    _check_shape("noise", samples.noise, (joints,))
+    check(bool(np.all(samples.noise > 0.0)), "noise", samples.noise.tolist(), "values above zero")
+    runs: list[tuple[str, Trace | Forward]] = [(str(index), run) for index, run in enumerate(samples.traces)]
+    if samples.simulated is not None:
+        runs.append((SIMULATED, samples.simulated))
+    for key, run in runs:
+        _check_times(f"run {key}: time", run.time)
+        rows = len(run.time)
         shapes: dict[str, tuple[int, ...]] = {"time": (rows,), "missed": (joints,)}
-        if isinstance(one, Trace):
-            shapes["explained"] = (len(one.explained), rows, joints)
-        for name in (field.name for field in fields(one) if field.name not in (*WORDS, "left_out")):
-            _check_shape(f"run {key}: {name}", getattr(one, name), shapes.get(name, (rows, joints)))
+        if isinstance(run, Trace):
+            shapes["explained"] = (len(run.explained), rows, joints)
+        for name in (field.name for field in fields(run) if field.name not in (*WORDS, "left_out")):
+            _check_shape(f"run {key}: {name}", getattr(run, name), shapes.get(name, (rows, joints)))
 
 
 def _check_times(field: str, time: np.ndarray) -> None:
     check(time.ndim == 1 and len(time) >= 2, field, time.shape, "at least two times")
     increases = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
-    check(increases, field, "others", "times that increase")
+    check(increases, field, "others", "increasing times")
 
 
 def _check_shape(field: str, values: np.ndarray, shape: tuple[int, ...]) -> None:
     check(values.shape == shape, field, values.shape, f"numbers of shape {shape}")
 
 
-def _arrays(one: Trace | Forward, key: str) -> dict[str, np.ndarray]:
-    """All fields; what is no word and need not be exact in single precision."""
+def _arrays(run: Trace | Forward, key: str) -> dict[str, np.ndarray]:
+    """Arrays of all fields; numbers outside `EXACT` are in single precision."""
     arrays = {}
-    for name in (field.name for field in fields(one)):
-        value = getattr(one, name)
+    for name in (field.name for field in fields(run)):
+        value = getattr(run, name)
         if name == "left_out":
             arrays[f"{key}.{name}"] = np.array(value, dtype=str)
         elif name in (*WORDS, *EXACT):
             arrays[f"{key}.{name}"] = np.asarray(value)
         else:
-            with np.errstate(over="ignore"):  # a simulation that diverged leaves single precision too
+            with np.errstate(over="ignore"):  # a diverged simulation exceeds single precision
                 arrays[f"{key}.{name}"] = value.astype(np.float32)
     return arrays
 

@@ -1,4 +1,4 @@
-"""What commands are given: an arm, runs with what they carry and what each is for, and names that differ."""
+"""Inputs of commands: an arm, and runs with payloads, roles and distinct names."""
 
 import argparse
 from collections.abc import Iterable, Sequence
@@ -30,35 +30,35 @@ from ..arguments.command import Option, any_number
 Named = TypeVar("Named", Recording, Trace)
 ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
 ROLE = "identify"
-"""Role of a run that does not contain its own."""
+"""Role of a run that does not state one."""
 LOADED = "payload"
-"""Role of a run with a body on the flange."""
+"""Role of a run with a payload on the flange."""
 COMPARISON_CUTOFF = 25.0
-"""Low-pass of the comparison of case folders [Hz], a part of their format: residuals of different programs
-are comparable only behind the same filter."""
+"""Low-pass cutoff for case folders [Hz], a part of their format: residuals of different programs are
+comparable only with the same filter."""
 
 
 def distinct_names(names: Sequence[str]) -> list[str]:
-    """The names, with a number behind each that was there before: run, run #2."""
-    found: list[str] = []
+    """The names, each repeated one with a number: run, run #2."""
+    distinct: list[str] = []
     for name in names:
         number, free = 1, name
-        while free in found:
+        while free in distinct:
             number += 1
             free = f"{name} #{number}"
-        found.append(free)
-    return found
+        distinct.append(free)
+    return distinct
 
 
 def renamed(named: Iterable[Named]) -> list[Named]:
-    """The same by names that differ."""
-    every = list(named)
-    names = distinct_names([one.name for one in every])
-    return [replace(one, name=name) for one, name in zip(every, names, strict=True)]
+    """The runs with distinct names."""
+    runs = list(named)
+    names = distinct_names([run.name for run in runs])
+    return [replace(run, name=name) for run, name in zip(runs, names, strict=True)]
 
 
 def role_words(role: str) -> str:
-    """What a run is for, as a person reads it."""
+    """A run's role in words."""
     return "held out" if role == HELD_OUT else role
 
 
@@ -66,12 +66,12 @@ ARM_HELP += ", ".join(builtin_names())
 
 
 def read_arm(source: str) -> Model:
-    """The model of a robot file, the one that a fit identified, or the one inside a recording.
+    """The model of a robot file, of a fit, or of a recording.
 
     Raises:
-        RobotError: A robot file that is none, or is wrong.
-        NotAFile: A fit or a recording that cannot be read.
-        FitError: A fit that no arm which can exist is near.
+        RobotError: If the robot file is of another kind or wrong.
+        NotAFile: If the fit or the recording cannot be read.
+        FitError: If no physically consistent arm is near the fit.
     """
     if source.endswith(".mcap"):
         return read_recording(source).model
@@ -80,21 +80,21 @@ def read_arm(source: str) -> Model:
 
 @dataclass
 class PayloadRun:
-    """One --payload and the numbers that followed it.
+    """One --payload and the numbers that follow it.
 
     Attributes:
-        path: The run.
-        numbers: "mass" [kg], "com" [m] and "inertia" [kg m^2], as `known_parameters` takes them.
+        path: Path of the run.
+        numbers: Keyword arguments of `known_parameters`: "mass" [kg], "com" [m], "inertia" [kg m^2].
     """
 
     path: Path
     numbers: dict[str, Any] = field(default_factory=dict)
 
     def known(self) -> tuple[tuple[str, float], ...]:
-        """What is known of the body; empty without numbers.
+        """Known parameters of the payload; empty without numbers.
 
         Raises:
-            NeedsPayload: A centre of mass or inertia without mass.
+            NeedsPayload: If a center of mass or an inertia comes without a mass.
         """
         if not self.numbers:
             return ()
@@ -106,7 +106,7 @@ class PayloadRun:
 
 
 class _OfLastPayload(argparse.Action):
-    """--mass, --com, --inertia: belong to the last --payload."""
+    """Assigns --mass, --com and --inertia to the last --payload."""
 
     def __call__(
         self,
@@ -117,7 +117,7 @@ class _OfLastPayload(argparse.Action):
     ) -> None:
         """Add the number to the run."""
         if not namespace.payload:
-            parser.error(f"{option_string} belongs behind the --payload whose body it describes")
+            parser.error(f"{option_string} must follow the --payload that it describes")
         name = str(option_string).lstrip("-")
         numbers = namespace.payload[-1].numbers
         if name in numbers:
@@ -128,35 +128,35 @@ class _OfLastPayload(argparse.Action):
 PAYLOADS = (
     Option(
         "--payload RUN",
-        "run with a body on the flange; may be repeated, each with its own --mass",
+        "run with a payload on the flange; may be repeated, each with its own --mass",
         lambda path: PayloadRun(Path(path)),
         [],
         repeated=True,
     ),
-    Option("--mass KG", "mass of that body [kg]", any_number, dest="payload", action=_OfLastPayload),
+    Option("--mass KG", "mass of that payload [kg]", any_number, dest="payload", action=_OfLastPayload),
     Option(
         "--com X Y Z",
-        "its centre of mass in the flange's frame [m]",
+        "its center of mass in the flange frame [m]",
         any_number,
         dest="payload",
         action=_OfLastPayload,
     ),
     Option(
         "--inertia XX XY XZ YY YZ ZZ",
-        "its inertia about the centre of mass, in the flange's axes [kg m^2]",
+        "its inertia about the center of mass, along the flange axes [kg m^2]",
         any_number,
         dest="payload",
         action=_OfLastPayload,
     ),
 )
-"""Runs with a payload, and what may follow each."""
+"""Options of runs with a payload."""
 
 
 def carrying(recording: Recording, run: PayloadRun) -> Recording:
-    """The recording with the body of the command line, or with the one that it brings.
+    """The recording with the payload of the command line, or else with the recorded payload.
 
     Raises:
-        NeedsPayload: Nothing is known of the body.
+        NeedsPayload: If the mass is unknown and cannot be identified.
     """
     known = run.known()
     if known:
@@ -167,34 +167,35 @@ def carrying(recording: Recording, run: PayloadRun) -> Recording:
     if "torque" not in recording.signals and np.all(recording.robot.drive_gain == 1.0):
         raise NeedsPayload(
             f"--payload {run.path}: neither the file nor the command line gives the mass of the payload, and "
-            "from currents of unknown drive gains no mass can be told. Add --mass KG behind it, or state the "
-            "drives: [drive] gain in robot.toml"
+            "currents with unknown drive gains do not determine it. Add --mass KG after this --payload, or "
+            "state the drive gains: [drive] gain in robot.toml"
         )
     return replace(recording, payload=KnownPayload("L", ()))
 
 
 def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
-    """The recordings with one name a body: bodies of which different things are known get different names."""
+    """The recordings with one name per payload: different known parameters mean different payloads."""
     names: dict[tuple, str] = {}
     named = []
     for recording in recordings:
         if recording.payload is not None:
-            body = recording.payload.name, recording.payload.known
-            if body not in names:
-                numbered = (f"{body[0]}{number}" for number in count(2))
-                names[body] = next(name for name in chain(body[:1], numbered) if name not in names.values())
-            recording = replace(recording, payload=KnownPayload(names[body], body[1]))
+            name, known = key = recording.payload.name, recording.payload.known
+            if key not in names:
+                numbered = (f"{name}{number}" for number in count(2))
+                names[key] = next(free for free in chain([name], numbered) if free not in names.values())
+            recording = replace(recording, payload=KnownPayload(names[key], known))
         named.append(recording)
     return named
 
 
 class Case(NamedTuple):
-    """One nominal robot and its runs.
+    """A nominal robot and its runs.
 
     Attributes:
-        name: Name of the case, or of the robot where it has none.
-        runs: What each is for, and its recording.
-        before: Shapes that a diagnosis of some of these runs has found.
+        name: Name of the case, or of the robot if the case has none.
+        model: Nominal model.
+        runs: Role and recording of each run.
+        before: Shapes from an earlier diagnosis of some of these runs.
     """
 
     name: str
@@ -204,16 +205,16 @@ class Case(NamedTuple):
 
 
 def case_folders(sources: Sequence[str]) -> list[Path]:
-    """The sources, if all are folders with case.toml; none if they are a robot and runs.
+    """The sources if all are folders with case.toml; none if they are a robot and runs.
 
     Raises:
-        RecordingError: Some are and some are not.
+        RecordingError: If only some are case folders.
     """
     cases = [Path(source) for source in sources if _is_case(source)]
     if cases and len(cases) < len(sources):
         others = ", ".join(source for source in sources if not _is_case(source))
         raise RecordingError(
-            f"{others}: no case folder, as the others are; give either cases, or a robot and runs"
+            f"{others}: not a case folder like the others; give either case folders, or a robot and runs"
         )
     return [path if path.is_dir() else path.parent for path in cases]
 
@@ -223,7 +224,7 @@ def _is_case(source: str) -> bool:
 
 
 def _is_robot(source: str) -> bool:
-    """Whether it describes a robot: a file of that kind, or a name of those built in."""
+    """Whether the source is a robot: a robot file or a built-in name."""
     path = Path(source)
     return source in builtin_names() or path.suffix in (".toml", *ENDINGS) and path.name != "case.toml"
 
@@ -235,24 +236,26 @@ def read_case(folder: Path) -> Case:
     return Case(name, nominal_model(folder), [(run.settings.get("role") or ROLE, run) for run in recordings])
 
 
-def recorded_case(given: argparse.Namespace) -> Case:
-    """The robot and the runs of a command line; without a robot, the one in the recordings.
+def recorded_case(args: argparse.Namespace) -> Case:
+    """The robot and the runs of a command line; without a robot, the robot in the recordings.
 
     Raises:
-        RecordingError: There are no runs.
+        RecordingError: If there are no runs.
     """
-    model = read_model(given.sources[0]) if _is_robot(given.sources[0]) else None
+    model = read_model(args.sources[0]) if _is_robot(args.sources[0]) else None
     runs = [
         (recording.settings.get("role") or ROLE, recording)
-        for source in given.sources[0 if model is None else 1 :]
+        for source in args.sources[0 if model is None else 1 :]
         for recording in import_source(Path(source), model)
     ]
     for role in ("slow", "validate"):
-        runs += [(role, one) for path in getattr(given, role) for one in import_source(path, model)]
-    for run in given.payload:
-        runs += [(LOADED, carrying(one, run)) for one in import_source(run.path, model)]
+        runs += [
+            (role, recording) for path in getattr(args, role) for recording in import_source(path, model)
+        ]
+    for run in args.payload:
+        runs += [(LOADED, carrying(recording, run)) for recording in import_source(run.path, model)]
     if not runs:
-        raise RecordingError("a robot and no run: give at least one recording behind it")
+        raise RecordingError("a robot without runs: give at least one recording after it")
     named = distinct_bodies([recording for _, recording in runs])
     roles = [role for role, _ in runs]
     model = model or same_robot(named)

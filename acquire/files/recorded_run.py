@@ -1,4 +1,4 @@
-"""A run of an arm and who records and shows it, for every command that moves one."""
+"""A run of an arm with its recorder and viewers, for every command that moves an arm."""
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -26,11 +26,11 @@ from ..terminal import run_summary
 from ..terminal.json_output import print_written
 
 BLOCKED_LOOP = f"the driver or this computer has been blocked for {BLOCKED:g} s"
-"""What is not known then, while it lasts."""
+"""Warning while the loop is blocked."""
 
 
 def free_path(wanted: Path | None, stem: str) -> Path:
-    """Where to write; without a wish the first of stem.mcap, stem-2.mcap, ... that is not there yet."""
+    """The wanted path, or the first of stem.mcap, stem-2.mcap, ... that does not exist."""
     names = (Path(f"{stem}-{number}.mcap" if number > 1 else f"{stem}.mcap") for number in range(1, 100_000))
     return wanted or next(p for p in names if not p.exists() and not part_of(p).exists())
 
@@ -44,16 +44,16 @@ def run_head(
     trajectory: str = "",
     **more: str,
 ) -> Callable[[Sample], bytes]:
-    """What explains a run in its recording, ready but for the time of its first sample.
+    """The head of a recording, which describes the run, as a function of its first sample.
 
     Args:
         info: Metadata of the driver.
         name: Name of the run.
-        model: The nominal arm, without what it carries.
+        model: Nominal arm without payload.
         driver: Name of the driver.
-        payload: What the arm carries.
-        trajectory: Text of the plan's file.
-        more: What else is known of the run, by name; what is empty is left out.
+        payload: Payload on the flange.
+        trajectory: Text of the trajectory file.
+        more: Further facts of the run, name -> text; empty texts are omitted.
     """
     settings = {
         "driver": driver,
@@ -65,7 +65,7 @@ def run_head(
         **more,
         **{f"driver {name}": text for name, text in info.settings.items()},
     }
-    begun = RunHead(
+    head_at = RunHead(
         name=name,
         model=model,
         signals=info.signals,
@@ -75,7 +75,7 @@ def run_head(
         warnings=info.warnings,
         state=info.state,
     ).written()
-    return lambda sample: begun(sample.host_time, sample.controller_time)
+    return lambda sample: head_at(sample.host_time, sample.controller_time)
 
 
 def run_recorded(
@@ -86,41 +86,41 @@ def run_recorded(
     viewers: Callable[[], Iterable[PipeSink]] = tuple,
     also: Sequence[Sink] = (),
 ) -> tuple[Outcome, PipeSink]:
-    """Start who records and shows, run, and see it written.
+    """Start the recorder and the viewers, run, and wait until the recording is written.
 
     Args:
-        driver: Not open yet.
-        job: What to do, see `perform`.
-        path: Where to record.
-        head: What explains the run to them.
-        viewers: Starts who else is to see it.
-        also: Who else is handed every cycle, in this process.
+        driver: Driver that is not open yet.
+        job: Job to perform, see `perform`.
+        path: File of the recording.
+        head: Function that returns the head of the recording, see `run_head`.
+        viewers: Function that starts further processes that receive the run.
+        also: Further sinks of every cycle, in this process.
 
     Returns:
-        How the run went, and the recorder, which has ended.
+        Outcome of the run, and the recorder, which has ended.
     """
     with ExitStack() as stack:
-        # First in, last out: what is asked while the recorder finishes must not end it.
-        asked = stack.enter_context(StopRequests())
+        # First in, last out: a Ctrl-C while the recorder finishes must not end it.
+        requests = stack.enter_context(StopRequests())
         recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
         if driver.in_real_time:
             warn(stack.enter_context(realtime()))
         announcer = stack.enter_context(Announcer(alarm, unknown_at_end(BLOCKED_LOOP).text))
-        outcome = perform(driver, job, sinks, head, asked.look, _print_warnings, announcer)
+        outcome = perform(driver, job, sinks, head, requests.look, _print_warnings, announcer)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
 
 
 def _print_warnings(info: Info) -> None:
-    """What a person should know before drives are powered."""
-    unguarded = "nothing is known to stop the arm by itself if this program dies"
+    """Print warnings that a person should read before drives are powered."""
+    unguarded = "no known mechanism stops the arm if this program dies"
     warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
 def alarm(text: str) -> None:
-    """Print what a person must know at once, and as the last line of a command that the arm moves, or may."""
+    """Print an urgent message: that the arm moves, or may move."""
     if text:
         print_line(complaint(f"exidyn: {text}"))
 
@@ -132,7 +132,7 @@ def warn(warnings: Iterable[str]) -> None:
 
 
 def code_of(outcome: Outcome) -> int:
-    """Exit code of a command that moved an arm."""
+    """Exit code of a command after a run."""
     if outcome.unsafe:
         return UNSAFE
     return DONE if outcome.stop is None else STOPPED
@@ -142,9 +142,9 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     """Print where the recording is.
 
     Args:
-        recorder: Which has ended.
-        path: That it was to write.
-        advice: What to do with a whole recording, behind "exidyn".
+        recorder: Recorder, which has ended.
+        path: File that it was to write.
+        advice: Next command for a complete recording, without "exidyn".
     """
     if path.exists():
         print_written(path, advice=f"exidyn {advice}")

@@ -1,4 +1,4 @@
-"""What `exidyn report` is given: which kind each file is, and what is read of it."""
+"""Inputs of `exidyn report`: the kind of each file, and its contents."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -21,7 +21,7 @@ from .diagnosis_files import Traces, traces_beside
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
 KEYS = {"exidyn_fit": FIT, "exidyn_diagnosis": DIAGNOSIS, "exidyn_comparison": COMPARISON}
-"""Key that a JSON file of each kind has, with the number of its format."""
+"""Key that identifies a JSON file and holds its format number -> kind."""
 VALID = (
     "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn compare, recordings "
     "(.mcap, .csv, case folder), or folders of these"
@@ -30,52 +30,52 @@ FORMAT = 1
 """Of the JSON file of a comparison."""
 
 
-class Found(NamedTuple):
+class ReportFile(NamedTuple):
     """A file of a known kind."""
 
     kind: str
     path: Path
 
 
-def found_files(paths: Sequence[Path]) -> list[Found]:
-    """Which kind each file is; folders give all that they hold, and what was named twice counts once.
+def find_files(paths: Sequence[Path]) -> list[ReportFile]:
+    """Files with their kinds; a folder stands for all its files, and a file named twice counts once.
 
     Raises:
-        NotAFile: There is nothing, or nothing that a report is made of.
+        NotAFile: If a path does not exist, or is not part of a report.
     """
-    found = [one for path in paths for one in _found(path)]
-    return list({one.path.resolve(): one for one in found}.values())
+    files = [file for path in paths for file in _files_at(path)]
+    return list({file.path.resolve(): file for file in files}.values())
 
 
-def _found(path: Path) -> list[Found]:
+def _files_at(path: Path) -> list[ReportFile]:
     if not path.exists():
         raise NotAFile(f"{path} does not exist")
     if path.suffix == ".json":
         if kind := _kind(path):
-            return [Found(kind, path)]
+            return [ReportFile(kind, path)]
         raise _unknown(path)
     if not path.is_dir() or (path / "case.toml").exists() or (path / "metadata.yaml").exists():
         try:
             kind_of(path)
         except NotAFile as error:
             raise _unknown(path) from error
-        return [Found(RECORDING, path)]
-    inside = []
+        return [ReportFile(RECORDING, path)]
+    files = []
     for file in sorted(path.glob("*.json")):
-        with suppress(NotAFile):  # what is none of ours
-            inside += [Found(kind, file)] if (kind := _kind(file)) else []
-    inside += [Found(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
-    if not inside:
-        raise NotAFile(f"{path} holds nothing that a report is made of. Valid: {VALID}")
-    return inside
+        with suppress(NotAFile):  # files of other programs
+            files += [ReportFile(kind, file)] if (kind := _kind(file)) else []
+    files += [ReportFile(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
+    if not files:
+        raise NotAFile(f"{path} contains no files for a report. Valid: {VALID}")
+    return files
 
 
 def _unknown(path: Path) -> NotAFile:
-    return NotAFile(f"{path} is of no kind that a report is made of. Valid: {VALID}")
+    return NotAFile(f"{path} is not a file for a report. Valid: {VALID}")
 
 
 def _kind(path: Path) -> str:
-    """The kind of a JSON file; empty for those of other programs, as folders may hold."""
+    """The kind of a JSON file; empty for files of other programs."""
     table = _read_table(path)
     return next((kind for key, kind in KEYS.items() if key in table), "")
 
@@ -91,7 +91,7 @@ def read_shown(path: Path) -> tuple[Shown, Traces | None]:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:
-        NotAFile: It is damaged, of a later format, or the samples are those of another.
+        NotAFile: If it is damaged, of a later format, or the samples belong to another diagnosis.
     """
     diagnosis = read_diagnosis(path)
     traces = traces_beside(path, diagnosis)
@@ -105,7 +105,7 @@ def read_diagnosis(path: Path) -> Diagnosis:
     """All of a diagnosis but its samples.
 
     Raises:
-        NotAFile: It is of a later format, or a field cannot be; it is named.
+        NotAFile: If it is of a later format, or a field is invalid; the message names the field.
     """
     return from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
 
@@ -136,7 +136,7 @@ def read_comparison(path: Path) -> Comparison:
     """A comparison.
 
     Raises:
-        NotAFile: It is damaged or of a later format.
+        NotAFile: If it is damaged or of a later format.
     """
     return from_table(_of_format(path, "exidyn_comparison"), Comparison, str(path))
 

@@ -1,4 +1,4 @@
-"""What a joined report is made of, brought together: fits beside runs, one robot, one diagnosis."""
+"""Material of a joined report: fits, runs, comparisons and one diagnosis of one robot."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,31 +21,40 @@ from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
 from .diagnosis_files import Traces
 from .given_runs import PayloadRun, carrying, renamed, role_words
-from .report_files import COMPARISON, DIAGNOSIS, FIT, KINDS, RECORDING, Found, read_comparison, read_shown
+from .report_files import (
+    COMPARISON,
+    DIAGNOSIS,
+    FIT,
+    KINDS,
+    RECORDING,
+    ReportFile,
+    read_comparison,
+    read_shown,
+)
 
 
-def material(
-    files: Sequence[Found], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
+def read_material(
+    files: Sequence[ReportFile], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
 ) -> Material:
-    """Read all files, and predict the runs by the fits.
+    """Read all files, and predict the runs with the fits.
 
     Args:
         files: Files of known kinds.
-        loaded: Recordings with a payload, as on the command line.
-        model: The robot of tables, which do not name their robot.
-        progress: Called with a sentence at each stage.
+        loaded: Recordings with a payload of the command line.
+        model: The robot of tables, which do not contain their robot.
+        progress: Function that takes a sentence at each stage.
 
     Raises:
-        NotAFile: A damaged file, or two diagnoses.
-        DifferentRobot: Results of two arms.
+        NotAFile: If a file is damaged, or there are two diagnoses.
+        DifferentRobot: If the files are results of different arms.
     """
     progress(StageText("read", "read the files"))
-    paths = {kind: [one.path for one in files if one.kind == kind] for kind in KINDS}
+    paths = {kind: [file.path for file in files if file.kind == kind] for kind in KINDS}
     diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_comparison(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
     recordings = _recordings(paths[RECORDING], loaded, model)
-    joints = _one_arm(
+    joints = _common_joints(
         [
             *((str(path), fit.model.robot.joints) for path, fit in read),
             *((str(path), diagnosis.diagnosis.joints) for path in paths[DIAGNOSIS] if diagnosis),
@@ -77,59 +86,63 @@ def _diagnosis(paths: Sequence[Path]) -> tuple[Shown | None, Traces | None]:
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:
-    """All that is at the paths, by names that differ."""
-    bodies = {run.path.resolve(): run for run in loaded}
-    found = [one for path in paths if path.resolve() not in bodies for one in import_source(path, model)]
-    found += [carrying(one, run) for run in loaded for one in import_source(run.path, model)]
-    return renamed(found)
+    """All recordings at the paths, with distinct names."""
+    payloads = {run.path.resolve() for run in loaded}
+    unloaded = [path for path in paths if path.resolve() not in payloads]
+    recordings = [recording for path in unloaded for recording in import_source(path, model)]
+    recordings += [carrying(recording, run) for run in loaded for recording in import_source(run.path, model)]
+    return renamed(recordings)
 
 
 def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """A fit beside the runs, and one of nominal values beside it."""
-    _say(path, recordings, progress)
-    shown = predicted(fit, recordings)
-    if fit.unscaled:  # priors are in other units
-        return Fitted("Fit", shown)
-    return Fitted("Fit", shown, predicted(as_nominal(fit), recordings))
+    """A fit's prediction of the runs, and the prediction with nominal values."""
+    _report_stage(path, recordings, progress)
+    prediction = predicted(fit, recordings)
+    if fit.unscaled:  # nominal values are in other units
+        return Fitted("Fit", prediction)
+    return Fitted("Fit", prediction, predicted(as_nominal(fit), recordings))
 
 
 def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """The fit beside a diagnosis, and has what that found."""
-    _say(path, recordings, progress)
-    return Fitted("Fit with what was found", predicted(fit, recordings), improved=True)
+    """The prediction of the fit with the findings of the diagnosis beside it."""
+    _report_stage(path, recordings, progress)
+    return Fitted("Fit with findings", predicted(fit, recordings), improved=True)
 
 
-def _say(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
+def _report_stage(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:
     if recordings:
         progress(
-            StageText("predict", f"predict {', '.join(recording.name for recording in recordings)} by {path}")
+            StageText(
+                "predict", f"predict {', '.join(recording.name for recording in recordings)} with {path}"
+            )
         )
 
 
-def _one_arm(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:
-    """The joints that all have."""
+def _common_joints(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, ...]:
+    """The joints that all files have in common."""
     first, joints = named[0]
-    for other, theirs in named:
-        if theirs != joints:
+    for other, other_joints in named:
+        if other_joints != joints:
             raise DifferentRobot(
-                f"{first} is of {', '.join(joints)}, {other} of {', '.join(theirs)}: a report is of one arm"
+                f"{first} has joints {', '.join(joints)}, {other} has {', '.join(other_joints)}: "
+                "a report is about one arm"
             )
     return joints
 
 
 def _nominal(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
-    """The nominal robot: what was diagnosed, or fitted, or written into the recordings."""
+    """The nominal model of the diagnosis, or else of the fits, or of the recordings."""
     models = [] if traces is None else [traces.model]
     models += [fitted.fit.model for fitted in fits] + [recording.model for recording in recordings]
     return models[0] if models else None
 
 
 def _runs(recordings: Sequence[Recording], traces: Traces | None, fits: Sequence[Fitted]) -> tuple[Run, ...]:
-    """The recordings, and of those that were not given what the diagnosis kept of them."""
-    runs = [_recorded(one, fits) for one in recordings]
-    given = {run.name for run in runs}
-    kept = () if traces is None else traces.traces
-    return (*runs, *(_kept(trace) for trace in kept if trace.name not in given))
+    """The recordings, and the samples that the diagnosis has of further runs."""
+    runs = [_recorded(recording, fits) for recording in recordings]
+    names = {run.name for run in runs}
+    diagnosed = () if traces is None else traces.traces
+    return (*runs, *(_diagnosed(trace) for trace in diagnosed if trace.name not in names))
 
 
 def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
@@ -138,8 +151,8 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     role = SIMULATED if recording.simulated else recording.settings.get("role", "")
     role = JOG if JOG in recording.settings else role
     if not role and fits:
-        apart = {run.run for run in fits[0].fit.apart}
-        role = "not judged" if recording.name in apart else HELD_OUT
+        not_judged = {run.run for run in fits[0].fit.apart}
+        role = "not judged" if recording.name in not_judged else HELD_OUT
         role = "fitted" if recording.name in fits[0].fit.runs else role
     return Run(
         recording.name, role_words(role), payload_words(recording), position.rate, position.time,
@@ -147,7 +160,7 @@ def _recorded(recording: Recording, fits: Sequence[Fitted]) -> Run:
     )  # fmt: skip
 
 
-def _kept(trace: Trace) -> Run:
+def _diagnosed(trace: Trace) -> Run:
     rate = (len(trace.time) - 1) / float(trace.time[-1] - trace.time[0])
     return Run(
         trace.name, role_words(trace.role), "", rate, trace.time, trace.position, trace.time, trace.measured,

@@ -1,1 +1,1 @@
-"""Recordings of many arms, ARM/….mcap, and what is kept of them: Parquet files, tables, a page."""
+"""Recordings of many arms, ARM/….mcap, and their results: Parquet files, tables, a page."""

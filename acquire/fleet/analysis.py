@@ -1,4 +1,4 @@
-"""From kept runs to what changed, its tables beside them, and a live arm's residual held against them."""
+"""Analysis of stored runs: changes and their tables, and the residual of a live arm."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future
@@ -24,21 +24,22 @@ from .store import CHANGES, DAY, Store, place_of, utc, write_table
 from .work import known_kind
 
 SIGNALS = ("position", "current", "torque", "temperature")
-"""What of a sample a run is made of."""
+"""Signals of a sample that a run contains."""
 DAY_NS = 86400e9
+"""Duration of a day [ns]."""
 
 
 def reports(store: Store, alarms_per_year: float, executor: Executor | None = None) -> list[KindReport]:
-    """Of each type of arm that has runs; arms are tasks of the executor."""
+    """Reports of all types of arms with runs; the executor works on each arm separately."""
     return [
-        KindReport.of(key, found, alarms_per_year, executor)
+        KindReport.of(key, statistics, alarms_per_year, executor)
         for key in store.kinds()
-        if (found := learned_of(store, key)) is not None
+        if (statistics := learned_of(store, key)) is not None
     ]
 
 
 def learned_of(store: Store, key: str) -> Learned | None:
-    """What the arms of a type teach about each other; None where it has no runs."""
+    """Statistics of the parameters of a type's arms; None if the type has no runs."""
     arms = store.arms(key)
     return _learned(store, key, arms) if arms else None
 
@@ -47,12 +48,12 @@ def _learned(store: Store, key: str, arms: Mapping[str, Sequence[Run]]) -> Learn
     return learned(Frame.of(store.kind(key), [run for runs in arms.values() for run in runs]), arms)
 
 
-def write_tables(store: Store, found: Sequence[KindReport]) -> None:
-    """Values a run, by arm and month; and all changes."""
-    for report in found:
+def write_tables(store: Store, kind_reports: Sequence[KindReport]) -> None:
+    """Write the parameter values of each run, by arm and month, and all changes."""
+    for report in kind_reports:
         for arm in report.drifts:
             _write_values(store.folder / "values", report, arm)
-    changes = [row for report in found for row in change_rows(report)]
+    changes = [row for report in kind_reports for row in change_rows(report)]
     if changes:
         write_table(store.folder / CHANGES, changes)
     else:
@@ -61,8 +62,8 @@ def write_tables(store: Store, found: Sequence[KindReport]) -> None:
 
 def _write_values(folder: Path, report: KindReport, arm: str) -> None:
     runs, (values, stds) = report.learned.arms[arm], report.values(arm)
-    warm, months = temperature_of(runs), dict[Path, list[dict[str, Any]]]()
-    for place, run in enumerate(runs.runs):
+    temperatures, months = temperature_of(runs), dict[Path, list[dict[str, Any]]]()
+    for index, run in enumerate(runs.runs):
         rows = months.setdefault(folder / place_of(arm, utc(run.day)) / "values.parquet", [])
         rows += [
             {
@@ -72,9 +73,9 @@ def _write_values(folder: Path, report: KindReport, arm: str) -> None:
                 "joint": cause.joint + 1,
                 "parameter": cause.parameter,
                 "unit": cause.unit,
-                "value": float(values[place, k]),
-                "std": float(stds[place, k]),
-                "temperature": float(warm[place]),
+                "value": float(values[index, k]),
+                "std": float(stds[index, k]),
+                "temperature": float(temperatures[index]),
             }
             for k, cause in enumerate(report.scattering)
         ]
@@ -83,73 +84,73 @@ def _write_values(folder: Path, report: KindReport, arm: str) -> None:
 
 
 def change_rows(report: KindReport) -> list[dict[str, Any]]:
-    """Changes of the arms of a type, a row each, by the surest of what each changed."""
+    """Changes of a type's arms, one row each, described by the most certain parameter of each change."""
     return [
         {
             "arm": arm,
             "kind": report.key,
-            **_surest(report, one),
-            "shape": one.shape,
-            "date": utc(one.day),
-            "earliest": utc(one.interval[0]),
-            "latest": utc(one.interval[1]),
-            "alarm": utc(one.alarmed),
-            "evidence": one.evidence,
-            "words": change_words(report.learned, one),
+            **_surest(report, change),
+            "shape": change.shape,
+            "date": utc(change.day),
+            "earliest": utc(change.interval[0]),
+            "latest": utc(change.interval[1]),
+            "alarm": utc(change.alarmed),
+            "evidence": change.evidence,
+            "words": change_words(report.learned, change),
         }
-        for arm, own in report.drifts.items()
-        for one in own.found
+        for arm, drift in report.drifts.items()
+        for change in drift.found
     ]
 
 
-def _surest(report: KindReport, found: Found) -> dict[str, Any]:
-    """Of another arm all parameters are other ones."""
-    if not found.suspect.causes:
-        names: dict[str, Any] = {"effect": found.suspect.name, "joint": 0, "parameter": "", "unit": ""}
+def _surest(report: KindReport, change: Found) -> dict[str, Any]:
+    """The most certain parameter of a change; without values if the arm was exchanged."""
+    if not change.suspect.causes:
+        names: dict[str, Any] = {"effect": change.suspect.name, "joint": 0, "parameter": "", "unit": ""}
         return names | dict.fromkeys(("amount", "std", "usual"), float("nan"))
-    k = found.surest
-    cause = report.learned.frame.causes[found.suspect.causes[k]]
+    k = change.surest
+    cause = report.learned.frame.causes[change.suspect.causes[k]]
     return {
         "effect": cause.effect,
         "joint": cause.joint + 1,
         "parameter": cause.parameter,
         "unit": cause.unit,
-        "amount": float(found.amounts[k]),
-        "std": float(found.stds[k]),
-        "usual": float(found.usual[k]),
+        "amount": float(change.amounts[k]),
+        "std": float(change.stds[k]),
+        "usual": float(change.usual[k]),
     }
 
 
 def odd_rows(report: KindReport) -> list[dict[str, Any]]:
-    """Runs out of line of the arms of a type, a row each."""
+    """Odd runs of a type's arms, one row each."""
     return [
         {
             "arm": arm,
-            "key": report.learned.arms[arm].runs[one.run].key,
-            "date": utc(one.day),
-            "words": odd_words(report.learned, one),
+            "key": report.learned.arms[arm].runs[odd.run].key,
+            "date": utc(odd.day),
+            "words": odd_words(report.learned, odd),
         }
-        for arm, own in report.drifts.items()
-        for one in own.odd
+        for arm, drift in report.drifts.items()
+        for odd in drift.odd
     ]
 
 
 def differences(store: Store, first: str, second: str) -> tuple[Learned, list[Difference]]:
-    """Where two arms differ; ARM@2026-05 and ARM@2026-05-03 are those of a month or a day alone.
+    """Differences of two arms; ARM@2026-05 and ARM@2026-05-03 select the runs of a month or a day.
 
     Raises:
-        RecordingError: No such arm, no such runs, or arms of two types.
+        RecordingError: If an arm or its runs do not exist, or the arms are of different types.
     """
-    names = [one.partition("@")[0] for one in (first, second)]
+    names = [selection.partition("@")[0] for selection in (first, second)]
     for key in store.kinds():
         arms = store.arms(key)
         if all(name in arms for name in names):
-            found = _learned(store, key, arms)
-            return found, compared(found, *(_selected(found.arms, one) for one in (first, second)))
+            statistics = _learned(store, key, arms)
+            return statistics, compared(
+                statistics, *(_selected(statistics.arms, name) for name in (first, second))
+            )
     _require(store, names)
-    raise RecordingError(
-        f"{names[0]} and {names[1]} are arms of two types, whose parameters are not the same"
-    )
+    raise RecordingError(f"{names[0]} and {names[1]} are arms of different types with different parameters")
 
 
 def _require(store: Store, names: Sequence[str]) -> None:
@@ -162,39 +163,39 @@ def _require(store: Store, names: Sequence[str]) -> None:
 
 
 def expected_of(store: Store, arm: str) -> tuple[str, Expected]:
-    """Type of an arm, and what its runs since its last change show.
+    """Type of an arm, and its expected parameters from the runs since its last change.
 
     Raises:
-        RecordingError: No such arm, or too few runs.
+        RecordingError: If the arm does not exist or has too few runs.
     """
     _require(store, [arm])
     [key] = [key for key in store.kinds() if arm in store.arms(key)][:1]
-    found = learned_of(store, key)
-    assert found is not None  # it has the arm
-    runs = found.arms[arm]
+    statistics = learned_of(store, key)
+    assert statistics is not None  # the type has this arm
+    runs = statistics.arms[arm]
     last = max((row["date"].timestamp() / DAY for row in store.changes(arm)), default=-np.inf)
-    return key, Expected.of(found, runs[runs.days > last])
+    return key, Expected.of(statistics, runs[runs.days > last])
 
 
 def _selected(arms: Mapping[str, ArmRuns], name: str) -> ArmRuns:
     arm, _, when = name.partition("@")
     rows = [k for k, run in enumerate(arms[arm].runs) if utc(run.day).isoformat().startswith(when)]
     if not rows:
-        raise RecordingError(f"no runs of {arm} on {when}; a month is YYYY-MM and a day YYYY-MM-DD")
+        raise RecordingError(f"no runs of {arm} on {when}; write a month as YYYY-MM and a day as YYYY-MM-DD")
     return arms[arm][np.array(rows)]
 
 
 class ResidualAlarm:
-    """Takes samples as they come.
+    """Residual of a live arm, compared with its check runs.
 
     Args:
         store: Runs of the fleet.
-        arm: Name of the arm in it.
-        alarms_per_year: False alarms to accept, over all joints of an arm that always moves.
-        executor: A process apart: a controller that must be answered is answered meanwhile.
+        arm: Name of the arm in the fleet.
+        alarms_per_year: Accepted false alarms, over all joints of an arm that always moves.
+        executor: Executor with a separate process, so that the controller is answered meanwhile.
 
     Raises:
-        RecordingError: No such arm, or too few runs since its last change.
+        RecordingError: If the arm does not exist, or has too few runs since its last change.
     """
 
     def __init__(self, store: Store, arm: str, alarms_per_year: float, executor: Executor) -> None:
@@ -204,21 +205,21 @@ class ResidualAlarm:
         self._waiting: list[Sample] = []
         self._future: Future[Summary | str] | None = None
         self._day = 0.0
-        nothing = np.full_like(self._limits.alarm, np.nan)
-        self._latest = Residual(nothing, self._limits.alarm, self._expected.seconds, "not known yet")
+        unknown = np.full_like(self._limits.alarm, np.nan)
+        self._latest = Residual(unknown, self._limits.alarm, self._expected.seconds, "not known yet")
 
     @property
     def model(self) -> Model:
-        """The nominal arm."""
+        """The nominal model of the arm."""
         return self._expected.runs.frame.kind.model
 
     def add(self, samples: Sequence[Sample]) -> Residual:
-        """The residual of the last piece that is known by now."""
+        """Take further samples, and return the residual of the last completed section."""
         self._waiting += samples
         if self._future is None and self._long_enough():
             self._day = self._waiting[-1].host_time / DAY_NS
-            rows = {name: np.array([getattr(one, name) for one in self._waiting]) for name in SIGNALS}
-            time = 1e-9 * np.array([one.controller_time for one in self._waiting], float)
+            rows = {name: np.array([getattr(sample, name) for sample in self._waiting]) for name in SIGNALS}
+            time = 1e-9 * np.array([sample.controller_time for sample in self._waiting], float)
             self._future = self._executor.submit(_reduced, self._store, self.kind, time - time[0], rows)
             self._waiting = []
         if self._future is not None and self._future.done():
@@ -229,16 +230,20 @@ class ResidualAlarm:
         first, last = (self._waiting[k].controller_time for k in (0, -1)) if self._waiting else (0, 0)
         return 1e-9 * (last - first) >= self._expected.seconds
 
-    def _judged(self, found: Summary | str) -> Residual:
-        if isinstance(found, str):
-            return self._latest._replace(value=np.full_like(self._limits.alarm, np.nan), why=found)
-        value = self._expected.residual(Run("live", self._day, found))
-        why = "" if np.all(np.isfinite(value)) else "the arm's runs have temperatures, and this has none"
+    def _judged(self, summary: Summary | str) -> Residual:
+        if isinstance(summary, str):
+            return self._latest._replace(value=np.full_like(self._limits.alarm, np.nan), why=summary)
+        value = self._expected.residual(Run("live", self._day, summary))
+        why = (
+            ""
+            if np.all(np.isfinite(value))
+            else "the arm's runs have temperatures, but the controller has none"
+        )
         return self._latest._replace(value=value, why=why)
 
 
 def _reduced(store: Store, key: str, time: np.ndarray, rows: dict[str, np.ndarray]) -> Summary | str:
-    """A piece as a run is, or why it cannot be one: an arm that stands, for instance."""
+    """Summary of a section of samples, or why there is none, for instance if the arm stands."""
     kind = known_kind(store, key)
     signals = {name: Signal(time, values) for name, values in rows.items() if np.any(np.isfinite(values))}
     try:

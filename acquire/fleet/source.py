@@ -16,11 +16,18 @@ from exidyn.identification.recordings.recording import Recording
 
 ENDING = ".mcap"
 IN_NAME = re.compile(r"(20\d\d)[-_]?([01]\d)[-_]?([0-3]\d)(?:[-_T ]?([0-2]\d)[-_:h]?([0-5]\d))?")
-"""A date in a file's name, with a time behind it or not."""
+"""A date in a file name, optionally followed by a time."""
 
 
-class Found(NamedTuple):
-    """A file: path below the source, its arm, size [B], and when it was last changed [s], zero if unknown."""
+class SourceFile(NamedTuple):
+    """A recording of a source.
+
+    Attributes:
+        path: Path below the source.
+        arm: Name of the arm.
+        size: Size [B].
+        modified: Time of the last change since 1970 [s]; zero if unknown.
+    """
 
     path: str
     arm: str
@@ -30,80 +37,82 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class Source:
-    """Where the recordings are: a folder, or an address such as s3://bucket/check-runs."""
+    """The recordings in a folder, or at an address such as s3://bucket/check-runs."""
 
     address: str
 
     @property
     def remote(self) -> bool:
-        """Whether fsspec reads it."""
+        """Whether the source is an address that fsspec reads."""
         return "://" in self.address
 
-    def files(self) -> list[Found]:
-        """All recordings, by path; the arm is the first folder below the source.
+    def files(self) -> list[SourceFile]:
+        """All recordings, sorted by path; the arm is the first folder below the source.
 
         Raises:
-            NotAFile: There is no such folder, or nothing in it.
+            NotAFile: If the folder does not exist or contains no recordings.
         """
-        found = sorted(self._remote_files() if self.remote else self._local_files())
-        if not found:
-            raise NotAFile(f"{self.address}: no recordings there; expected ARM/RUN{ENDING}, a folder an arm")
-        return found
+        files = sorted(self._remote_files() if self.remote else self._local_files())
+        if not files:
+            raise NotAFile(
+                f"{self.address}: no recordings there; expected ARM/RUN{ENDING}, one folder per arm"
+            )
+        return files
 
-    def _local_files(self) -> Iterator[Found]:
+    def _local_files(self) -> Iterator[SourceFile]:
         root = Path(self.address)
         for path in root.rglob(f"*{ENDING}"):
-            inside, status = path.relative_to(root).as_posix(), path.stat()
-            yield Found(inside, _arm(inside), status.st_size, status.st_mtime)
+            relative, status = path.relative_to(root).as_posix(), path.stat()
+            yield SourceFile(relative, _arm(relative), status.st_size, status.st_mtime)
 
-    def _remote_files(self) -> Iterator[Found]:
+    def _remote_files(self) -> Iterator[SourceFile]:
         files, root = self._system()
         for path, details in files.find(root, detail=True).items():
             if path.endswith(ENDING):
-                inside = str(PurePosixPath(path).relative_to(root))
+                relative = str(PurePosixPath(path).relative_to(root))
                 changed = details.get("mtime") or details.get("LastModified") or 0.0
                 changed = changed.timestamp() if isinstance(changed, datetime) else float(changed)
-                yield Found(inside, _arm(inside), int(details["size"]), changed)
+                yield SourceFile(relative, _arm(relative), int(details["size"]), changed)
 
     def _system(self) -> tuple[Any, str]:
         files, root = optional("fsspec", "an address", "fleet").core.url_to_fs(self.address)
         return files, str(root).rstrip("/")
 
     @contextmanager
-    def local(self, found: Found) -> Iterator[Path]:
-        """The file as one of this machine."""
+    def local(self, file: SourceFile) -> Iterator[Path]:
+        """Local path of a file within the context; remote files are downloaded."""
         if not self.remote:
-            yield Path(self.address) / found.path
+            yield Path(self.address) / file.path
             return
         files, root = self._system()
         with TemporaryDirectory(prefix="fleet-") as folder:
-            copy = Path(folder) / PurePosixPath(found.path).name
-            files.get_file(f"{root}/{found.path}", str(copy))
+            copy = Path(folder) / PurePosixPath(file.path).name
+            files.get_file(f"{root}/{file.path}", str(copy))
             yield copy
 
 
-def _arm(inside: str) -> str:
-    parts = PurePosixPath(inside).parts
-    return parts[0] if len(parts) > 1 else PurePosixPath(inside).stem
+def _arm(relative: str) -> str:
+    parts = PurePosixPath(relative).parts
+    return parts[0] if len(parts) > 1 else PurePosixPath(relative).stem
 
 
 def content_hash(path: Path) -> str:
-    """What a recording is known by, wherever it lies."""
+    """Hash of a recording's content, which identifies it at any path."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:32]
 
 
 def date_of(recording: Recording, path: str) -> datetime:
-    """When a run began: by the host's clock, else by its file's name.
+    """Start of a run, from the host's clock or else from the file name.
 
     Raises:
-        RecordingError: Neither says.
+        RecordingError: If neither has a date.
     """
     if recording.host_time is not None and len(recording.host_time):
         return datetime.fromtimestamp(float(recording.host_time[0]) * 1e-9, UTC)
     if written := IN_NAME.search(PurePosixPath(path).name):
-        year, month, day, hour, minute = (int(one or 0) for one in written.groups())
+        year, month, day, hour, minute = (int(digits or 0) for digits in written.groups())
         return datetime(year, month, day, hour, minute, tzinfo=UTC)
     raise RecordingError(
-        f"{path}: no clock was recorded. Put the date into the file's name, such as 2026-05-03T0830.mcap"
+        f"{path}: the recording has no clock. Put the date into the file name, such as 2026-05-03T0830.mcap"
     )

@@ -1,8 +1,8 @@
-"""What is kept: Parquet files by arm and month, which DuckDB, pandas or Polars read as they are.
+"""Store of a fleet: Parquet files by arm and month, which DuckDB, pandas and Polars read directly.
 
-`runs/arm=A/month=M/HASH.parquet` holds one run each, under the hash of its recording: whoever writes it
-writes the same, so that nothing is lost or done twice wherever work is cut off. `kinds/` has a file a type
-of arm.
+Each `runs/arm=A/month=M/HASH.parquet` holds one run under the hash of its recording. Every process would
+write the same file, so that an interruption neither loses nor repeats work. `kinds/` has one file per type of
+arm.
 """
 
 import json
@@ -28,33 +28,33 @@ from exidyn.identification.recordings.decompression_limits import require_size
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import checked
 
-from .source import Found
+from .source import SourceFile
 from .store_schema import ChangeRow, IndexRow, KindFile, RunRow, plain, refused, require_kind
 
 R = TypeVar("R", bound=IndexRow)
 DAY = 86400.0
 CHANGES = "changes.parquet"
-"""Table of all changes, in the store's folder."""
+"""Table of all changes in the store's folder."""
 MERGED = "month"
-"""How the name of a file begins that holds all runs of a month."""
+"""Beginning of the name of a file with all runs of a month."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A run as it is kept; of one that could not be identified the summary is None.
+    """A stored run.
 
     Attributes:
-        key: Hash of its content.
-        found: Where its file is.
-        date: When it began.
-        kind: Type of its arm.
-        error: Why it could not be identified; empty if it was.
-        note: What its file lacks; empty for nothing.
-        summary: What it says of the arm.
+        key: Hash of the recording's content.
+        file: File of the recording.
+        date: Start of the run.
+        kind: Type of the arm.
+        error: Why the run could not be identified; empty if it was.
+        note: What the recording lacks; empty if it is complete.
+        summary: Summary for the fleet's statistics; None if the run could not be identified.
     """
 
     key: str
-    found: Found
+    file: SourceFile
     date: datetime
     kind: str
     error: str = ""
@@ -64,7 +64,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Store:
-    """A folder."""
+    """The store of a fleet in a folder."""
 
     folder: Path
 
@@ -74,20 +74,20 @@ class Store:
         return self.folder / "runs"
 
     def write_kind(self, key: str, kind: Kind) -> None:
-        """Keep a type of arm."""
+        """Write a type of arm."""
         text = {
             "robot": model_text(kind.model),
             "filtering": asdict(kind.filtering),
             "measures": kind.measures,
         }
-        _whole(self.folder / "kinds" / f"{key}.json", json.dumps(text, indent=1).encode())
+        _write_bytes(self.folder / "kinds" / f"{key}.json", json.dumps(text, indent=1).encode())
 
     def kind(self, key: str) -> Kind:
-        """A type of arm that is known.
+        """Read a type of arm.
 
         Raises:
-            NotAFile: Its file is damaged.
-            RobotError: The robot in it is wrong.
+            NotAFile: If its file is damaged.
+            RobotError: If the robot in it is wrong.
         """
         path = self.folder / "kinds" / f"{key}.json"
         with refused(path):
@@ -99,17 +99,17 @@ class Store:
             )
 
     def kinds(self) -> list[str]:
-        """All that are known."""
+        """Keys of all types of arms."""
         return sorted(path.stem for path in (self.folder / "kinds").glob("*.json"))
 
     def write_run(self, row: Row) -> None:
-        """Keep a run."""
-        write_table(self.runs / place_of(row.found.arm, row.date) / f"{row.key}.parquet", [_columns(row)])
+        """Write a run."""
+        write_table(self.runs / place_of(row.file.arm, row.date) / f"{row.key}.parquet", [_columns(row)])
 
     def merge(self) -> None:
-        """One file a month of an arm, so that a year of them is read in seconds.
+        """Merge the runs of each arm and month into one file, so that a year is read in seconds.
 
-        The whole file is there before its parts go; what both hold is counted once.
+        The merged file exists before its parts are removed; runs in both count once.
         """
         arrow, parquet = _arrow()
         for folder in sorted({path.parent for path in self.runs.glob("*/*/*.parquet")}):
@@ -117,7 +117,7 @@ class Store:
             if len(parts) == 1:
                 continue
             for part in parts:
-                _table(part)  # one that is damaged is named
+                _table(part)  # names the damaged part
             rows = arrow.concat_tables(map(_table, parts), promote_options="default")
             keys = np.asarray(rows["key"].to_pylist())
             rows = rows.take(np.unique(keys, return_index=True)[1])
@@ -126,21 +126,20 @@ class Store:
                 part.unlink()
 
     def index(self) -> dict[str, dict[str, Any]]:
-        """Every run without its summary, by key."""
+        """All runs without their summaries, key -> row."""
         columns = ["key", "file", "size", "modified", "date", "kind", "error", "note"]
         return {row.key: asdict_of(row) for row in self._rows(IndexRow, columns)}
 
     def arms(self, kind: str) -> dict[str, list[Run]]:
         """Identified runs of each arm of a type."""
-        found: dict[str, dict[str, Run]] = {}
-        of = self.kind(kind)
-        for row in self._rows(RunRow, of=of, key=kind):
+        by_arm: dict[str, dict[str, Run]] = {}
+        for row in self._rows(RunRow, of=self.kind(kind), key=kind):
             day = row.date.timestamp() / DAY
-            found.setdefault(row.arm, {})[row.key] = Run(row.key, day, _summary(row))
-        return {arm: list(runs.values()) for arm, runs in sorted(found.items())}
+            by_arm.setdefault(row.arm, {})[row.key] = Run(row.key, day, _summary(row))
+        return {arm: list(runs.values()) for arm, runs in sorted(by_arm.items())}
 
     def changes(self, arm: str) -> list[dict[str, Any]]:
-        """What changed on an arm, as it was last written."""
+        """Changes of an arm, as last written."""
         path = self.folder / CHANGES
         if not path.exists():
             return []
@@ -151,7 +150,7 @@ class Store:
     def _rows(
         self, schema: type[R], columns: Sequence[str] | None = None, of: Kind | None = None, key: str = ""
     ) -> Iterator[R]:
-        """Rows of all files; those of a type of arm, identified, where one is stated."""
+        """Rows of all files, or identified runs of one type of arm if `of` is set."""
         for path in sorted(self.runs.glob("*/*/*.parquet")):
             arm = unquote(path.parent.parent.name.partition("=")[2])
             with refused(path):
@@ -160,50 +159,50 @@ class Store:
                     for row in _table(path, columns).to_pylist()
                     if of is None or (row.get("kind") == key and not row.get("error"))
                 ]
-                found = [checked(row, schema, str(path)) for row in rows]
-                for row in found:
+                valid = [checked(row, schema, str(path)) for row in rows]
+                for row in valid:
                     if isinstance(row, RunRow) and of is not None:
                         require_kind(row, of)
-            yield from found
+            yield from valid
 
 
 def _columns(row: Row) -> dict[str, Any]:
-    said = row.summary
+    summary = row.summary
     return {
         "key": row.key,
         "date": row.date,
         "kind": row.kind,
-        "file": row.found.path,
-        "size": row.found.size,
-        "modified": row.found.modified,
+        "file": row.file.path,
+        "size": row.file.size,
+        "modified": row.file.modified,
         "error": row.error,
         "note": row.note,
-        "seconds": said.seconds if said else None,
-        "payload": said.payload if said else None,
-        "payload_known": said.known if said else None,
-        "temperature": said.temperature.tolist() if said else [],
-        "residual": said.residual.tolist() if said else [],
-        "noise": said.noise.tolist() if said else [],
-        "counts": said.counts.tolist() if said else [],
-        "factors": _packed(said.factors).tolist() if said else [],
+        "seconds": summary.seconds if summary else None,
+        "payload": summary.payload if summary else None,
+        "payload_known": summary.known if summary else None,
+        "temperature": summary.temperature.tolist() if summary else [],
+        "residual": summary.residual.tolist() if summary else [],
+        "noise": summary.noise.tolist() if summary else [],
+        "counts": summary.counts.tolist() if summary else [],
+        "factors": _packed(summary.factors).tolist() if summary else [],
     }
 
 
 def _packed(factors: np.ndarray) -> np.ndarray:
-    """Upper triangles of factors (n, c, c), one after the other."""
+    """Upper triangles of factors (n, c, c) in one array."""
     upper = np.triu_indices(factors.shape[1])
     return np.concatenate([factor[upper] for factor in factors])
 
 
 def _table(path: Path, columns: Sequence[str] | None = None) -> Any:
-    """A Parquet file as a table, if it is not too large; columns that it lacks are left out."""
+    """A Parquet file as a table, if it is not too large; columns that it lacks are omitted."""
     _, parquet = _arrow()
     with refused(path), parquet.ParquetFile(path) as file:
         require_size(
             path, sum(file.metadata.row_group(k).total_byte_size for k in range(file.num_row_groups))
         )
-        there = [name for name in file.schema_arrow.names if columns is None or name in columns]
-        return file.read(there)
+        existing = [name for name in file.schema_arrow.names if columns is None or name in columns]
+        return file.read(existing)
 
 
 def _summary(row: RunRow) -> Summary:
@@ -225,19 +224,19 @@ def _summary(row: RunRow) -> Summary:
 
 
 def place_of(arm: str, date: datetime) -> str:
-    """Folder of a month of an arm, as other tools find its columns in it."""
+    """Folder of an arm's month, from which other tools read the columns `arm` and `month`."""
     return f"arm={quote(arm, safe='')}/month={date:%Y-%m}"
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Rows as a Parquet file that appears under its name when it is whole."""
+    """Write rows as a Parquet file, which appears under its name only once it is complete."""
     arrow, _ = _arrow()
     schema = arrow.schema([(name, _type(arrow, name, value)) for name, value in rows[0].items()])
     _write(path, arrow.Table.from_pylist(list(rows), schema))
 
 
 def _type(arrow: Any, name: str, value: Any) -> Any:
-    """Type of a column; one of which the first value is nothing is known by its name."""
+    """Type of a column, by its name if its first value is None."""
     if name == "counts":
         return arrow.list_(arrow.int64())
     if isinstance(value, list):
@@ -257,7 +256,7 @@ def _write(path: Path, table: Any) -> None:
     os.replace(part, path)
 
 
-def _whole(path: Path, content: bytes) -> None:
+def _write_bytes(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{uuid4().hex}")
     part.write_bytes(content)
@@ -270,5 +269,5 @@ def _arrow() -> tuple[Any, Any]:
 
 
 def utc(day: float) -> datetime:
-    """A day since 1970 as a date."""
+    """The date of a time in days since 1970."""
     return datetime.fromtimestamp(day * DAY, UTC)

@@ -1,4 +1,4 @@
-"""Schemas of what a fleet keeps: the types of arms, the runs, and the changes that were found."""
+"""Schemas of a fleet's store: types of arms, runs, and changes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,16 +25,16 @@ EARLIEST, LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(2262, 1, 1, tzinfo
 """Dates that a recording can have: its clock counts nanoseconds since 1970 in 63 bits."""
 Text = Annotated[str, Meta(max_length=100_000)]
 Noise = Annotated[float, Meta(ge=1e-30, le=1e18)]
-"""Standard deviation [A or N m]: rounding of the largest number of a recording, 1e15, leaves more than the
-least, and rows of that number over this one have squares that are numbers."""
+"""Standard deviation [A or N m]. The rounding error of 1e15, the largest number of a recording, exceeds the
+lower bound, and rows of such numbers divided by it have finite squares."""
 Factor = Annotated[float, Meta(ge=-1e18, le=1e18)]
-"""Root of the sum of squares of a million numbers of a recording, each 1e15 at most."""
+"""Root of the sum of squares of a million numbers of a recording, each at most 1e15."""
 MaybeNumber = Number | None
-"""None where it was not measured."""
+"""A number, or None if it was not measured."""
 
 
 class FilteringRow(Struct, frozen=True, forbid_unknown_fields=True):
-    """Filters of all runs of a type of arm; see `Filtering`."""
+    """Filters of all runs of a type of arm, see `Filtering`."""
 
     rate: Positive | None = None
     position_cutoff: Positive | None = None
@@ -43,15 +43,15 @@ class FilteringRow(Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         half = 0.5 * (self.rate or 0.0)
-        check(half > 0.0, "rate", self.rate, "a sampling rate, as a fleet leaves nothing open")
+        check(half > 0.0, "rate", self.rate, "a sampling rate")
         for name in ("position_cutoff", "torque_cutoff"):
             cutoff = getattr(self, name)
-            check(cutoff is not None, name, cutoff, "a frequency, as a fleet leaves nothing open")
+            check(cutoff is not None, name, cutoff, "a frequency")
             check(cutoff < half, name, cutoff, f"less than {half:g}, half the rate")
 
 
 class KindFile(Struct, frozen=True):
-    """A file in `kinds/`."""
+    """A type of arm, a file in `kinds/`."""
 
     robot: str
     filtering: FilteringRow
@@ -80,7 +80,7 @@ class IndexRow(Struct, frozen=True):
 
 
 class RunRow(IndexRow, frozen=True):
-    """A run that was identified."""
+    """An identified run."""
 
     seconds: Positive
     payload: Text
@@ -100,17 +100,17 @@ class RunRow(IndexRow, frozen=True):
 
 
 class ChangeRow(Struct, frozen=True):
-    """A change that was found; only its arm and date are read."""
+    """A change of an arm; only arm and date are read."""
 
     arm: Name
     date: datetime
 
 
 def require_kind(row: RunRow, kind: Kind) -> None:
-    """Refuse a run whose summary is not of a type of arm.
+    """Raise if a run's summary does not have the shapes of a type of arm.
 
     Raises:
-        Disagreement: With the number of values that differs.
+        Disagreement: If a number of values differs; the message names it.
     """
     joints, width = kind.model.robot.dof, len(kind.base.names) + 2
     check_length(row.counts, "counts", joints, "one per joint")
@@ -121,22 +121,22 @@ def require_kind(row: RunRow, kind: Kind) -> None:
 
 @contextmanager
 def refused(path: Path) -> Iterator[None]:
-    """Whatever is wrong with a file of a fleet, as `NotAFile` with what to do."""
+    """Raise any error in a file of a store as `NotAFile`, with what to do."""
     try:
         yield
     except MemoryError:
         raise
-    except Exception as error:  # whatever pyarrow raises of a damaged file, and `Disagreement`
+    except Exception as error:  # pyarrow's many types for damaged files, and `Disagreement`
         if isinstance(error, ExidynError) and not isinstance(error, NotAFile):
             raise
         text = str(error).removeprefix(f"{path}: ")
         raise NotAFile(
-            f"{path}: {text}. Remove that file; exidyn fleet then makes it anew of its recordings"
+            f"{path}: {text}. Remove that file; exidyn fleet then recreates it from its recordings"
         ) from error
 
 
 def plain(value: Any) -> Any:
-    """What Parquet holds as the schema takes it: NaN, which stands for what was not measured, as None."""
+    """A value of a Parquet file for the schema: NaN, which stands for not measured, becomes None."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):

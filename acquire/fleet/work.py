@@ -1,4 +1,4 @@
-"""Work on runs in a pool of processes or a cluster of Dask; the process that identified a run keeps it."""
+"""Identification of runs in a process pool or a Dask cluster; the process that identifies a run stores it."""
 
 import os
 import signal
@@ -24,35 +24,36 @@ from exidyn.identification.pages.fit_document import report_html
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ..terminal.json_output import write_whole
-from .source import Found, Source, content_hash, date_of
+from .source import Source, SourceFile, content_hash, date_of
 from .store import Row, Store
 
 LOCAL = "local"
+"""Value of --cluster that starts a Dask cluster on this machine."""
 MEMORY = "500MB"
-"""Of a worker of Dask; at 95 % of that it starts anew."""
+"""Memory of a Dask worker; it restarts at 95 % of it."""
 NO_PAUSE = {f"distributed.worker.memory.{name}": False for name in ("target", "spill", "pause")}
-"""A worker holds no results that could be spilled, and two thirds of its memory are libraries: one that
-pauses at 80 %, as is usual, would do so for ever."""
+"""Settings without pauses: a worker holds no results to spill, and two thirds of its memory are libraries, so
+that the default pause at 80 % would never end."""
 THREADS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-"""Linear algebra of a worker stays on its core."""
+"""Environment that keeps the linear algebra of a worker on its core."""
 NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
-"""Of a recording that cannot be read."""
+"""Date of a recording that cannot be read."""
 REPORTS = "reports"
-"""Their folder in the store's."""
+"""Folder of the reports in the store's folder."""
 
 
 @contextmanager
 def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
-    """An executor for as long as the context lasts.
+    """An executor within the context.
 
     Args:
-        cluster: Address of a Dask scheduler, or `LOCAL` for one started here; None for a pool of processes.
-        workers: Processes on this machine; as many as cores by default.
+        cluster: Address of a Dask scheduler, or `LOCAL` to start one here; None for a process pool.
+        workers: Number of processes on this machine; by default the number of cores.
 
     Raises:
-        MissingPackage: A cluster is asked for, and Dask is not installed.
+        MissingPackage: If a cluster is requested and Dask is not installed.
     """
-    os.environ.update({name: os.environ.get(name, one) for name, one in THREADS.items()})
+    os.environ.update({name: os.environ.get(name, default) for name, default in THREADS.items()})
     count = workers or os.cpu_count() or 1
     if cluster is None:
         with process_pool(count) as pool:
@@ -68,7 +69,7 @@ def executor_of(cluster: str | None, workers: int | None) -> Iterator[Executor]:
 
 @contextmanager
 def local_cluster(count: int) -> Iterator[Any]:
-    """A client of so many workers of Dask on this machine."""
+    """A client of `count` Dask workers on this machine."""
     distributed, dask = (optional(name, "--cluster", "cluster") for name in ("distributed", "dask"))
     with (
         dask.config.set(NO_PAUSE),
@@ -81,8 +82,8 @@ def local_cluster(count: int) -> Iterator[Any]:
 
 
 @contextmanager
-def process_apart() -> Iterator[Executor]:
-    """One process beside this one, which Ctrl-C does not end before it."""
+def separate_process() -> Iterator[Executor]:
+    """An executor with one process that ignores Ctrl-C, so that it does not end before this one."""
     with process_pool(1, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
         yield pool
 
@@ -90,132 +91,139 @@ def process_apart() -> Iterator[Executor]:
 def identify_new(
     source: Source, store: Store, executor: Executor, note: Callable[[int, int], None] = lambda done, of: None
 ) -> int:
-    """Identify each recording that the store, which all workers see, does not have; how many there were.
+    """Identify each recording that is not in the store, and return their number.
 
     Args:
-        source: The recordings.
-        store: Where results are kept.
-        executor: Where to work.
-        note: Called with the number done, and of how many.
+        source: Source of the recordings.
+        store: Store of the results; all workers must see its folder.
+        executor: Executor of the work.
+        note: Function that takes the number of identified recordings and the total.
 
     Raises:
-        ExidynError: A worker died.
+        ExidynError: If a worker died.
     """
     new = _new(source, store)
-    _learn_kinds(source, store, executor, list({one.arm: one for one in reversed(new)}.values()))
-    left, done, begun = new, 0, uuid4().hex
-    while left:
-        strange = []
-        futures = {executor.submit(identify_one, source, store, one, begun): one for one in left}
+    _learn_kinds(source, store, executor, list({file.arm: file for file in reversed(new)}.values()))
+    pending, done, call = new, 0, uuid4().hex
+    while pending:
+        unknown_kind = []
+        futures = {executor.submit(identify_file, source, store, file, call): file for file in pending}
         try:
             for future in as_completed(futures):
-                strange += [futures[future]] if future.result() else []
+                unknown_kind += [futures[future]] if future.result() else []
                 done += not future.result()
                 note(done, len(new))
         except BrokenProcessPool as error:
             raise ExidynError(
-                "a worker died: memory may have run out. What was identified is kept; the same command goes "
-                "on from there, with fewer --workers if need be"
+                "a worker died: memory may have run out. Identified runs are stored; the same command "
+                "continues from there, with fewer --workers if necessary"
             ) from error
         finally:
             for future in futures:
                 future.cancel()
-        left = sorted(strange)
-        _learn_kinds(source, store, executor, left)
+        pending = sorted(unknown_kind)
+        _learn_kinds(source, store, executor, pending)
     store.merge()
     return len(new)
 
 
-def _new(source: Source, store: Store) -> list[Found]:
-    """Files that are not known as they are; one that was copied or touched is found out by its content."""
+def _new(source: Source, store: Store) -> list[SourceFile]:
+    """Files whose path, size or time is not in the store; copies are recognized later by their content."""
     known = {(row["file"], row["size"], row["modified"]) for row in store.index().values()}
-    return [one for one in source.files() if (one.path, one.size, one.modified) not in known]
+    return [file for file in source.files() if (file.path, file.size, file.modified) not in known]
 
 
-def _learn_kinds(source: Source, store: Store, executor: Executor, files: Iterable[Found]) -> None:
-    """Keep the types of arms among recordings, each by the first, the same however work is divided."""
+def _learn_kinds(source: Source, store: Store, executor: Executor, files: Iterable[SourceFile]) -> None:
+    """Store each type of arm from its first recording, so that the result does not depend on scheduling."""
     ordered, known = sorted(files), set(store.kinds())
-    futures = [executor.submit(_kind_of, source, one) for one in ordered]
-    for one, future in zip(ordered, futures, strict=True):
+    futures = [executor.submit(_kind_of, source, file) for file in ordered]
+    for file, future in zip(ordered, futures, strict=True):
         key = future.result()
         if key and key not in known:
-            with source.local(one) as path:
+            with source.local(file) as path:
                 store.write_kind(key, Kind.of(read_recording(path)))
             known.add(key)
 
 
-def _kind_of(source: Source, one: Found) -> str:
+def _kind_of(source: Source, file: SourceFile) -> str:
     try:
-        with source.local(one) as path:
+        with source.local(file) as path:
             return kind_key(read_recording(path))
     except ExidynError:
         return ""
 
 
-def identify_one(source: Source, store: Store, one: Found, begun: str) -> str:
-    """Identify a recording and keep it, or why that cannot be done; or the type of its arm if not known.
+def identify_file(source: Source, store: Store, file: SourceFile, call: str) -> str:
+    """Identify a recording and store the result or the error.
 
-    `begun` names the call of `identify_new`: processes of a cluster outlive it.
+    Args:
+        source: Source of the recording.
+        store: Store of the result.
+        file: File of the recording.
+        call: Name of the call of `identify_new`; processes of a cluster outlive it.
+
+    Returns:
+        The type of the arm if the store does not have it, and nothing was stored; otherwise empty.
     """
-    with source.local(one) as path:
+    with source.local(file) as path:
         key = content_hash(path)
-        if key in _keys(store, begun):  # a copy
+        if key in _keys(store, call):  # a copy
             return ""
         date, kind = NO_DATE, ""
         try:
             recording = read_recording(path)
-            date, kind = date_of(recording, one.path), kind_key(recording)
+            date, kind = date_of(recording, file.path), kind_key(recording)
             if kind not in store.kinds():
                 return kind
             summary = summarised(recording, known_kind(store, kind))
-            row = Row(key, one, date, kind, note="; ".join(recording.warnings), summary=summary)
+            row = Row(key, file, date, kind, note="; ".join(recording.warnings), summary=summary)
         except ExidynError as error:
-            row = Row(key, one, date, kind, error=str(error).replace(str(path), one.path))
+            row = Row(key, file, date, kind, error=str(error).replace(str(path), file.path))
         store.write_run(row)
     return ""
 
 
 @lru_cache(maxsize=1)
-def _keys(store: Store, begun: str) -> frozenset[str]:
-    """What was known when this process began to work for that call."""
+def _keys(store: Store, call: str) -> frozenset[str]:
+    """Keys of the store when this process began to work for a call of `identify_new`."""
     return frozenset(store.index())
 
 
 @lru_cache(maxsize=64)
 def known_kind(store: Store, key: str) -> Kind:
-    """A type of arm, read once in a process."""
+    """A type of arm, read once per process."""
     return store.kind(key)
 
 
 def left_out(store: Store) -> Iterator[tuple[str, str]]:
-    """File of each recording that could not be identified, and why."""
+    """Each recording that could not be identified, and why."""
     for row in store.index().values():
         if row["error"]:
             yield row["file"], row["error"]
 
 
 def not_whole(store: Store) -> Iterator[tuple[str, str]]:
-    """File of each recording that was used though part of it is missing, and what."""
+    """Each recording that was used although part of it is missing, and the missing part."""
     for row in store.index().values():
         if row["note"] and not row["error"]:
             yield row["file"], row["note"]
 
 
 def last_runs(store: Store) -> dict[str, dict[str, Any]]:
-    """The last run of each arm that could be identified, a row of `Store.index`."""
+    """The last identified run of each arm, a row of `Store.index`."""
     rows = sorted(store.index().values(), key=lambda row: row["date"])
     return {row["arm"]: row for row in rows if not row["error"]}
 
 
 def report_path(store: Store, row: dict[str, Any]) -> Path:
-    """Where the report of a run is; another run of the arm has another name."""
+    """Path of a run's report; each run of an arm has its own."""
     return store.folder / REPORTS / unique_stem(row["arm"], "arm") / f"{row['key']}.html"
 
 
 def write_reports(
     source: Source, store: Store, executor: Executor, note: Callable[[int, int], None]
 ) -> list[tuple[str, str]]:
-    """Make those that are missing; returns the arms of which none can be made, and why."""
+    """Write missing reports of the last runs; return the arms without a report, and why."""
     missing = [row for row in last_runs(store).values() if not report_path(store, row).exists()]
     futures = {executor.submit(_write, source, store, row): row["arm"] for row in missing}
     failed = []
@@ -227,10 +235,10 @@ def write_reports(
 
 
 def _write(source: Source, store: Store, row: dict[str, Any]) -> str:
-    """Make one in place of those of earlier runs; returns why it cannot be made."""
+    """Replace an arm's report by that of a run; return why it is impossible, or an empty text."""
     path, kind = report_path(store, row), known_kind(store, row["kind"])
     try:
-        with source.local(Found(row["file"], row["arm"], row["size"], row["modified"])) as copy:
+        with source.local(SourceFile(row["file"], row["arm"], row["size"], row["modified"])) as copy:
             run = read_recording(copy)
         fit = identify([run], model=kind.model, estimator=posterior, filtering=kind.filtering)
     except (ExidynError, OSError) as error:

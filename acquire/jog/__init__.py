@@ -1,1 +1,1 @@
-"""One joint a little way and back, and what that shows of its sign, scale, gain and zero."""
+"""Test motion of one joint, and what it shows of the joint's sign, scale, gain and zero."""

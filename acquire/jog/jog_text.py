@@ -1,4 +1,4 @@
-"""What a person reads of a jog: before, when the arm is found, and after."""
+"""Texts of a jog: before the controller is opened, before the motion, and after it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,45 +10,45 @@ from exidyn.identification.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import plain
-from .effort import FlangeWay
+from .effort import FlangeTravel
 from .judgements import OF_WAY, Judgement, Verdict
-from .there_and_back import BEFORE, Way, duration
+from .there_and_back import BEFORE, Travel, duration
 
 LOOK = (
-    "This program cannot see the arm. Exchanged drives, and a sign or a scale that is wrong in commands and "
-    "measurements alike, show only in where the flange goes."
+    "This program cannot see the arm. Exchanged drives, and a sign or a scale that is wrong in both commands "
+    "and measurements, show only in the displacement of the flange."
 )
 
 
-def before(robot: Robot, way: Way, facts: Mapping[str, str]) -> str:
-    """What will move, before the controller is opened."""
-    units, joint = JointUnits.of(robot), way.joint
+def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
+    """The joint, its distance and speed, printed before the controller is opened."""
+    units, joint = JointUnits.of(robot), travel.joint
     scale, unit = units.scale[joint], units.units[joint]
     lines = [
         f"{robot.name}: {robot.joints[joint]}, joint {joint + 1} of {robot.dof}, "
-        f"{scale * way.distance:+.2f} {unit} and back at {scale * way.speed:.2g} {unit}/s, "
-        f"about {duration(way):.0f} s"
+        f"{scale * travel.distance:+.2f} {unit} and back at {scale * travel.speed:.2g} {unit}/s, "
+        f"about {duration(travel):.0f} s"
     ]
     width = max(map(len, facts)) + 2
     return "\n".join([*lines, *(f"  {name + ':':<{width}}{text}" for name, text in facts.items())])
 
 
-def before_motion(robot: Robot, way: Way, position: np.ndarray, flange: FlangeWay) -> str:
-    """Where the arm stands and what it should do, before its drives are powered."""
-    units, joint = JointUnits.of(robot), way.joint
+def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:
+    """Position of the joint and its motion, printed before the drives are powered."""
+    units, joint = JointUnits.of(robot), travel.joint
     target = position.copy()
-    target[joint] += way.distance
+    target[joint] += travel.distance
     text = (
         f"{robot.joints[joint]} stands at {units.text(position, joint)} (limits {units.range_text(joint)}), "
         f"goes to {units.text(target, joint)} and back, after {BEFORE:g} s of rest"
     )
-    return "\n".join([*paragraph(text), *expected(robot, way, flange)])
+    return "\n".join([*paragraph(text), *expected(robot, travel, flange)])
 
 
-def expected(robot: Robot, way: Way, flange: FlangeWay) -> list[str]:
-    """Where the flange goes by the robot file."""
-    kind = "turns about" if robot.revolute[way.joint] else "slides along"
-    sign = "" if way.distance > 0.0 else "minus "
+def expected(robot: Robot, travel: Travel, flange: FlangeTravel) -> list[str]:
+    """Displacement of the flange by the robot file."""
+    kind = "turns about" if robot.revolute[travel.joint] else "slides along"
+    sign = "" if travel.distance > 0.0 else "minus "
     text = (
         f"the flange goes {1e3 * np.linalg.norm(flange.moved):.1f} mm: "
         f"{_vector(1e3 * flange.moved, '{:+.1f}')} mm in the base frame; the joint {kind} "
@@ -62,36 +62,34 @@ def _vector(values: np.ndarray, form: str) -> str:
     return ", ".join(f"{axis} {form.format(value)}" for axis, value in zip("xyz", small, strict=True))
 
 
-def after(robot: Robot, way: Way, judgements: Sequence[Judgement], flange: FlangeWay | None) -> str:
+def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement], flange: FlangeTravel | None) -> str:
     """The result of the jog."""
-    rows = [
-        [one.name, _number(one.value, one), _range(one), one.unit, str(one.verdict)] for one in judgements
-    ]
-    lines = ["", *table(["", "measured", "in order", "", ""], rows, left=(0, 2, 3, 4))]
-    for text in dict.fromkeys(one.text for one in judgements if one.text):
-        names = ", ".join(one.name for one in judgements if one.text == text)
+    rows = [[j.name, _number(j.value, j), _range(j), j.unit, str(j.verdict)] for j in judgements]
+    lines = ["", *table(["", "measured", "expected", "", ""], rows, left=(0, 2, 3, 4))]
+    for text in dict.fromkeys(j.text for j in judgements if j.text):
+        names = ", ".join(j.name for j in judgements if j.text == text)
         lines += paragraph(text, " " * 4, f"  {names}: ")
-    lines += ["", *paragraph(summary(robot.joints[way.joint], judgements))]
+    lines += ["", *paragraph(summary(robot.joints[travel.joint], judgements))]
     if flange is not None:
-        lines += [*paragraph(LOOK), *expected(robot, way, flange)]
+        lines += [*paragraph(LOOK), *expected(robot, travel, flange)]
     return "\n".join(lines)
 
 
-def _range(one: Judgement) -> str:
-    if np.isnan(one.low):
+def _range(judgement: Judgement) -> str:
+    if np.isnan(judgement.low):
         return "-"
-    if np.isinf(one.high):
-        return f"above {_number(one.low, one)}"
-    return f"{_number(one.low, one)} to {_number(one.high, one)}"
+    if np.isinf(judgement.high):
+        return f"above {_number(judgement.low, judgement)}"
+    return f"{_number(judgement.low, judgement)} to {_number(judgement.high, judgement)}"
 
 
-def _number(value: float, one: Judgement) -> str:
-    return f"{value:.3f}" if one.unit == OF_WAY and np.isfinite(value) else digits(value)
+def _number(value: float, judgement: Judgement) -> str:
+    return f"{value:.3f}" if judgement.unit == OF_WAY and np.isfinite(value) else digits(value)
 
 
 def summary(joint: str, judgements: Sequence[Judgement]) -> str:
-    """The verdict in a sentence."""
-    named = {v: [one.name for one in judgements if one.verdict is v] for v in Verdict}
+    """The verdict on the joint in a sentence."""
+    named = {v: [judgement.name for judgement in judgements if judgement.verdict is v] for v in Verdict}
     if named[Verdict.WRONG]:
         return f"{joint} is NOT as it should be: {', '.join(named[Verdict.WRONG])}."
     if not named[Verdict.RIGHT]:
@@ -102,22 +100,22 @@ def summary(joint: str, judgements: Sequence[Judgement]) -> str:
     return f"{joint} looks right: {', '.join(named[Verdict.RIGHT])}.{unknown}"
 
 
-def json_table(robot: Robot, way: Way, judgements: Sequence[Judgement]) -> dict[str, Any]:
-    """The same for scripts, in SI units."""
+def json_table(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> dict[str, Any]:
+    """The result of the jog for JSON, in SI units."""
     names = {v: v.name.lower() for v in Verdict}
     return {
-        "joint": robot.joints[way.joint],
-        "distance": way.distance,
-        "speed": way.speed,
-        "summary": summary(robot.joints[way.joint], judgements),
+        "joint": robot.joints[travel.joint],
+        "distance": travel.distance,
+        "speed": travel.speed,
+        "summary": summary(robot.joints[travel.joint], judgements),
         "judgements": [
             {
-                "name": one.name,
-                **plain({"value": one.value, "low": one.low, "high": one.high}),
-                "unit": one.unit,
-                "verdict": names[one.verdict],
-                "text": one.text,
+                "name": judgement.name,
+                **plain({"value": judgement.value, "low": judgement.low, "high": judgement.high}),
+                "unit": judgement.unit,
+                "verdict": names[judgement.verdict],
+                "text": judgement.text,
             }
-            for one in judgements
+            for judgement in judgements
         ],
     }

@@ -1,4 +1,4 @@
-"""There and back: one joint slowly, from where the arm stands and to there again; and the cycles of it."""
+"""Motion of a jog: one joint slowly from its current position and back; and the recorded cycles."""
 
 from dataclasses import dataclass, replace
 
@@ -17,100 +17,115 @@ from ..run.player import BRAKING, RUNNING
 from ..terminal.joint_units import JointUnits
 
 TURN, SLIDE = float(np.radians(2.0)), 0.01
-"""Speed [rad/s], [m/s]. 2 degrees a second move the end of a 3 m arm at 105 mm/s, less than half of the 250
-that ISO 10218-1 allows with a person near; who reacts after a second sees two degrees more."""
+"""Speed of revolute [rad/s] and prismatic joints [m/s]. At 2 degrees/s the end of a 3 m arm moves at
+105 mm/s, less than half of the 250 mm/s that ISO 10218-1 allows near a person, and within a reaction time of
+one second the joint moves two degrees."""
 SHARE = 0.05
-"""Of the velocity limit that is not passed either [-]: small joints are slower still."""
+"""Largest share of the velocity limit [-]: joints with a low limit move more slowly."""
 USUAL_TURN, USUAL_SLIDE = float(np.radians(2.0)), 0.005
-"""Default way [rad], [m]: more than the play of a gear, and little where something is near."""
+"""Default travel [rad], [m]: more than the play of a gear, but little if an obstacle is near."""
 MOST_TURN, MOST_SLIDE = float(np.radians(10.0)), 0.05
-"""Longest way [rad], [m]: beyond it a joint is no longer tried out but moved."""
+"""Longest travel [rad], [m]: a longer motion is not a test of one joint and needs a plan."""
 SPEED_UP, BUILD_UP = 0.25, 0.1
-"""Time to the crawl, and to the acceleration of it [s]: no jerk that a person or a gear would feel."""
+"""Time to reach the speed, and to reach the acceleration [s], so that the jerk is small."""
 BEFORE, BETWEEN = 2.0, 0.5
-"""Rest before, in which a person reads what comes, and at the far end [s]."""
+"""Rest before the motion, in which a person reads what follows, and at the far end [s]."""
 
 
 @dataclass(frozen=True)
-class Way:
-    """What one joint, by its column, is to do: a signed distance [rad] or [m] at a speed [rad/s] or [m/s]."""
+class Travel:
+    """Commanded travel of one joint.
+
+    Attributes:
+        joint: Index of the joint.
+        distance: Signed distance [rad] or [m].
+        speed: Speed [rad/s] or [m/s].
+    """
 
     joint: int
     distance: float
     speed: float
 
     @classmethod
-    def of(cls, robot: Robot, joint: int, distance: float) -> "Way":
-        """The way at the crawl of this joint.
+    def of(cls, robot: Robot, joint: int, distance: float) -> "Travel":
+        """Travel of a joint at its jog speed.
 
         Raises:
-            NotAllowed: It is longer than the longest, or none.
+            NotAllowed: If the distance is zero or too long.
         """
         revolute = bool(robot.revolute[joint])
-        most, crawl = (MOST_TURN, TURN) if revolute else (MOST_SLIDE, SLIDE)
+        longest, speed = (MOST_TURN, TURN) if revolute else (MOST_SLIDE, SLIDE)
         units = JointUnits.of(robot)
         scale, unit = units.scale[joint], units.units[joint]
-        if not 0.0 < abs(distance) <= most * (1.0 + 1e-9):
+        if not 0.0 < abs(distance) <= longest * (1.0 + 1e-9):
             raise NotAllowed(
-                f"{robot.joints[joint]}: {scale * distance:g} {unit}; a jog goes up to {scale * most:g} "
-                f"{unit} either way, and not 0. For more plan a motion with exidyn excite"
+                f"{robot.joints[joint]}: {scale * distance:g} {unit}; a jog goes up to {scale * longest:g} "
+                f"{unit} in either direction, and not 0. Plan a longer motion with exidyn excite"
             )
         limit = min(robot.limits.velocity[joint], -robot.limits.velocity_lower[joint])
-        return cls(joint, distance, min(crawl, SHARE * float(limit)))
+        return cls(joint, distance, min(speed, SHARE * float(limit)))
 
 
-def require_room(robot: Robot, way: Way, position: np.ndarray) -> None:
-    """Raise where the joint would leave its limits, or is not known to be within them.
+def require_room(robot: Robot, travel: Travel, position: np.ndarray) -> None:
+    """Raise if the joint is or would be outside its limits, or if a position is unknown.
 
     Raises:
-        CannotStart: It would; names both positions.
+        CannotStart: If so; the message names the position and the limits.
     """
-    joint, units = way.joint, JointUnits.of(robot)
+    joint, units = travel.joint, JointUnits.of(robot)
     target = position.copy()
-    target[joint] += way.distance
+    target[joint] += travel.distance
     unknown = [name for name, value in zip(robot.joints, position, strict=True) if not np.isfinite(value)]
     if unknown:
         raise CannotStart(f"the controller gives no position of {', '.join(unknown)}; see exidyn watch")
-    for what, place in (("stands at", position), ("would go to", target)):
+    for verb, place in (("stands at", position), ("would go to", target)):
         if units.beyond(place)[joint]:
             raise CannotStart(
-                f"{robot.joints[joint]} {what} {units.text(place, joint)}, its limits are "
-                f"{units.range_text(joint)} {units.units[joint]}. Jog it the other way, or look at its zero"
+                f"{robot.joints[joint]} {verb} {units.text(place, joint)}, its limits are "
+                f"{units.range_text(joint)} {units.units[joint]}. Jog it in the other direction, or check "
+                "its zero"
             )
 
 
-def there_and_back(position: np.ndarray, way: Way, limits: Limits, tick: float) -> Sequence:
-    """Rest, the way, rest, the way back, from a position (n,) within `run_limits`; tick in [s]."""
-    slow = _crawling(limits, way)
-    far = position.copy()
-    far[way.joint] += way.distance
-    here, there = State.at_rest(position), State.at_rest(far)
+def there_and_back(position: np.ndarray, travel: Travel, limits: Limits, tick: float) -> Sequence:
+    """The motion from a position and back, with a rest before and between.
+
+    Args:
+        position: Current position, shape (n,) [rad] or [m].
+        travel: Travel of the joint.
+        limits: Limits of `run_limits`.
+        tick: Sampling period [s].
+    """
+    slow = _slow_limits(limits, travel)
+    target = position.copy()
+    target[travel.joint] += travel.distance
+    start, end = State.at_rest(position), State.at_rest(target)
     return Sequence(
         (
             Phases.hold(position, whole_ticks(BEFORE, tick)),
-            move(here, there, slow, tick),
-            Phases.hold(far, whole_ticks(BETWEEN, tick)),
-            move(there, here, slow, tick),
+            move(start, end, slow, tick),
+            Phases.hold(target, whole_ticks(BETWEEN, tick)),
+            move(end, start, slow, tick),
         )
     )
 
 
 def run_limits(robot: Robot) -> Limits:
-    """The robot's limits; rates that are not given as the planner assumes them."""
+    """The robot's limits; missing ones as the planner assumes them."""
     assumed = usable(robot, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
     positions = robot.limits.position_lower, robot.limits.position_upper
     return replace(assumed, position_lower=positions[0], position_upper=positions[1])
 
 
-def duration(way: Way) -> float:
-    """About how long it takes [s]."""
-    return BEFORE + BETWEEN + 2.0 * (abs(way.distance) / way.speed + SPEED_UP + BUILD_UP)
+def duration(travel: Travel) -> float:
+    """Approximate duration of the motion [s]."""
+    return BEFORE + BETWEEN + 2.0 * (abs(travel.distance) / travel.speed + SPEED_UP + BUILD_UP)
 
 
-def _crawling(limits: Limits, way: Way) -> Limits:
-    """No joint faster than the crawl, and no more acceleration than brings it there."""
-    speed, push = way.speed, way.speed / SPEED_UP
-    small = {"velocity": speed, "acceleration": push, "jerk": push / BUILD_UP}
+def _slow_limits(limits: Limits, travel: Travel) -> Limits:
+    """The limits, with velocity, acceleration and jerk reduced to those of the jog."""
+    speed, acceleration = travel.speed, travel.speed / SPEED_UP
+    small = {"velocity": speed, "acceleration": acceleration, "jerk": acceleration / BUILD_UP}
     upper = {name: np.minimum(getattr(limits, name), value) for name, value in small.items()}
     lower = {
         f"{name}_lower": np.maximum(getattr(limits, f"{name}_lower"), -small[name])
@@ -121,15 +136,15 @@ def _crawling(limits: Limits, way: Way) -> Limits:
 
 @dataclass(frozen=True)
 class Course:
-    """What was commanded and measured while the motion was played, up to the end of a stop.
+    """Commanded and measured samples of the motion, up to the end of a stop.
 
     Attributes:
-        commanded: Positions, shape (t, n) [rad] or [m].
+        commanded: Commanded positions, shape (t, n) [rad] or [m].
         speed: Commanded velocities, shape (t, n) [rad/s] or [m/s].
-        position: Measured, shape (t, n); NaN where a joint was silent.
-        velocity: Shape (t, n); NaN where it is not measured.
-        current: Shape (t, n) [A].
-        torque: Shape (t, n) [N m].
+        position: Measured positions, shape (t, n) [rad] or [m]; NaN for a silent joint.
+        velocity: Measured velocities, shape (t, n) [rad/s] or [m/s]; NaN if not measured.
+        current: Measured currents, shape (t, n) [A]; NaN if not measured.
+        torque: Measured torques, shape (t, n) [N m]; NaN if not measured.
     """
 
     commanded: np.ndarray
@@ -140,8 +155,8 @@ class Course:
     torque: np.ndarray
 
 
-class Kept:
-    """A sink that keeps every cycle; a jog is short."""
+class MemorySink:
+    """A sink that keeps every cycle in memory, since a jog is short."""
 
     failure = ""
 
@@ -149,17 +164,17 @@ class Kept:
         self._frames: list[bytes] = []
 
     def put(self, frame: bytes) -> None:
-        """Keep a frame, and look at it later: the loop has no time."""
+        """Keep a frame without reading it: the loop has no time."""
         self._frames.append(frame)
 
     def close(self) -> None:
         """Nothing to do."""
 
     def course(self) -> Course:
-        """What was kept; without cycles where nothing was commanded."""
+        """The samples of all cycles with a command."""
         frames = Unframed()
         cycles = [read_cycle(body) for kind, body in frames.add(b"".join(self._frames)) if kind == SAMPLE]
-        moved = [one for one in cycles if one.stage in (RUNNING, BRAKING)]
-        sent = [one for one in moved if np.isfinite(one.array("command_position")).all()]
+        moving = [cycle for cycle in cycles if cycle.stage in (RUNNING, BRAKING)]
+        commanded = [cycle for cycle in moving if np.isfinite(cycle.array("command_position")).all()]
         names = ("command_position", "command_velocity", "position", "velocity", "current", "torque")
-        return Course(*(np.array([one.array(name) for one in sent]) for name in names))
+        return Course(*(np.array([cycle.array(name) for cycle in commanded]) for name in names))

@@ -1,4 +1,4 @@
-"""What is printed and asked in a terminal.
+"""Output and questions in a terminal.
 
 In: results.
 Out: text, tables, progress.

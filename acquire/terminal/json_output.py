@@ -1,4 +1,4 @@
-"""What a command found: as a page for a person, in colour in a terminal, and as JSON for scripts."""
+"""Results of a command: a page for a person, in color in a terminal, and JSON for scripts."""
 
 import os
 import re
@@ -20,43 +20,43 @@ from ..screen import beneath
 
 HEAD = "written: "
 SCREEN = Path("-")
-"""In place of a file: standard output."""
+"""Path that stands for standard output."""
 BOLD, RED, GREEN, YELLOW = "1", "31", "32", "33"
-"""Of a terminal's attributes."""
+"""ANSI codes of text attributes."""
 HEADING = re.compile(r"^.+(?=\n[-=]{20,}$)", re.MULTILINE)
-COLOURED = (
+COLORED = (
     (RED, r"[Mm]ore than noise is left(?: on \w+)?|STOPPED[^:\n]*|BEYOND|WRONG|do not run it|\bwrong$"),
     (RED, r"[^\n]*STILL MOVES[^\n]*|WHETHER THE ARM[^\n]*|PRESS THE[^\n]*"),
     (YELLOW, r"A little is missing|WARNING|(?<=  )warning(?=: )|diverged"),
     (GREEN, r"Nothing is missing|No joint's \w+ differs by more than noise|\bright$|^finished$"),
 )
-"""Colour and what has it."""
-_told = ContextVar("told", default=True)
-"""Whether it is printed which files were written."""
+"""Color and the pattern of the words that have it."""
+_names_files = ContextVar("names_files", default=True)
+"""Whether the names of written files are printed."""
 
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
-    """Print the page, or the JSON text where that goes to standard output; write it where it has a file."""
+    """Print the page and write the JSON text to its file, or print the JSON alone for standard output."""
     if path == SCREEN:
         print(text.rstrip("\n"), flush=True)
     else:
-        print(coloured(visible(page)), file=beneath(sys.stdout), flush=True)
+        print(colored(visible(page)), file=beneath(sys.stdout), flush=True)
     if path is not None and path != SCREEN:
         write_whole(path, text)
         print_written(path)
 
 
-def coloured(page: str, terminal: TextIO | None = None) -> str:
-    """The page with colour where standard output, or another stream, is a terminal that shows it.
+def colored(page: str, terminal: TextIO | None = None) -> str:
+    """The page in color if standard output, or another stream, is a terminal that shows color.
 
-    `NO_COLOR` in the environment, unless it is empty, and a terminal that is called dumb have none.
+    A non-empty `NO_COLOR` in the environment and the terminal type `dumb` turn color off.
     """
     stream = terminal or sys.stdout
     if not stream.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return page
     page = HEADING.sub(_in(BOLD, r"\g<0>"), page)
-    for colour, words in COLOURED:
-        page = re.sub(words, _in(colour, r"\g<0>"), page, flags=re.MULTILINE)
+    for color, words in COLORED:
+        page = re.sub(words, _in(color, r"\g<0>"), page, flags=re.MULTILINE)
     return page
 
 
@@ -65,23 +65,23 @@ def _in(attribute: str, text: str) -> str:
 
 
 @contextmanager
-def files_untold() -> Iterator[None]:
-    """Within it nothing is printed of files that were written: who called will call them otherwise."""
-    before = _told.set(False)
+def hide_file_names() -> Iterator[None]:
+    """Do not print the names of written files: the caller will move or report them."""
+    before = _names_files.set(False)
     try:
         yield
     finally:
-        _told.reset(before)
+        _names_files.reset(before)
 
 
 def print_written(*paths: Path, advice: str = "") -> None:
-    """Print on standard error which files were written, one a line if a line is too short for all.
+    """Print the names of written files on standard error, on one line if they fit.
 
     Args:
         paths: Paths of the files.
-        advice: What to do with a single one, behind its name.
+        advice: What to do with a single file, printed after its name.
     """
-    if not _told.get():
+    if not _names_files.get():
         return
     together = ", ".join(map(str, paths))
     fits = len(HEAD + together) <= WIDTH
@@ -90,23 +90,23 @@ def print_written(*paths: Path, advice: str = "") -> None:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file that appears under its name only when it is whole."""
+    """Write a file that appears under its name only once it is complete."""
     part = path.with_name(path.name + ".part")
     part.write_bytes(content if isinstance(content, bytes) else content.encode())
     os.replace(part, path)
 
 
 def json_text(table: dict[str, Any]) -> str:
-    """JSON with a key a line, of values as `plain` takes them."""
+    """JSON text with one key per line, of values that `plain` accepts."""
     return quoting.json_text(plain(table)) + "\n"
 
 
 def plain(value: Any) -> Any:
-    """Arrays as nested lists; what is no number, which JSON does not have, is None; dates are text."""
+    """Values for JSON: arrays become nested lists, NaN and infinity become None, dates become text."""
     if isinstance(value, dict):
-        return {name: plain(one) for name, one in value.items()}
+        return {name: plain(entry) for name, entry in value.items()}
     if isinstance(value, np.ndarray | list | tuple):
-        return [plain(one) for one in value]
+        return [plain(entry) for entry in value]
     if isinstance(value, float | np.floating):
         return float(value) if np.isfinite(value) else None
     if isinstance(value, datetime):

@@ -1,4 +1,4 @@
-"""Progress: a line in the terminal about the run that goes on, written by a process of its own."""
+"""Progress line of the current run in the terminal, written by a separate process."""
 
 import sys
 import time
@@ -13,15 +13,15 @@ from ..run.player import BRAKING, HOLDING, RUNNING
 
 PROCESS = "exidyn.acquire.terminal.progress"
 FINISH = 2.0
-"""How long the last line may take [s]; there is no longer wait for a terminal that was stopped (Ctrl-S)."""
+"""Longest wait for the last line [s]: a terminal may have been stopped (Ctrl-S)."""
 STEP = 0.2
-"""Time between looks [s]; frames gather in the pipe meanwhile, which costs less than to wake for each."""
+"""Update period [s]; frames gather in the pipe meanwhile, which costs less than waking for each."""
 SEEN = 2.0
-"""Time of the run that foretells the rest [s]."""
+"""Time of the run after which its remaining time is estimated [s]."""
 
 
 class Progress(PipeSink):
-    """The line of a run, written by a process of its own: the loop never waits for a terminal.
+    """Progress line of a run, written by a separate process so that the loop never waits for a terminal.
 
     Args:
         seconds: Duration of the motion [s].
@@ -31,12 +31,12 @@ class Progress(PipeSink):
         super().__init__("progress", PROCESS, [f"{seconds:.3f}"], lossy=True)
 
     def close(self, patience: float = FINISH) -> None:
-        """Wait until the line is gone."""
+        """Wait until the line is removed."""
         super().close(patience)
 
 
 def start_progress(seconds: float) -> list[Progress]:
-    """The line of a run, if a person is at the terminal; a run can do without."""
+    """The progress line if standard error is a terminal; a run also works without it."""
     if not sys.stderr.isatty():
         return []
     try:
@@ -46,22 +46,22 @@ def start_progress(seconds: float) -> list[Progress]:
 
 
 class Line:
-    """How far a run has got.
+    """Text of the progress line.
 
     Args:
         seconds: Duration of the motion [s].
 
     Attributes:
-        over: Whether the loop has reported the end.
+        over: Whether the loop has reported the end of the run.
     """
 
     def __init__(self, seconds: float) -> None:
-        self._seconds, self._began, self._gone = seconds, 0, 0.0
+        self._seconds, self._began, self._played = seconds, 0, 0.0
         self._stage, self._missed, self._since = 0, 0, 0.0
         self.over = False
 
     def add(self, kind: bytes, body: bytes) -> None:
-        """Take in one frame of the run."""
+        """Update the line with one frame of the run."""
         self.over |= kind == END
         if kind != SAMPLE:
             return
@@ -69,28 +69,28 @@ class Line:
         self._stage, self._missed = cycle.stage, self._missed + cycle.skipped
         if cycle.stage == RUNNING:
             self._began = self._began or cycle.host_time
-            self._gone = min(1e-9 * (cycle.host_time - self._began), self._seconds)
+            self._played = min(1e-9 * (cycle.host_time - self._began), self._seconds)
 
-    def left(self, now: float) -> str:
-        """How long it will still take by the speed until now, which a simulated arm sets; empty at first.
+    def time_left(self, now: float) -> str:
+        """Remaining time at the speed so far, which is not real time for a simulated arm; empty at first.
 
         Args:
-            now: On any clock that goes on evenly [s].
+            now: Time on a monotonic clock [s].
         """
-        self._since = self._since or (now if self._gone else 0.0)
-        if not self._gone or now - self._since < SEEN:
+        self._since = self._since or (now if self._played else 0.0)
+        if not self._played or now - self._since < SEEN:
             return ""
-        left = (self._seconds - self._gone) * (now - self._since) / self._gone
-        return f"; about {left:.0f} s left"
+        seconds = (self._seconds - self._played) * (now - self._since) / self._played
+        return f"; about {seconds:.0f} s left"
 
     def __str__(self) -> str:
-        gone = f" {self._gone:.1f} of {self._seconds:.1f} s" if self._began else ""
-        advice = "" if self._stage in (BRAKING, HOLDING) else "; Ctrl-C brakes"
-        return f"{STAGES[self._stage]}{gone}; cycles missed: {self._missed}{advice}"
+        played = f" {self._played:.1f} of {self._seconds:.1f} s" if self._began else ""
+        advice = "" if self._stage in (BRAKING, HOLDING) else "; Ctrl-C stops the arm"
+        return f"{STAGES[self._stage]}{played}; cycles missed: {self._missed}{advice}"
 
 
 def stop_line(kind: bytes, body: bytes) -> str:
-    """What a person reads at once of a frame: that a stop was asked for, and why; empty for all else."""
+    """The line that reports a requested stop and its reason at once; empty for all other frames."""
     event = read_event(body) if kind == EVENT else None
     if event is None or event.kind != "stop":
         return ""
@@ -98,7 +98,7 @@ def stop_line(kind: bytes, body: bytes) -> str:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the line until the run is over, and leave none."""
+    """Write the line until the run is over, then remove it."""
     source = PipeSource(arguments)
     source.ready()
     line = Line(float(source.arguments[0]))
@@ -106,7 +106,7 @@ def main(arguments: Sequence[str]) -> None:
         for kind, body in source.read(1.0):
             line.add(kind, body)
             _write(stop_line(kind, body))
-        _write(f"{CLEAR}{line}{line.left(time.monotonic())}")
+        _write(f"{CLEAR}{line}{line.time_left(time.monotonic())}")
         time.sleep(STEP)
     _write(CLEAR)
     source.done("shown")

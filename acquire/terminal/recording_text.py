@@ -1,4 +1,4 @@
-"""What is inside a recording: in lines for a person, and as a plain table for JSON."""
+"""Contents of a recording: as lines for a person, and as a plain table for JSON."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,13 +19,13 @@ from exidyn.identification.text_table import INDENT, WIDTH, digits, paragraph, t
 from exidyn.quoting import one_line
 
 SHOWN = 40
-"""Events that are printed; of more than that, the first and last half."""
+"""Largest number of events that are printed; of more, the first and last half of this number."""
 SHOWN_STATES = 8
-"""Changes of a mode of the controller that are printed."""
+"""Largest number of changes of a controller state that are printed."""
 
 
 def describe(recording: Recording) -> str:
-    """Robot, signals, ranges, payload, settings and warnings of a recording, in lines."""
+    """Robot, signals, ranges, payload, settings and warnings of a recording, as lines."""
     robot = recording.robot
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
@@ -39,13 +39,13 @@ def describe(recording: Recording) -> str:
     width = max(map(len, facts)) + 2
     for name, text in facts.items():
         lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
-    for each in (_signals(recording), _ranges(recording), _course(recording)):
-        lines += ["", *(f"  {line}" for line in each)] if each else []
+    for block in (_signals(recording), _ranges(recording), _course(recording)):
+        lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))
 
 
 def payload_words(recording: Recording) -> str:
-    """What hung on the flange."""
+    """The payload on the flange and its known parameters."""
     if recording.payload is None:
         return "none"
     known = ", ".join(f"{name} {digits(value)}" for name, value in recording.payload.known)
@@ -53,12 +53,12 @@ def payload_words(recording: Recording) -> str:
 
 
 def warning_lines(recording: Recording) -> list[str]:
-    """The recording's warnings, a sentence each."""
+    """The recording's warnings, one sentence each."""
     return [line for warning in recording.warnings for line in paragraph(warning, " " * 11, "  warning: ")]
 
 
 def _signals(recording: Recording) -> list[str]:
-    """Table of the signals."""
+    """Table of the signals: unit, number of samples, rate."""
     rows = [
         [
             name,
@@ -72,7 +72,7 @@ def _signals(recording: Recording) -> list[str]:
 
 
 def _ranges(recording: Recording) -> list[str]:
-    """Table of the range that each joint covers in each signal."""
+    """Table of each joint's range in each signal."""
     columns = [[_range(column) for column in s.values.T] for s in recording.signals.values()]
     rows = [list(row) for row in zip(recording.robot.joints, *columns, strict=True)]
     return table(["joint", *recording.signals], rows)
@@ -86,7 +86,7 @@ def _range(column: np.ndarray) -> str:
 
 
 def _course(recording: Recording) -> list[str]:
-    """Cycles, events and outcome of a recorded run, in lines; none for one that was imported."""
+    """Cycles, events and outcome of a recorded run, as lines; none for an imported recording."""
     lines = _cycles(recording.timing) if recording.timing is not None else []
     lines += _following(recording)
     lines += _controller(recording.controller) if recording.controller is not None else []
@@ -97,7 +97,7 @@ def _course(recording: Recording) -> list[str]:
 
 def _cycles(timing: Timing) -> list[str]:
     if not len(timing):
-        return ["not one cycle"]
+        return ["no cycles"]
     late = np.percentile(1e3 * timing.lateness, [50, 99, 100])
     spent = [
         f"{name} {np.count_nonzero(timing.stage == place)}"
@@ -112,7 +112,7 @@ def _cycles(timing: Timing) -> list[str]:
 
 
 def _following(recording: Recording) -> list[str]:
-    """How late the arm followed its commands; nothing where that cannot be seen."""
+    """Delay between commands and positions; empty if the motion does not show it."""
     if recording.timing is None or "command" not in recording.signals:
         return []
     latency = follows_by(recording.signals["command"], recording.signals["position"])
@@ -120,7 +120,7 @@ def _following(recording: Recording) -> list[str]:
 
 
 def _controller(state: ControllerState) -> list[str]:
-    """What the controller was in, in order, and the range of plain numbers."""
+    """States of the controller in order, and the range of values that are plain numbers."""
     parts = (f"{name.replace('_', ' ')} {_reported(state, name)}" for name in state.words)
     return paragraph("; ".join(parts), "  ", "controller: ", WIDTH - INDENT)
 
@@ -155,7 +155,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
 
 
 def why_it_ended(outcome: Mapping[str, str]) -> str:
-    """How a run ended, in words: as planned, or stopped, by what and why, and whether the arm still moves."""
+    """How a run ended: as planned, or stopped, with the reason, and whether the arm still moves."""
     if "stop" not in outcome:
         return "unknown"
     text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
@@ -169,7 +169,7 @@ def why_it_ended(outcome: Mapping[str, str]) -> str:
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:
-    """Robot, signals, payload, settings, course and warnings, for JSON."""
+    """Robot, signals, payload, settings, cycles, events, outcome and warnings, for JSON."""
     payload, timing, state = recording.payload, recording.timing, recording.controller
     return {
         "name": recording.name,
@@ -190,7 +190,7 @@ def recording_table(recording: Recording) -> dict[str, Any]:
 
 
 def _signal_table(name: str, signal: Signal) -> dict[str, Any]:
-    """Unit, samples, rate, and the range of each joint."""
+    """Unit, number of samples, rate, and the range of each joint."""
     known = [column[np.isfinite(column)] for column in signal.values.T]
     return {
         "unit": SIGNALS[name],
@@ -202,7 +202,7 @@ def _signal_table(name: str, signal: Signal) -> dict[str, Any]:
 
 
 def _cycle_table(timing: Timing) -> dict[str, Any]:
-    """How the clock of the run was kept; times in [s]."""
+    """Numbers of cycles and percentiles of their lateness [s]."""
     late = np.percentile(timing.lateness, [50, 99, 100]) if len(timing) else np.full(3, np.nan)
     return {
         "cycles": len(timing),
@@ -214,5 +214,5 @@ def _cycle_table(timing: Timing) -> dict[str, Any]:
 
 
 def _effects(recording: Recording) -> list[str]:
-    """Names of the model's effects, each once."""
+    """Distinct names of the model's effects."""
     return list(dict.fromkeys(name_of(effect) for effect in recording.model.effects))

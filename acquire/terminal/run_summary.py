@@ -1,4 +1,4 @@
-"""What a person reads and is asked before an arm moves, and reads after; motion and run as plain tables."""
+"""Summary and confirmation before an arm moves, summary after it; motion and run as plain tables for JSON."""
 
 import os
 import sys
@@ -18,7 +18,7 @@ from ..run.loop import percentiles
 from ..run.perform import Outcome
 
 UNATTENDED = "EXIDYN_UNATTENDED"
-"""Environment variable that, by the value yes, lets arms move unconfirmed: for test stands."""
+"""Environment variable whose value `yes` lets arms move unconfirmed: for test stands."""
 NOT_RATED = (
     "This is software and not safety-rated. Clear the cell, know where the emergency stop is and keep a hand "
     "on it"
@@ -27,7 +27,7 @@ BEGIN_SLOWLY = "; begin with --speed 10 on an arm that has not run this motion."
 
 
 def before(checked: Checked, facts: Mapping[str, str]) -> str:
-    """Robot, controller and motion against the limits."""
+    """Robot, controller, and the motion's use of the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
     width = max(map(len, facts), default=0) + 2
@@ -39,26 +39,26 @@ def before(checked: Checked, facts: Mapping[str, str]) -> str:
 
 
 def require_attended(simulated: bool, yes: bool) -> None:
-    """Raise where no one would be asked though something real moves.
+    """Raise if a real arm would move without confirmation.
 
     Raises:
-        NotAllowed: --yes alone, which a script that is reused might have by oversight.
+        NotAllowed: If --yes comes without the environment variable; a reused script may have it by oversight.
     """
     if yes and not simulated and os.environ.get(UNATTENDED) != "yes":
         raise NotAllowed(
-            f"--yes moves a real arm unasked only where {UNATTENDED}=yes is in the environment. Leave it out "
-            "to be asked"
+            f"--yes moves a real arm without confirmation only if {UNATTENDED}=yes is in the environment. "
+            "Omit --yes to be asked"
         )
 
 
 def confirm_reading(risk: str) -> None:
-    """Return if reading the controller can do nothing to the arm, or it was confirmed.
+    """Return if reading the controller cannot affect the arm, or if a person confirmed it.
 
     Args:
-        risk: What it may do; empty for nothing.
+        risk: What reading may do to the arm; empty for nothing.
 
     Raises:
-        NotConfirmed: As `confirm`.
+        NotConfirmed: If the answer is not "yes", or there is no terminal.
     """
     if risk:
         print("\n" + "\n".join(paragraph(risk)) + "\n", file=sys.stderr)
@@ -66,16 +66,16 @@ def confirm_reading(risk: str) -> None:
 
 
 def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
-    """Return if it was confirmed, or if nothing real moves.
+    """Return if a person confirmed the motion, or if the arm is simulated.
 
     Args:
-        simulated: Whether nothing real moves.
-        yes: Whether --yes was given.
-        advice: How to begin, behind "keep a hand on it".
+        simulated: Whether the arm is simulated.
+        yes: Whether --yes is set.
+        advice: How to begin, printed after "keep a hand on it".
 
     Raises:
-        NotAllowed: As `require_attended`.
-        NotConfirmed: Anything but "yes" was answered, or there is no terminal to answer.
+        NotAllowed: See `require_attended`.
+        NotConfirmed: If the answer is not "yes", or there is no terminal.
     """
     require_attended(simulated, yes)
     if simulated:
@@ -87,7 +87,7 @@ def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
 
 
 def _ask(question: str, nothing: str) -> None:
-    """Return if the answer is yes."""
+    """Return if the answer is "yes"."""
     print(question, end="", file=sys.stderr, flush=True)
     try:
         answer = input()
@@ -95,7 +95,7 @@ def _ask(question: str, nothing: str) -> None:
         print(file=sys.stderr)
         raise NotConfirmed(f"there is no terminal to type yes in, {nothing}. Run it in a terminal") from None
     if answer.strip() != "yes":
-        raise NotConfirmed(f"not confirmed, {nothing}; it takes the word yes")
+        raise NotConfirmed(f"not confirmed, {nothing}; the answer must be the word yes")
 
 
 def end(outcome: Outcome) -> dict[str, object]:
@@ -107,7 +107,7 @@ def end(outcome: Outcome) -> dict[str, object]:
 
 
 def _why(outcome: Outcome) -> str:
-    """Why it was stopped, and what followed because the stop did not work."""
+    """Reason of the stop, and the harder stops that followed because it did not work."""
     assert outcome.stop is not None
     harder = (f"then {stop.level.name.lower()}: {stop.text}" for stop in outcome.escalated)
     return "; ".join([outcome.stop.text, *harder])
@@ -119,7 +119,7 @@ def _hardest(outcome: Outcome) -> StopLevel:
 
 
 def table(outcome: Outcome) -> dict[str, object]:
-    """How the run went, in numbers, for JSON; times in [s]."""
+    """Numbers of the run for JSON; times in [s]."""
     counts = outcome.counts
     return {
         "exidyn_run": 1,
@@ -137,7 +137,7 @@ def table(outcome: Outcome) -> dict[str, object]:
 
 
 def after(outcome: Outcome) -> str:
-    """How the run went, in a few lines."""
+    """A few lines on how the run went."""
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop
     late, work = percentiles("lateness", counts.lateness), percentiles("work", counts.work)
     lines = [
@@ -153,11 +153,11 @@ def after(outcome: Outcome) -> str:
             f"largest {1e3 * late['lateness_max']:.3f} ms"
         )
     if work:
-        median, most = 1e3 * work["work_p50"], 1e3 * work["work_max"]
+        median, largest = 1e3 * work["work_p50"], 1e3 * work["work_max"]
         by_driver = 1e3 * percentiles("work", counts.driver_work)["work_p50"]
         lines += paragraph(
             f"processor time per cycle: median {median:.3f} ({by_driver:.3f} in the driver), "
-            f"99 % {1e3 * work['work_p99']:.3f}, largest {most:.3f} ms"
+            f"99 % {1e3 * work['work_p99']:.3f}, largest {largest:.3f} ms"
         )
     if outcome.notice:
         lines += paragraph(outcome.notice)
@@ -165,7 +165,7 @@ def after(outcome: Outcome) -> str:
 
 
 def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[str, Any]:
-    """What was planned, how much of each limit it uses, and what is beyond, for JSON."""
+    """The plan, its use of each limit, and what is beyond the limits, for JSON."""
     return {
         "robot": plan.robot,
         "joints": plan.joints,
@@ -186,7 +186,7 @@ def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[s
 
 
 def _use(use: Use, units: Sequence[str]) -> dict[str, Any]:
-    """Of each joint: what is reached, and the share of the limit, 1 at it, None where it has none."""
+    """Each joint's reached values and their share of the limit: 1 at the limit, None without one."""
     return {
         "units": [unit_of(use.name, unit) for unit in units],
         "lower": use.reached.lower,

@@ -1,4 +1,4 @@
-"""How far a command that takes its time has got, and how long it will still take."""
+"""Progress and remaining time of a command that takes long."""
 
 import math
 import shutil
@@ -19,35 +19,35 @@ from ..screen import beneath
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
-"""Called with a sentence at each stage."""
+"""Function that takes a sentence at each stage."""
 
 PATIENCE = 2.0
-"""Time until a bar appears [s]: what is over before needs none."""
+"""Time until a bar appears [s]: shorter work needs none."""
 REDRAW = 0.5
-"""Between two looks at the clock [s]."""
+"""Update period of the bar [s]."""
 KNOWN = 0.02
-"""Share of the work from which on the time it took foretells that of the rest."""
+"""Share of the work after which its remaining time is estimated."""
 NEARLY = 0.95
-"""Share of a stage at which the bar waits while the stage takes longer than was foreseen."""
+"""Share of a stage at which the bar waits while the stage takes longer than expected."""
 FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
 ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
 
 
 def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
-    """The items one by one, with a bar and the time left in a terminal, without in pipes and files."""
+    """Iterate over the items, in a terminal with a bar and the remaining time."""
     return tqdm(items, file=beneath(sys.stderr), leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
 
 
 class Stopwatch:
-    """Prints sentences on standard error with the seconds since it was made; a context manager.
+    """Print sentences on standard error with the seconds since the start; a context manager.
 
-    Where standard error is a terminal and the stages or the time are known, a bar below them has the time
-    left; in pipes and files there are the sentences alone.
+    If standard error is a terminal and the stages or the time are known, a bar below the sentences shows the
+    remaining time. Pipes and files get the sentences only.
 
     Args:
-        shares: Stage -> its usual share of the work; they add up to one. A sentence without a stage, or of
-            another one, belongs to the stage before.
-        seconds: What the work is given, in place of stages [s]; what comes after it has no time left.
+        shares: Stage -> its usual share of the work; the shares add up to 1. A sentence without a known
+            stage belongs to the current stage.
+        seconds: Time allotted to the work, instead of stages [s]; later work shows no remaining time.
     """
 
     def __init__(self, shares: Mapping[str, float] | None = None, seconds: float = 0.0) -> None:
@@ -69,7 +69,7 @@ class Stopwatch:
         self.close()
 
     def close(self) -> None:
-        """Take the bar away, before results are printed."""
+        """Remove the bar, before results are printed."""
         self._over.set()
         if self._thread is not None:
             self._thread.join()
@@ -93,29 +93,29 @@ class Stopwatch:
             self._before = sum(self._shares[name] for name in names[: names.index(stage)])
             self._stage, self._entered = stage, time.perf_counter()
 
-    def left(self, now: float) -> tuple[float, float]:
-        """Share of the work that is done [-] and the time left [s] at a time; NaN where it is unknown yet."""
+    def time_left(self, now: float) -> tuple[float, float]:
+        """Share of the work that is done [-], and the remaining time [s], NaN while it is unknown."""
         if self._seconds:
-            gone = now - self._start
-            left = self._seconds - gone
-            return min(gone / self._seconds, NEARLY), left if left > 0.0 else float("nan")
+            elapsed = now - self._start
+            remaining = self._seconds - elapsed
+            return min(elapsed / self._seconds, NEARLY), remaining if remaining > 0.0 else float("nan")
         if self._before < KNOWN:
             return 0.0, float("nan")
-        whole = (self._entered - self._start) / self._before
-        own = self._shares[self._stage]
-        inside = min((now - self._entered) / (own * whole), NEARLY) if own else 0.0
-        done = self._before + own * inside
-        return done, max(1.0 - done, 0.0) * whole
+        total = (self._entered - self._start) / self._before
+        share = self._shares[self._stage]
+        inside = min((now - self._entered) / (share * total), NEARLY) if share else 0.0
+        done = self._before + share * inside
+        return done, max(1.0 - done, 0.0) * total
 
     def _redraw(self) -> None:
         if self._over.wait(PATIENCE):
             return
-        width, height = shutil.get_terminal_size()  # of one that states none, what is usual
+        width, height = shutil.get_terminal_size()  # 80 by 24 if the terminal does not state its size
         look = {"leave": False, "bar_format": FORM, "ncols": width - 1, "nrows": height}
         with tqdm(total=1.0, file=beneath(sys.stderr), **look) as self._bar:
             while not self._over.wait(REDRAW):
-                done, left = self.left(time.perf_counter())
-                words = f"about {tqdm.format_interval(left)} left" if math.isfinite(left) else ""
+                done, remaining = self.time_left(time.perf_counter())
+                words = f"about {tqdm.format_interval(remaining)} left" if math.isfinite(remaining) else ""
                 self._bar.set_postfix_str(words, refresh=False)
                 self._bar.n = done
                 self._bar.refresh()

@@ -1,4 +1,4 @@
-"""What `exidyn watch` shows of a reading: a table, a line, or JSON."""
+"""Readings as `exidyn watch` shows them: as a table, a line, or JSON."""
 
 import shutil
 from collections.abc import Sequence
@@ -21,18 +21,18 @@ UNITS = {"current": "A", "torque": "N m", "temperature": "degC"}
 HEADS = {"current": "current [A]", "torque": "torque [N m]", "temperature": "[degC]"}
 DIGITS = {"current": 3, "torque": 2, "temperature": 0}
 LATEST = 4
-"""Events that the table shows."""
+"""Number of events that the table shows."""
 BEYOND, SILENT, ALARM = "BEYOND", "silent", "ALARM"
 
 
 class Residual(NamedTuple):
-    """What an arm's usual values leave of the last piece of its motion.
+    """Residual torque over the last section of the motion, with the parameters from the arm's check runs.
 
     Attributes:
-        value: Root mean square, shape (n,) [N m]; NaN where there is none.
-        alarm: Above what it is an alarm, shape (n,) [N m].
-        seconds: Duration of a piece [s].
-        why: Why there is none.
+        value: Root mean square of each joint, shape (n,) [N m]; NaN if unknown.
+        alarm: Alarm threshold, shape (n,) [N m].
+        seconds: Duration of a section [s].
+        why: Why there is no residual; empty otherwise.
     """
 
     value: np.ndarray
@@ -54,15 +54,15 @@ def table_lines(
     events: Sequence[str],
     residual: Residual | None = None,
 ) -> list[str]:
-    """The table that is drawn again and again.
+    """Lines of the table that is redrawn for each reading.
 
     Args:
-        reading: Newest.
+        reading: Latest reading.
         units: Units of the joints.
         info: Metadata of the driver.
-        seconds: Since the first reading [s].
-        events: Messages until now.
-        residual: Residual of the last piece of the log; None if it is not asked for.
+        seconds: Time since the first reading [s].
+        events: Messages so far.
+        residual: Residual of the last section; None if it was not requested.
     """
     signals = [name for name in SHOWN if name in info.signals]
     head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
@@ -81,11 +81,11 @@ def table_lines(
 
 def _row(reading: Reading, units: JointUnits, signals: Sequence[str], joint: int) -> list[str]:
     known = bool(np.isfinite(reading.position[joint]))
-    place = _digits(units.scale[joint] * reading.position[joint], 2)
+    position = _digits(units.scale[joint] * reading.position[joint], 2)
     state = reading.states[joint] if known else SILENT
     return [
         units.joints[joint],
-        place,
+        position,
         units.units[joint],
         _limits(reading, units, joint),
         *(_number(reading, name, joint) for name in signals),
@@ -104,7 +104,7 @@ def _number(reading: Reading, name: str, joint: int) -> str:
 
 
 def _residual_words(residual: Residual | None, units: JointUnits) -> list[str]:
-    """Which joints have an alarm, or why there is no residual; nothing where it is as usual."""
+    """Joints with an alarm, or why there is no residual; empty if no joint exceeds its threshold."""
     if residual is None:
         return []
     over = ", ".join(units.joints[joint] for joint in residual.over)
@@ -115,7 +115,7 @@ def _residual_words(residual: Residual | None, units: JointUnits) -> list[str]:
 def line(
     reading: Reading, units: JointUnits, info: Info, seconds: float, residual: Residual | None = None
 ) -> str:
-    """The same in one line, for a file or another program."""
+    """A reading as one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
     parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
     for name in SHOWN:
@@ -139,18 +139,18 @@ def _several(values: Sequence[float] | np.ndarray, digits: int) -> str:
 
 
 def _digits(value: float, digits: int) -> str:
-    """A number, a dash for none; what rounds to zero has no sign that would come and go."""
+    """A number, or a dash for NaN; values that round to zero have no sign, which would flicker."""
     return fixed(value, digits) if np.isfinite(value) else "-"
 
 
 def _states(states: Sequence[str]) -> str:
     if not any(states):
         return ""
-    return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(one or "-" for one in states)
+    return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(state or "-" for state in states)
 
 
 def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Residual | None = None) -> str:
-    """One object in one line; SI units, null for what is not known."""
+    """A reading as one line of JSON, in SI units; unknown values are null."""
     content: dict[str, Any] = {
         "exidyn_reading": 1,
         "time": seconds,
@@ -174,17 +174,17 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Res
 
 
 class Redraw:
-    """Draws lines over those that it drew before.
+    """Draws lines over the lines that it drew before.
 
     Args:
-        terminal: Where to.
+        terminal: Stream to draw on.
     """
 
     def __init__(self, terminal: TextIO) -> None:
         self._terminal, self._drawn = terminal, 0
 
     def draw(self, lines: Sequence[str]) -> None:
-        """Draw these in place of the last; what does not fit into the terminal is cut off."""
+        """Replace the last drawn lines; what does not fit into the terminal is cut off."""
         size = shutil.get_terminal_size()
         # A line that wraps, or scrolls away, could not be drawn over.
         shown = [line[: size.columns - 1] for line in lines[: size.lines - 1]]

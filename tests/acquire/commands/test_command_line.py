@@ -113,7 +113,7 @@ def test_center_of_mass_and_inertia_are_known_then(files, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--mass", "3"], "--mass belongs behind the --payload"),
+        (["--mass", "3"], "--mass must follow the --payload"),
         (["--payload", "RUN", "--mass", "3", "--mass", "4"], "has --mass twice"),
         (["--torque-cutoff", "0"], "must be above 0"),
         (["--estimator", "magic"], "invalid choice: 'magic'"),

@@ -220,12 +220,12 @@ def _first(recording, seconds):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["{robot}"], "a robot and no run"),
+        (["{robot}"], "a robot without runs"),
         (["{robot}", "{held_out}"], "no run is left to fit: all are held out"),
         (["{robot}", "missing.mcap"], "missing.mcap does not exist"),
         (["{one}", "{other}"], "with other geometry"),
-        (["{case}", "{one}"], "no case folder, as the others are"),
-        (["{case}", "--validate", "{one}"], "--validate beside a case folder"),
+        (["{case}", "{one}"], "not a case folder like the others"),
+        (["{case}", "--validate", "{one}"], "--validate cannot be used with a case folder"),
         (["{robot}", "{one}", "--answer", "{robot}"], "is not JSON"),
         (["{robot}", "{one}", "--output", "{one}"], "--output needs a folder"),
     ],

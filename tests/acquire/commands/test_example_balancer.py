@@ -54,16 +54,16 @@ def test_what_is_concealed_is_named_and_nothing_else(result):
 
 
 def test_its_torque_is_right(result):
-    real, found = (spring.torque(result.robot) for spring in (result.concealed, result.found))
+    real, found = (spring.torque(result.robot) for spring in (result.concealed, result.estimate))
     # masses are known to a tenth, and of what they weigh at joint 2 the spring's wave is as good a guess
     assert np.max(np.abs(found - real)) < 0.1 * np.max(np.abs(real))
 
 
 def test_simulation_comes_near_the_recording_and_the_residual_to_noise(result):
     joint = result.joint
-    assert result.left["simulated after"][joint] < 0.2 * result.left["simulated before"][joint]
-    assert result.left["simulated after"][joint] < 2.0  # over noise
-    assert result.left["found"][joint] < 2.0 < 0.1 * result.left["nominal"][joint]
+    assert result.residuals["simulated after"][joint] < 0.2 * result.residuals["simulated before"][joint]
+    assert result.residuals["simulated after"][joint] < 2.0  # over noise
+    assert result.residuals["found"][joint] < 2.0 < 0.1 * result.residuals["nominal"][joint]
 
 
 def test_other_simulators_get_the_spring_or_what_is_missing_is_reported(result):
@@ -116,4 +116,4 @@ def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):
 def test_recordings_are_not_written_over(tmp_path, capsys):
     (tmp_path / "other.mcap").write_bytes(b"")
     assert main(["example", "balancer", "--output", str(tmp_path)]) == REFUSED
-    assert "is not written over" in capsys.readouterr().err
+    assert "is not overwritten" in capsys.readouterr().err

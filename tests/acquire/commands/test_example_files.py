@@ -30,4 +30,4 @@ def test_files_of_ones_own_are_not_written_over(tmp_path, capsys):
     (tmp_path / "log.csv").write_text("my own")
     assert main(["example", "files", "--output", str(tmp_path)]) == 2
     assert (tmp_path / "log.csv").read_text() == "my own"
-    assert "is not written over" in capsys.readouterr().err
+    assert "is not overwritten" in capsys.readouterr().err

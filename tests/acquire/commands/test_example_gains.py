@@ -11,7 +11,7 @@ def test_the_example_finds_the_truth(tmp_path, capsys):
     assert main(["example", "--seconds", "20", "--search", "6", "--output", str(tmp_path)]) == 0
     printed, progress = capsys.readouterr()
     assert f"exidyn identify {tmp_path}/unloaded.mcap --payload {tmp_path}/loaded.mcap --mass 175" in progress
-    lines = [line.split() for line in printed.partition("Identified beside true")[2].splitlines() if line]
+    lines = [line.split() for line in printed.partition("Identified and true values")[2].splitlines() if line]
     gains = [line for line in lines if line[0] == "drive"]
     assert len(gains) == 6
     assert all(abs(float(line[-3])) < 3.0 for line in gains)  # % of truth; nominal is 10 % wrong

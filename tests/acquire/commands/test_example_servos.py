@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.examples.example_servos import CENTRE, MASS, TERMS
+from exidyn.acquire.examples.example_servos import CENTER, MASS, TERMS
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
@@ -37,7 +37,7 @@ def test_commands_and_positions_tell_the_servos_and_the_friction(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     assert main(["example", "servos", "--output", "."]) == 0
     assert "arm.xml" in capsys.readouterr().out
-    body = KnownPayload("L", known_parameters(MASS, CENTRE))
+    body = KnownPayload("L", known_parameters(MASS, CENTER))
     fit = identify([recorded("run"), recorded("loaded", body)])
     truth = read_model("truth.toml")
     np.testing.assert_allclose(fit.estimate.gain, truth.robot.drive_gain, rtol=0.1)
@@ -55,4 +55,4 @@ def test_the_file_is_not_the_arm_and_nothing_is_written_over(tmp_path, capsys):
     assert nominal.stated["Ia1"].value == 0.1
     assert truth.stated["Ia1"].value < 0.05
     assert main(["example", "servos", "--output", str(tmp_path)]) == 2
-    assert "is not written over" in capsys.readouterr().err
+    assert "is not overwritten" in capsys.readouterr().err

@@ -126,13 +126,13 @@ def test_several_bodies_have_a_run_each(robot, capsys):
     assert "to be run: unloaded, and with each of the bodies" in " ".join(capsys.readouterr().out.split())
     assert read_plan(output).payload_pair
     assert excite(robot, "--mass", "1", "2", "--com", "0", "0", "0.1")[0] == REFUSED
-    assert "2 masses and 1 centres" in capsys.readouterr().err
+    assert "2 masses and 1 centers of mass" in capsys.readouterr().err
 
 
 def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, capsys):
     (tmp_path / "cell.toml").write_text('[[obstacle]]\nname = "crate"\nbox = 0.3\n')
     assert excite(robot, "--cell", str(tmp_path / "cell.toml"))[0] == REFUSED
-    assert "obstacle 'crate': " in capsys.readouterr().err
+    assert "obstacle 'crate' cannot be checked: " in capsys.readouterr().err
 
 
 WRONG = {
@@ -145,7 +145,7 @@ WRONG = {
     "length": (["--length", "-2"], "length: -2 s"),
     "no trajectories": (["--trajectories", "0"], "trajectories: 0"),
     "seed": (["--seed", "-1"], "seed: -1"),
-    "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one a joint"),
+    "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one per joint"),
     "start NaN": (["--start", "nan"], "shoulder: start nan is outside"),
     "window alone": (["--window", "0.1"], "window is around the start pose"),
     "window NaN": (["--start", "0", "--window", "nan"], "shoulder: correction window"),
@@ -155,7 +155,7 @@ WRONG = {
     "payload NaN": (["--payload", "nan"], "payload: mass is nan kg"),
     "payload endless": (["--payload", "inf"], "payload: mass is inf kg"),
     "centre NaN": (["--payload", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
-    "centre without payload": (["--com", "0", "0", "0"], "--com is the centre"),
+    "centre without payload": (["--com", "0", "0", "0"], "--com is the center"),
     "focus": (["--focus", "Kr"], "no base parameter called 'Kr'"),
     "region": (["--region", "nowhere.toml"], "nowhere.toml"),
 }
@@ -191,10 +191,16 @@ def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --mass do not go together"),
-        (["--against", "rival.toml", "--shapes", "coulomb_friction"], "--against and --shapes do not go"),
-        (["--against", "rival.toml", "--kind", "poses"], "--kind poses and --against do not go"),
-        (["--joints", "elbow"], "--joints is for other kinds of run than 'best'"),
+        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --mass cannot be used together"),
+        (
+            ["--against", "rival.toml", "--shapes", "coulomb_friction"],
+            "--against and --shapes cannot be used together",
+        ),
+        (
+            ["--against", "rival.toml", "--kind", "poses"],
+            "--kind poses and --against cannot be used together",
+        ),
+        (["--joints", "elbow"], "--joints cannot be used with kind 'best'"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, words):

@@ -8,7 +8,7 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.fleet.source import Found, Source
+from exidyn.acquire.fleet.source import Source, SourceFile
 from exidyn.acquire.fleet.store import Row, Store
 from exidyn.acquire.fleet.work import identify_new, report_path
 from exidyn.identification.export import FORMATS
@@ -84,7 +84,7 @@ def test_pages_and_kinds_of_a_fleet(folder, tmp_path, name):
     recording = check_run({}, GAIN, [REFERENCE, REFERENCE], START)
     key = kind_key(replace(recording, model=renamed(recording.model, name)))
     assert (folder / f"{key}.json").resolve().parent == folder
-    store.write_run(Row("key", Found("run.mcap", name, 0, 0.0), datetime(2026, 1, 1, tzinfo=UTC), ""))
+    store.write_run(Row("key", SourceFile("run.mcap", name, 0, 0.0), datetime(2026, 1, 1, tzinfo=UTC), ""))
     assert all((folder / "runs") in path.parents for path in tmp_path.rglob("*.parquet"))
     assert [row["arm"] for row in store.index().values()] == [name]
 

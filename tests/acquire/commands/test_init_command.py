@@ -174,9 +174,7 @@ def test_joints_of_the_urdf_that_the_log_lacks_are_held(files, capsys):
     rows = np.column_stack(list(named.values()))
     np.savetxt("named.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
     assert main(["init", "named.csv", "--urdf", "arm.urdf"]) == 0
-    assert re.search(
-        r"held\s+still.*effort\s+of\s+them:\s+grip,\s+follow", capsys.readouterr().out, re.DOTALL
-    )
+    assert re.search(r"held\s+fixed.*their\s+effort:\s+grip,\s+follow", capsys.readouterr().out, re.DOTALL)
     assert read_model(files / "robot.toml").robot.joints == joints
     assert main(["import", "named.csv", "--robot", "robot.toml"]) == 0
     np.testing.assert_allclose(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.run_options import check_length
+from exidyn.acquire.arguments.run_options import check_duration
 from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
 from exidyn.acquire.commands.record_command import _clearances
 from exidyn.acquire.run.errors import NotAllowed
@@ -47,12 +47,12 @@ SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1,
         (["--output", "run.txt"], "recordings end in .mcap. Call it run.mcap"),
         (["--save", "there/run.rrd"], "there is no folder"),
         (["--serve", "nowhere"], "--serve nowhere"),
-        ([*SERVOS, "--yes"], f"only where {UNATTENDED}=yes"),
-        ([*SERVOS, "--plant", "kr270"], "feetech moves a real one"),
+        ([*SERVOS, "--yes"], f"only if {UNATTENDED}=yes"),
+        ([*SERVOS, "--plant", "kr270"], "feetech moves a real arm"),
         (["--current", "1", "2"], "--current has 2 values"),
         (["--tracking", "3600"], "with more than 59 degrees no stop of joint1 could act in time"),
         (["--com", "0", "0", "1"], "com given without --mass"),
-        (["--speed", "0.01"], "confirm a run of more than 1 h by --long"),
+        (["--speed", "0.01"], "confirm a run of more than 1 h with --long"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, more, words, capsys, tmp_path):
@@ -79,7 +79,7 @@ def test_a_temperature_that_no_winding_bears_is_refused(arguments, degrees, caps
         main([*arguments, "--temperature", degrees])
     assert ended.value.code == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert "no winding bears more than 180" in line or degrees == "inf"
+    assert "no winding withstands more than 180" in line or degrees == "inf"
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_temperature_that_no_winding_bears_is_refused(arguments, degrees, caps
     [(20.0, 1.0, False, ""), (20.0, 0.1, False, "200 s (3 min 20 s) at 10 %"), (400.0, 0.1, True, "4000 s")],
 )
 def test_the_length_of_a_run_is_stated_before_it_is_checked(planned, speed, long, stated, capsys):
-    check_length(planned, speed, long)
+    check_duration(planned, speed, long)
     printed = capsys.readouterr().err
     assert stated in printed
     assert len(printed.splitlines()) == bool(stated)
@@ -95,9 +95,9 @@ def test_the_length_of_a_run_is_stated_before_it_is_checked(planned, speed, long
 
 @pytest.mark.parametrize("speed", [1.0, 0.1])
 def test_a_run_of_more_than_an_hour_has_to_be_meant(speed):
-    check_length(3600.0 * speed, speed, False)
+    check_duration(3600.0 * speed, speed, False)
     with pytest.raises(NotAllowed, match=r"takes 3601 s \(60 min 1 s\)"):
-        check_length(3601.0 * speed, speed, False)
+        check_duration(3601.0 * speed, speed, False)
 
 
 def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):

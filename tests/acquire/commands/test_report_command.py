@@ -221,7 +221,7 @@ def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files,
     (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
     write_fit(fit(), tmp_path / "fit.json")
     page = Page(page_of(tmp_path, tmp_path, "fit.json", "diagnosis"))
-    assert "Fit with what was found" not in page.words
+    assert "Fit with findings" not in page.words
     assert not any(anchor.startswith("fit1") for anchor in headings(page))
 
 
@@ -272,17 +272,17 @@ def test_scores_survive_the_file(tmp_path):
     [
         (["missing.json"], "missing.json does not exist"),
         (["half.json"], "is not JSON, or was cut off"),
-        (["list.json"], "list.json is of no kind that a report is made of. Valid: fit.json"),
-        (["other.json"], "other.json is of no kind that a report is made of. Valid: fit.json"),
-        (["notes.md"], "notes.md is of no kind that a report is made of. Valid: fit.json"),
-        (["empty"], "empty holds nothing that a report is made of. Valid: fit.json"),
+        (["list.json"], "list.json is not a file for a report. Valid: fit.json"),
+        (["other.json"], "other.json is not a file for a report. Valid: fit.json"),
+        (["notes.md"], "notes.md is not a file for a report. Valid: fit.json"),
+        (["empty"], "empty contains no files for a report. Valid: fit.json"),
         (["bare.json"], "bare.json: key 'name' is missing"),
         (["late.json"], "late.json has format 9; this version reads 1"),
         (["nofit.json"], "nofit.json: key 'method' is missing"),
         (["flat.json"], "flat.json: mismatch[...]: expected object, got int"),
-        (["foreign.json"], "is of another diagnosis"),
+        (["foreign.json"], "belongs to another diagnosis"),
         (["diagnosis", "again/diagnosis.json"], "give one diagnosis at a time"),
-        (["fit.json", "hips.mcap"], "identify0 of hip, elbow: a report is of one arm"),
+        (["fit.json", "hips.mcap"], "identify0 has hip, elbow: a report is about one arm"),
     ],
 )
 def test_what_is_no_part_of_a_report_is_reported_in_one_line(names, message, files, tmp_path, capsys):

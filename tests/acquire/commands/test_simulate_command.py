@@ -51,7 +51,7 @@ def test_a_simulation_is_a_recording(folder, capsys):
     assert simulate() == 0
     printed, text = capsys.readouterr()
     assert "times real time" in printed
-    assert "farthest from its command: shoulder" in printed
+    assert "largest deviation from the command: shoulder" in printed
     assert "written: sim.mcap" in text
     run = read_recording("sim.mcap")
     assert set(run.signals) == {
@@ -137,7 +137,7 @@ def test_half_the_speed_takes_twice_the_time(folder):
     [
         (
             ["--stiffness", "1", "2", "3"],
-            "--stiffness has 3 values; expected one, or one for each of the 2 joints",
+            "--stiffness has 3 values; expected 1 value, or 1 per joint (2)",
         ),
         (["--backlash", "0.001"], "a gear with backlash needs a finite stiffness"),
         (["--payload", "gripper"], "no payload 'gripper'. Payloads of the model: tool"),
@@ -161,7 +161,7 @@ def test_a_plan_for_other_joints_is_refused(folder, capsys):
 def test_export_writes_and_reports_what_is_missing(folder, capsys):
     assert main(["export", "fit.json", "--to", "urdf", "-o", "arm.urdf"]) == 0
     printed, text = capsys.readouterr()
-    assert printed.startswith("urdf: not in it\n  - ")
+    assert printed.startswith("urdf cannot represent:\n  - ")
     assert "friction_asymmetry: up to" in printed
     assert text == "written: arm.urdf\n"
     assert (folder / "arm.urdf").read_text().startswith('<?xml version="1.0"?>')
@@ -169,7 +169,7 @@ def test_export_writes_and_reports_what_is_missing(folder, capsys):
 
 def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
     assert main(["export", "fit.json", "--to", "toml"]) == 0
-    assert capsys.readouterr().out == "toml: everything is in it\n"
+    assert capsys.readouterr().out == "toml represents everything\n"
     back = parse_model((folder / "two_joints-export.toml").read_text())
     np.testing.assert_allclose(back.nominal_values, identified(fit()).nominal_values, rtol=1e-9, atol=1e-9)
 
@@ -182,7 +182,7 @@ def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
         if form == "parquet":
             pytest.importorskip("pyarrow")
         assert main(["export", "sim.mcap", "--to", form]) == 0
-        assert f"{form}: not in it\n  - the robot and its nominal values" in capsys.readouterr().out
+        assert f"{form} cannot represent:\n  - the robot and its nominal values" in capsys.readouterr().out
         assert main(["import", f"sim-export.{form}", "--robot", "robot.toml", "-o", f"{form}.mcap"]) == 0
         back = read_recording(f"{form}.mcap")
         for name, signal in run.signals.items():
@@ -193,5 +193,5 @@ def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
 def test_export_does_not_write_over_its_source(folder, capsys):
     before = (folder / "robot.toml").read_text()
     assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED
-    assert "--output would write over what is read; name another" in capsys.readouterr().err
+    assert "--output would overwrite a file that is read; name another" in capsys.readouterr().err
     assert (folder / "robot.toml").read_text() == before

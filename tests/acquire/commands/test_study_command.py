@@ -38,8 +38,8 @@ def folder(tmp_path, monkeypatch):
     ("more", "words"),
     [
         (["--from", "nowhere"], "no recordings there"),
-        (["--from", ".", "--plant", "truth.toml"], "leave one of them out"),
-        (["--driver", "kuka_rsi", "--plant", "truth.toml"], "kuka_rsi moves a real one"),
+        (["--from", ".", "--plant", "truth.toml"], "omit one of them"),
+        (["--driver", "kuka_rsi", "--plant", "truth.toml"], "kuka_rsi moves a real arm"),
         (["--com", "0", "0", "1"], "com given without --mass"),
     ],
 )

@@ -229,7 +229,7 @@ def test_traces_that_were_cut_off_are_refused(files, tmp_path, capsys):
     shutil.copy(files / "diagnosis.json", tmp_path)
     (tmp_path / NAME).write_bytes((files / NAME).read_bytes()[:2000])
     assert main(["view", str(tmp_path / "diagnosis.json"), "-o", str(tmp_path / "view.rrd")]) == REFUSED
-    assert "is no file of traces, or was cut off" in capsys.readouterr().err
+    assert "is not a file of traces, or was cut off" in capsys.readouterr().err
 
 
 def test_traces_are_those_of_the_evidence(files):

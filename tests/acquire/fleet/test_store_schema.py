@@ -26,7 +26,7 @@ def test_a_store_is_read(store):
 def test_a_file_that_is_no_table_is_named(store, name):
     path = next(iter([store.folder / CHANGES] if name == CHANGES else store.runs.rglob("*.parquet")))
     path.write_bytes(b"no table")
-    with pytest.raises(NotAFile, match=rf"{path.name}: .*Remove that file; exidyn fleet then makes it anew"):
+    with pytest.raises(NotAFile, match=rf"{path.name}: .*Remove that file; exidyn fleet then recreates it"):
         store.changes(kept_files.ARM) if name == CHANGES else store.index()
 
 

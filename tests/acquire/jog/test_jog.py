@@ -14,8 +14,8 @@ from exidyn.acquire.arguments import run_options
 from exidyn.acquire.arguments.exit_codes import DONE, WRONG
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
-from exidyn.acquire.jog.effort import flange_way
-from exidyn.acquire.jog.there_and_back import SHARE, TURN, Way, run_limits, there_and_back
+from exidyn.acquire.jog.effort import flange_travel
+from exidyn.acquire.jog.there_and_back import SHARE, TURN, Travel, run_limits, there_and_back
 from exidyn.acquire.run.stopping import watch
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identification.effects import CoulombFriction, RigidBody
@@ -118,7 +118,7 @@ def test_wrong_encoders_are_reported(faults, value, expected, capsys):
     ("factor", "expected", "words"),
     [
         (-1.0, [FRICTION, GRAVITY], "the sign of drive gain or current"),
-        (0.5, [GRAVITY], "0.50 of the nominal one"),
+        (0.5, [GRAVITY], "0.50 of the nominal torque"),
         (2.0, [GRAVITY], "2.0"),
     ],
 )
@@ -180,13 +180,13 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
         (["--joint", "elbow"], "no joint 'elbow'. Valid joints: joint1, joint2"),
         (["--joint", "0"], "numbers 1 to 6"),
         (["--joint", "7"], "no joint '7'"),
-        (["--joint", "2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg either way"),
+        (["--joint", "2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg in either direction"),
         (["--joint", "2", "--degrees", "0"], "0 deg; a jog goes up to 10 deg"),
         (["--joint", "2", "--mm", "5"], "joint2 is revolute: give the distance with --degrees"),
         (["--joint", "2", "--com", "0", "0", "1"], "com given without --mass"),
         (["--joint", "2", "--current", "1", "2"], "--current has 2 values"),
         (["--joint", "2", "-o", "run.txt"], "recordings end in .mcap"),
-        (["--joint", "2", "--driver", "feetech", "--plant", "kr270"], "feetech moves a real one"),
+        (["--joint", "2", "--driver", "feetech", "--plant", "kr270"], "feetech moves a real arm"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, words, capsys, tmp_path):
@@ -263,7 +263,7 @@ def test_a_person_reads_where_it_goes_and_what_is_in_order(capsys):
 
 def test_the_motion_is_slow_and_ends_where_it_began():
     robot = read_model("cobot").robot
-    way = Way.of(robot, 2, np.radians(10.0))
+    way = Travel.of(robot, 2, np.radians(10.0))
     here = np.zeros(6)
     states = there_and_back(here, way, run_limits(robot), 0.004).every(0.004)
     assert np.abs(states.velocity).max() <= TURN + 1e-12
@@ -272,7 +272,7 @@ def test_the_motion_is_slow_and_ends_where_it_began():
     slow = replace(
         robot, limits=replace(robot.limits, velocity=np.full(6, 0.1), velocity_lower=np.full(6, -0.1))
     )
-    assert Way.of(slow, 2, 0.01).speed == pytest.approx(SHARE * 0.1)
+    assert Travel.of(slow, 2, 0.01).speed == pytest.approx(SHARE * 0.1)
 
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
@@ -291,9 +291,9 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
 
     def slow(*arguments):
         time.sleep(2.5)
-        return flange_way(*arguments)
+        return flange_travel(*arguments)
 
-    monkeypatch.setattr(jog_command, "flange_way", slow)
+    monkeypatch.setattr(jog_command, "flange_travel", slow)
     _, output, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
     assert output["stop"] == "none", output["text"]
 
@@ -338,4 +338,4 @@ def test_a_controller_that_only_reports_is_not_jogged(tmp_path, capsys):
         assert (
             main(["jog", "--robot", "cobot", "--controller", str(path), "--joint", "2", "--yes"]) == REFUSED
         )
-    assert "only listened to" in capsys.readouterr().err
+    assert "the controller only sends" in capsys.readouterr().err

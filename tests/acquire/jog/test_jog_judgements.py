@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire.jog.effort import flange_way, torque_at_rest
+from exidyn.acquire.jog.effort import flange_travel, torque_at_rest
 from exidyn.acquire.jog.judgements import Verdict, judge
-from exidyn.acquire.jog.there_and_back import Course, Way, run_limits, there_and_back
+from exidyn.acquire.jog.there_and_back import Course, Travel, run_limits, there_and_back
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.run_parts import MODEL, ROBOT
@@ -15,7 +15,7 @@ from ...parts.runs.run_parts import MODEL, ROBOT
 pytestmark = pytest.mark.clocked(patient=True)
 
 HERE = np.radians([0.0, -126.0, -64.0, -72.0, -72.0, -72.0])
-WAY = Way.of(ROBOT, 1, np.radians(2.0))
+WAY = Travel.of(ROBOT, 1, np.radians(2.0))
 COUPLING = np.eye(6)
 COUPLING[4, 3], COUPLING[5, 3:5] = 0.2, (0.3, -0.1)
 UNCOUPLED = read_model("kr270")
@@ -51,7 +51,7 @@ def test_friction_and_gravity_are_distinguished_as_they_are():
 
 @pytest.mark.parametrize("joint", [3, 4, 5])
 def test_torques_of_a_coupled_wrist_are_as_its_drives_feel_them(joint):
-    way = Way.of(COUPLED.robot, joint, np.radians(-2.0))
+    way = Travel.of(COUPLED.robot, joint, np.radians(-2.0))
     here = np.array([0.0, -1.0, 0.5, 0.3, 1.0, 0.2])
     for torque in (False, True):
         text = judge(course(COUPLED, way, here, friction=1.0, noise=0.01, torque=torque), way, COUPLED)
@@ -67,7 +67,7 @@ def test_one_that_goes_to_each_command_in_a_step_is_not_judged_by_its_current():
     slow = replace(stepping, velocity=0.6 * stepping.speed)
     friction = found(judge(slow, WAY, MODEL), "friction with the motion")
     assert friction.verdict is Verdict.UNKNOWN
-    assert "at 0.60 of the commanded speed there and 0.60 back" in friction.text
+    assert "is 0.60 of the commanded speed there and 0.60 back" in friction.text
 
 
 def test_a_speed_that_is_measured_in_coarse_steps_is_no_other_speed():
@@ -93,7 +93,7 @@ def test_friction_that_could_be_another_each_way_leaves_small_gravity_open():
 
 def test_a_wrong_zero_is_seen_from_the_angle_on_that_is_reported():
     """Within it gravity would be as measured; well beyond it, it is not."""
-    way = Way.of(ROBOT, 1, np.radians(-2.0))
+    way = Travel.of(ROBOT, 1, np.radians(-2.0))
     zero = found(judge(course(way=way), way, MODEL), "encoder zero")
     assert "+" in zero.text
     angle = float(zero.text.split("+")[1].split()[0])
@@ -124,8 +124,8 @@ def test_one_that_was_stopped_early_shows_nothing():
 
 def test_the_flange_goes_where_the_geometry_states():
     """The first joint of the cobot turns about the vertical."""
-    way = Way.of(ROBOT, 0, np.radians(10.0))
-    flange = flange_way(ROBOT, HERE, way)
+    way = Travel.of(ROBOT, 0, np.radians(10.0))
+    flange = flange_travel(ROBOT, HERE, way)
     assert flange.axis == pytest.approx([0.0, 0.0, 1.0])
     assert flange.moved[2] == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(flange.moved) > 0.1

@@ -122,7 +122,7 @@ def test_without_a_robot_positions_are_radians(tmp_path, capsys):
     ("arguments", "words"),
     [
         ([], "driver mock: the settings list no joints"),
-        ([], "Name the arm with --robot, and what moves it with --controller"),
+        ([], "Name the arm with --robot, and its controller with --controller"),
         (["--controller", "none.toml"], "none.toml"),
         (["--robot", "nothing"], "nothing"),
         (["--driver", "nothing"], "nothing"),

@@ -1,11 +1,11 @@
-"""Colour is for people at a terminal: none in pipes, and none where it is not wanted."""
+"""Color is for people at a terminal: none in pipes, and none where it is not wanted."""
 
 import io
 import re
 
 import pytest
 
-from exidyn.acquire.terminal.json_output import coloured
+from exidyn.acquire.terminal.json_output import colored
 
 PAGE = "\n".join(
     [
@@ -31,7 +31,7 @@ def _environment(monkeypatch):
 
 
 def test_a_terminal_gets_headings_bold_and_what_is_wrong_red():
-    shown = coloured(PAGE, Terminal())
+    shown = colored(PAGE, Terminal())
     assert "\x1b[1mVerdict\x1b[0m\n" in shown
     assert "\x1b[31mMore than noise is left on joint2\x1b[0m" in shown
     assert "\x1b[32mNothing is missing\x1b[0m on joint3" in shown
@@ -43,8 +43,8 @@ def test_a_terminal_gets_headings_bold_and_what_is_wrong_red():
 @pytest.mark.parametrize(("name", "value"), [("NO_COLOR", "1"), ("TERM", "dumb")])
 def test_who_wants_none_gets_none(monkeypatch, name, value):
     monkeypatch.setenv(name, value)
-    assert coloured(PAGE, Terminal()) == PAGE
+    assert colored(PAGE, Terminal()) == PAGE
 
 
 def test_a_pipe_gets_none():
-    assert coloured(PAGE, io.StringIO()) == PAGE
+    assert colored(PAGE, io.StringIO()) == PAGE

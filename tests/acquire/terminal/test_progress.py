@@ -28,21 +28,23 @@ def line(*stages, skipped=0):
 
 
 def test_it_states_how_far_the_motion_has_got_and_how_to_stop_it():
-    assert line(APPROACHING) == "approaching; cycles missed: 0; Ctrl-C brakes"
-    assert line(*[RUNNING] * 751, skipped=1) == "running 1.5 of 10.0 s; cycles missed: 751; Ctrl-C brakes"
+    assert line(APPROACHING) == "approaching; cycles missed: 0; Ctrl-C stops the arm"
+    assert (
+        line(*[RUNNING] * 751, skipped=1) == "running 1.5 of 10.0 s; cycles missed: 751; Ctrl-C stops the arm"
+    )
 
 
-def test_while_it_holds_there_is_nothing_to_brake():
+def test_while_it_holds_there_is_nothing_to_stop():
     assert line(RUNNING, HOLDING) == "holding 0.0 of 10.0 s; cycles missed: 0"
 
 
 def test_the_time_left_follows_from_the_speed_until_now():
     found = Line(10.0)
-    assert found.left(100.0) == ""
+    assert found.time_left(100.0) == ""
     for number in range(1251):  # of 2 ms
         found.add(SAMPLE, body(cycle(number, stage=RUNNING)))
-    assert found.left(100.0) == ""
-    assert found.left(105.0) == "; about 15 s left"
+    assert found.time_left(100.0) == ""
+    assert found.time_left(105.0) == "; about 15 s left"
 
 
 def test_the_end_of_the_run_is_its_end():

@@ -32,21 +32,21 @@ def clock(monkeypatch):
 def test_the_time_left_follows_from_the_stages_that_are_over(clock, capsys):
     watch = Stopwatch(SHARES)
     watch(StageText("read", "read the files"))
-    assert math.isnan(watch.left(1.0)[1])
+    assert math.isnan(watch.time_left(1.0)[1])
     clock[0] = 10.0
     watch(StageText("fit", "fit all joints"))
-    assert watch.left(10.0) == pytest.approx((0.25, 30.0))
-    assert watch.left(20.0) == pytest.approx((0.5, 20.0))
+    assert watch.time_left(10.0) == pytest.approx((0.25, 30.0))
+    assert watch.time_left(20.0) == pytest.approx((0.5, 20.0))
     clock[0] = 18.0
     watch("a sentence inside the stage")
-    assert watch.left(20.0) == pytest.approx((0.5, 20.0))
-    assert watch.left(1e4)[0] == pytest.approx(0.25 + 0.5 * NEARLY)  # it took longer, and is not over
+    assert watch.time_left(20.0) == pytest.approx((0.5, 20.0))
+    assert watch.time_left(1e4)[0] == pytest.approx(0.25 + 0.5 * NEARLY)  # it took longer, and is not over
 
 
 def test_the_time_left_of_work_that_is_given_its_time(clock):
     watch = Stopwatch(seconds=40.0)
-    assert watch.left(10.0) == pytest.approx((0.25, 30.0))
-    done, left = watch.left(50.0)
+    assert watch.time_left(10.0) == pytest.approx((0.25, 30.0))
+    done, left = watch.time_left(50.0)
     assert done == NEARLY
     assert math.isnan(left)  # what comes after it is unknown
 

@@ -190,7 +190,7 @@ def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
     empty, full = write(folder, *runs)
     text = refused(["identify", empty, "--payload", full], capsys)
     assert "gives the mass of the payload" in text
-    assert "Add --mass KG behind it, or state the drives" in text
+    assert "Add --mass KG after this --payload, or state the drive gains" in text
     text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
     assert "com given without --mass" in text
     [silent] = write(folder, replace(runs[1], payload=KnownPayload("L")))
@@ -286,7 +286,7 @@ def test_several_runs_in_one_file_are_refused(folder, capsys):
     write_case(folder / "case")
     text = refused(["import", "case", "-o", "one.mcap"], capsys)
     assert text.startswith(
-        "exidyn: case holds 2 runs (small/run, small/again), and --output one.mcap is one "
+        "exidyn: case contains 2 runs (small/run, small/again), but --output one.mcap is one "
     )
     assert text.endswith("Name a folder: --output one")
     assert not (folder / "one.mcap").exists()

@@ -194,7 +194,7 @@ def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
         runs.append(replace(one, signals={**one.signals, "position": Signal(time, turning)}))
     assert main(["compare", *write(tmp_path, *runs)]) == 0
     page = " ".join(capsys.readouterr().out.split())
-    assert "4.00 s further, since the motion repeats itself; state how far apart the clocks are" in page
+    assert "4.00 s further, since the motion repeats itself; state the offset of the clocks" in page
 
 
 @pytest.mark.parametrize(

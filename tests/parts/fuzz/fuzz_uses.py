@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from exidyn.acquire.files.given_runs import read_arm
-from exidyn.acquire.files.report_files import found_files
-from exidyn.acquire.files.report_material import material
+from exidyn.acquire.files.report_files import find_files
+from exidyn.acquire.files.report_material import read_material
 from exidyn.acquire.fleet.analysis import learned_of
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import last_runs, left_out, not_whole, report_path
@@ -38,7 +38,7 @@ def export(path: Path) -> None:
 
 def report(path: Path) -> None:
     """As `exidyn report` does; of a fit the text page too."""
-    joined_html(material(found_files([path]), [], None, lambda _: None))
+    joined_html(read_material(find_files([path]), [], None, lambda _: None))
     if path.name == "fit.json":
         summary(read_fit(path))
 
