@@ -39,7 +39,7 @@ from ..arguments.run_options import DRIVING, STOPS, body_of, check_length, facts
 from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
-from ..run.before import Checked, StartRules, checked, require_clear
+from ..run.before import CheckedPlan, StartRules, check_plan, require_clear
 from ..run.perform import Job, Outcome
 from ..run.pipe import PipeSink
 from ..run.recorder import require_free
@@ -102,7 +102,7 @@ def record_command(given: Namespace) -> int:
     payload = body_of(given)
     plan = read_plan(given.plan)
     check_length(plan.trajectory.duration, given.speed, given.long)
-    ready = checked(plan, read_model(given.robot), given.speed, payload)
+    ready = check_plan(plan, read_model(given.robot), given.speed, payload)
     name, settings = read_controller(given.controller, given.driver, given.set)
     if not given.dry_run:
         require_mock(given, name)
@@ -149,12 +149,14 @@ def record_command(given: Namespace) -> int:
     return code_of(outcome)
 
 
-def _cycle(driver: Driver, ready: Checked) -> float:
+def _cycle(driver: Driver, ready: CheckedPlan) -> float:
     """Between commands [s]; a controller that states none has that of the plan."""
     return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
-def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None, run: str) -> Callable[[], Plant]:
+def _plant(
+    given: Namespace, ready: CheckedPlan, payload: KnownPayload | None, run: str
+) -> Callable[[], Plant]:
     """What makes the arm of the mock for a run, standing where the motion begins."""
 
     def make() -> Plant:
@@ -172,7 +174,7 @@ def _plant(given: Namespace, ready: Checked, payload: KnownPayload | None, run: 
     return make
 
 
-def _job(given: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) -> Job:
+def _job(given: Namespace, ready: CheckedPlan, clearances: tuple[Clearance, ...]) -> Job:
     robot = ready.model.robot
     start = StartRules(approach=given.approach, clearances=clearances)
     watch, current = stops_of(given, robot)
