@@ -41,7 +41,7 @@ from ..jog.there_and_back import (
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.before import StartRules
 from ..run.errors import NotAllowed, print_line
-from ..run.perform import FEWEST, LISTEN, Job, Outcome
+from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job, Outcome
 from ..run.recorder import require_free
 from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
@@ -203,11 +203,11 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     held = driver.held()
     if held is not None:
         return held
-    count = max(round(LISTEN / info.cycle), FEWEST)
-    received = np.array([checked(driver.exchange(None)).position for _ in range(count)])
-    known = np.isfinite(received).any(axis=0)
-    position = np.full(received.shape[1], np.nan)
-    position[known] = np.nanmedian(received[:, known], axis=0)
+    count = max(round(LISTEN_TIME / info.cycle), MIN_SAMPLES)
+    seen = np.array([checked(driver.exchange(None)).position for _ in range(count)])
+    known = np.isfinite(seen).any(axis=0)
+    position = np.full(seen.shape[1], np.nan)
+    position[known] = np.nanmedian(seen[:, known], axis=0)
     return position
 
 

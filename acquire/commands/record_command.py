@@ -47,7 +47,7 @@ from ..arguments.run_options import (
 from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
-from ..run.before import Checked, StartRules, checked, require_clear
+from ..run.before import CheckedPlan, StartRules, check_plan, require_clear
 from ..run.perform import Job, Outcome
 from ..run.pipe import PipeSink
 from ..run.recorder import require_free
@@ -110,7 +110,7 @@ def record_command(args: Namespace) -> int:
     payload = payload_of(args)
     plan = read_plan(args.plan)
     check_duration(plan.trajectory.duration, args.speed, args.long)
-    ready = checked(plan, read_model(args.robot), args.speed, payload)
+    ready = check_plan(plan, read_model(args.robot), args.speed, payload)
     name, settings = read_controller(args.controller, args.driver, args.set)
     if not args.dry_run:
         require_mock(args, name)
@@ -157,12 +157,14 @@ def record_command(args: Namespace) -> int:
     return code_of(outcome)
 
 
-def _cycle(driver: Driver, ready: Checked) -> float:
+def _cycle(driver: Driver, ready: CheckedPlan) -> float:
     """Time between commands [s], by the controller's settings or else by the plan."""
     return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
-def _plant(args: Namespace, ready: Checked, payload: KnownPayload | None, run: str) -> Callable[[], Plant]:
+def _plant(
+    args: Namespace, ready: CheckedPlan, payload: KnownPayload | None, run: str
+) -> Callable[[], Plant]:
     """A function that makes the mock's arm, at the start of the motion."""
 
     def make() -> Plant:
@@ -180,7 +182,7 @@ def _plant(args: Namespace, ready: Checked, payload: KnownPayload | None, run: s
     return make
 
 
-def _job(args: Namespace, ready: Checked, clearances: tuple[Clearance, ...]) -> Job:
+def _job(args: Namespace, ready: CheckedPlan, clearances: tuple[Clearance, ...]) -> Job:
     robot = ready.model.robot
     start = StartRules(approach=args.approach, clearances=clearances)
     watch, current = stop_limits(args, robot)

@@ -74,7 +74,7 @@ def run_head(
         settings={name: text for name, text in settings.items() if text},
         warnings=info.warnings,
         state=info.state,
-    ).written()
+    ).prepare_frame()
     return lambda sample: head_at(sample.host_time, sample.controller_time)
 
 

@@ -27,7 +27,7 @@ VALID = (
     "(.mcap, .csv, case folder), or folders of these"
 )
 FORMAT = 1
-"""Of the JSON file of a comparison."""
+"""Format number of the JSON file of a comparison."""
 
 
 class ReportFile(NamedTuple):

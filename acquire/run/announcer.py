@@ -1,6 +1,6 @@
-"""Announcer: prints what a person must know during a run, as it happens, and reports a blocked loop.
+"""Announcer: prints what a person must know during a run, and reports a blocked loop.
 
-It prints from its own thread, so a slow terminal, or one that was stopped (Ctrl-S), does not delay the loop.
+It prints from its own thread, so a slow or stopped (Ctrl-S) terminal does not delay the loop.
 """
 
 import time
@@ -12,57 +12,57 @@ from threading import Thread
 from .realtime import yield_to_the_loop
 
 BLOCKED = 0.5
-"""Time without a cycle after which a person is told [s]: more than twice the watchdog of most drives (0.2 s),
-so that the arm should have stopped by itself."""
+"""Time without a cycle after which the loop is reported as blocked [s]: more than twice the watchdog of most
+drives (0.2 s), so the drives should have stopped the arm by then."""
 LOOK = 0.1
-"""Time between looks at the loop [s]."""
+"""Time between checks of the loop [s]."""
 FINISH = 1.0
-"""Longest wait for the last texts [s]; a stopped terminal never prints them."""
+"""Maximum wait for the last texts [s]; a stopped terminal never prints them."""
 
 
 class Silent:
-    """Prints nothing: for runs without a person."""
+    """Prints nothing; for runs that nobody watches."""
 
     def say(self, text: str) -> None:
         """Queue a text for printing; never waits."""
 
-    def come_round(self) -> None:
+    def begin_cycle(self) -> None:
         """Note that the loop begins a cycle."""
 
-    def leave(self) -> None:
-        """Note that the loop has ended; it is no longer watched."""
+    def stop_watching(self) -> None:
+        """Note that the loop has ended."""
 
 
 class Announcer(Silent):
-    """Prints texts in order; a context manager that prints the remaining texts at its end.
+    """Prints texts in order; a context manager that prints the remaining texts on exit.
 
     Args:
-        show: Prints a text.
+        show: Function that prints a text.
         blocked: Text to print when the loop is blocked.
     """
 
     def __init__(self, show: Callable[[str], None], blocked: str) -> None:
         self._show, self._blocked = show, blocked
         self._texts = SimpleQueue[str | None]()
-        self._round: float | None = None
-        self._told = False
+        self._cycle_start: float | None = None
+        self._reported = False
         self._thread = Thread(target=self._print, name="announcer", daemon=True)
         self._thread.start()
 
     def say(self, text: str) -> None:
         self._texts.put(text)
 
-    def come_round(self) -> None:
-        self._round = time.monotonic()
+    def begin_cycle(self) -> None:
+        self._cycle_start = time.monotonic()
 
-    def leave(self) -> None:
-        self._round = None
+    def stop_watching(self) -> None:
+        self._cycle_start = None
 
     def __enter__(self) -> "Announcer":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.leave()
+        self.stop_watching()
         self._texts.put(None)
         self._thread.join(FINISH)
 
@@ -72,20 +72,20 @@ class Announcer(Silent):
             try:
                 text = self._texts.get(timeout=LOOK)
             except Empty:
-                self._look()
+                self._check_loop()
                 continue
             if text is None:
                 return
             self._print_text(text)
 
     def _print_text(self, text: str) -> None:
-        with suppress(OSError, ValueError):  # a terminal that is gone; the run goes on, and so do later texts
+        with suppress(OSError, ValueError):  # the terminal is gone; the run and later texts continue
             self._show(text)
 
-    def _look(self) -> None:
-        """Report a blocked loop, once each time."""
-        begun = self._round
-        blocked = begun is not None and time.monotonic() - begun > BLOCKED
-        if blocked and not self._told:
+    def _check_loop(self) -> None:
+        """Report a blocked loop, once per blockage."""
+        start = self._cycle_start
+        blocked = start is not None and time.monotonic() - start > BLOCKED
+        if blocked and not self._reported:
             self._print_text(self._blocked)
-        self._told = blocked
+        self._reported = blocked

@@ -1,4 +1,4 @@
-"""The arm that a driver gets, and the simulated ones that the mock drives."""
+"""Drivers with their arms, and the simulated arms that the mock driver moves."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -16,17 +16,17 @@ from exidyn.identification.simulation.plant import typical_plant
 
 from .errors import explained_if_slow
 
-SHARE = 0.3
-"""Of its range at which each joint stands [-]: half-way most arms point up, and gravity has little effect."""
+RANGE_SHARE = 0.3
+"""Share of its range where each joint stands [-]: halfway, most arms point up, where gravity does little."""
 
 
 def make_driver(
     name: str, settings: Mapping[str, Any], robot: Robot, plant: Callable[[], Plant] | None = None
 ) -> Driver:
-    """A driver that is not open yet.
+    """Create a driver without opening it.
 
     Raises:
-        DriverError: An unknown driver, or settings that it cannot have.
+        DriverError: If there is no such driver, or its settings are invalid.
     """
     limits = robot.limits
     arm = Arm(robot.joints, limits.position_lower, limits.position_upper, limits.velocity, plant)
@@ -34,32 +34,32 @@ def make_driver(
 
 
 def noise_seed(seed: int, run: str) -> int:
-    """Seed of the noise of one run, by its name: two runs of an arm are two draws, and each can be repeated.
+    """Seed of the noise of a run, derived from its name, so that runs differ and each can be repeated.
 
-    Runs with the same noise do not average it: what is fitted to them would seem more certain than it is.
+    Runs with the same noise do not average it, and would make estimates seem more certain than they are.
     """
     return crc32(f"{seed} {run}".encode())
 
 
 def standing_pose(robot: Robot) -> np.ndarray:
-    """Where the simulated arm stands, shape (n,) [rad] or [m]; joints without limits have half a turn."""
+    """Position of the simulated arm, shape (n,) [rad] or [m]; a missing limit counts as half a turn."""
     lower = np.where(np.isfinite(robot.limits.position_lower), robot.limits.position_lower, -np.pi)
     upper = np.where(np.isfinite(robot.limits.position_upper), robot.limits.position_upper, np.pi)
-    pose: np.ndarray = lower + SHARE * (upper - lower)
+    pose: np.ndarray = lower + RANGE_SHARE * (upper - lower)
     return pose
 
 
 def standing_arm(nominal: Robot, real: Model, seed: int = 0, payload: str = "") -> Callable[[], Plant]:
-    """What makes the arm of the mock: the real one with a body by name, at `standing_pose` of the nominal."""
+    """Factory of the mock's arm: the real model with a named payload, at the nominal `standing_pose`."""
     return lambda: simulated_arm(real, standing_pose(nominal), seed=seed, payload=payload)
 
 
 def simulated_arm(model: Model, start: np.ndarray, *, seed: int = 0, payload: str = "") -> Plant:
-    """`typical_plant`; see `explained_if_slow`."""
+    """Create a `typical_plant`, and explain to the user if this is slow."""
     with explained_if_slow():
         return typical_plant(model, start, seed=seed, payload=payload)
 
 
 def with_body(model: Model, body: KnownPayload | None) -> Model:
-    """The model with what hangs on its flange."""
+    """The model with its payload, if any."""
     return model if body is None else model + Payload(body.name, body.known)

@@ -1,4 +1,4 @@
-"""Before: whether a robot may run a plan, whether that can begin where the arm stands, and the way there."""
+"""Checks before a run: whether a robot may run a plan and start where it stands, and the approach."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,23 +21,22 @@ from exidyn.trajectories.trajectory import Trajectory
 from .arms import with_body
 from .errors import CannotStart, NotAllowed
 from .player import Player
-from .stopping.stop import UnitOf, turning
+from .stopping.stop import UnitOf, revolute_unit
 
 NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
 RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedPlan:
     """A plan that this robot may run.
 
     Attributes:
-        plan: At the speed at which it is to be played, its limits no wider than the robot's.
-        model: The robot with what it carries.
-        limits: The robot's; those that are not given as the planner assumes them, or as the motion uses them.
-        torque: Torque of the motion by the nominal model.
-        warnings: What was edited in its file, and what may be different than when it was planned, a sentence
-            each.
+        plan: Plan at playback speed; its limits are no wider than the robot's.
+        model: Robot with its payload.
+        limits: Limits of the robot; missing ones are those that the planner assumes or the motion needs.
+        torque: Torque of the motion, computed with the nominal model.
+        warnings: Sentences about edits in the plan's file and about differences since it was planned.
     """
 
     plan: Plan
@@ -47,13 +46,15 @@ class Checked:
     warnings: tuple[str, ...]
 
 
-def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None) -> Checked:
-    """The plan at a share of its speed [-], if the robot at hand may run it with what it carries.
+def check_plan(
+    plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload | None = None
+) -> CheckedPlan:
+    """Check that a robot may run a plan at a share of its speed [-] and with its payload.
 
-    Limits are those of the robot at hand; the plan's file can only narrow them.
+    The limits are those of this robot; the plan's file can only narrow them.
 
     Raises:
-        NotAllowed: It is for another robot, or goes beyond the limits of this one.
+        NotAllowed: If the plan is for another robot or exceeds a limit of this one.
     """
     different = robot_differences(plan, model.robot)
     if different:
@@ -61,37 +62,39 @@ def checked(plan: Plan, model: Model, speed: float = 1.0, payload: KnownPayload 
             f"{model.robot.name} must not run a plan for {plan.robot}: {some(different)}. Plan it again"
         )
     warnings = (*file_warnings(plan, model.robot), *model_differences(plan, model))
-    held = within(plan, model.robot)
-    slowed = held if speed == 1.0 else replace(held, trajectory=Slowed(plan.trajectory, speed))
-    # A pair is run twice, each run by itself; the torque of this run is that with its own payload.
+    limited = within(plan, model.robot)
+    slowed = limited if speed == 1.0 else replace(limited, trajectory=Slowed(plan.trajectory, speed))
+    # The two runs of a pair are checked separately: this one needs the torque with its own payload only.
     single = replace(slowed, payload_pair=bool(payload))
     carrying = with_body(model, payload)
     torque = nominal_torque(single, carrying)
     beyond = violations(single, torque)
     if beyond:
         raise NotAllowed(
-            f"the plan{', edited by hand,' if plan.edited else ''} goes beyond the limits of "
-            f"{_whose(plan, model.robot)}: {some(beyond)}. Plan it again, or play it slower "
+            f"the plan{', edited by hand,' if plan.edited else ''} exceeds the limits of "
+            f"{_limits_owner(plan, model.robot)}: {some(beyond)}. Plan it again, or play it slower "
             "(exidyn record --speed)"
         )
-    return Checked(slowed, carrying, _finite(model.robot, slowed.trajectory), torque, warnings)
+    return CheckedPlan(slowed, carrying, _finite_limits(model.robot, slowed.trajectory), torque, warnings)
 
 
-def _whose(plan: Plan, robot: Robot) -> str:
-    """Whose limits were checked: the robot's, and those that the plan's file narrows."""
+def _limits_owner(plan: Plan, robot: Robot) -> str:
+    """Names the owner of the limits: the robot, and the plan's file if it narrows them."""
     narrower = narrowed(plan, robot)
     return robot.name + (f" and of its own file, narrower in {some(narrower)}" if narrower else "")
 
 
-def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
-    """Refuse a motion that touches something, or leaves a region.
+def require_clear(ready: CheckedPlan, clearances: Sequence[Clearance]) -> None:
+    """Refuse a motion that collides or leaves its region.
 
     Raises:
-        NotAllowed: With where, and how deep.
+        NotAllowed: If it does; the message says where, when and how deep.
     """
     nearest = [clearance.worst(ready.plan.trajectory) for clearance in clearances]
     touching = [
-        f"{one.name} by {-1e3 * one.distance:.0f} mm at {one.time:.1f} s" for one in nearest if one.collides
+        f"{worst.name} by {-1e3 * worst.distance:.0f} mm at {worst.time:.1f} s"
+        for worst in nearest
+        if worst.collides
     ]
     if touching:
         raise NotAllowed(
@@ -99,11 +102,11 @@ def require_clear(ready: Checked, clearances: Sequence[Clearance]) -> None:
         )
 
 
-def _finite(robot: Robot, motion: Trajectory) -> Limits:
-    """The robot's limits; those not given as assumed, but no less than what the motion uses."""
-    given, assumed = robot.limits, usable(robot, NO_MARGIN).limits
+def _finite_limits(robot: Robot, motion: Trajectory) -> Limits:
+    """The robot's limits; missing ones are as the planner assumes, or as the motion needs."""
+    limits, assumed = robot.limits, usable(robot, NO_MARGIN).limits
     extremes = motion.extremes()
-    found: dict[str, np.ndarray] = {}
+    finite: dict[str, np.ndarray] = {}
     for name in RATES:
         used = getattr(extremes, name.removesuffix("_lower"))
         if name.endswith("_lower"):
@@ -112,20 +115,20 @@ def _finite(robot: Robot, motion: Trajectory) -> Limits:
             needed = np.maximum(
                 getattr(assumed, name), np.maximum(used.upper, -used.lower * (name == "jerk"))
             )
-        found[name] = np.where(np.isfinite(getattr(given, name)), getattr(given, name), needed)
-    return replace(given, **found)
+        finite[name] = np.where(np.isfinite(getattr(limits, name)), getattr(limits, name), needed)
+    return replace(limits, **finite)
 
 
 @dataclass(frozen=True)
 class StartRules:
-    """How the arm may get to where the motion begins.
+    """How the arm may move to the start of the motion.
 
     Attributes:
-        tolerance: Distance a joint may be away without being asked for [rad]: half a degree.
-        approach: Whether it may come from further away.
-        speed: Share of the limits on the way [-]: slow enough to reach the emergency stop.
-        clearances: What the way must keep clear of.
-        advice: What to try where it is too far away.
+        tolerance: Maximum distance of a joint from the start without `approach` [rad] or [m]: half a degree.
+        approach: Whether the arm may start further away.
+        speed: Share of the limits used on the approach [-]: slow enough to reach the emergency stop.
+        clearances: Obstacles and regions to respect on the approach.
+        advice: Advice if the arm is too far away.
     """
 
     tolerance: float = 0.0087
@@ -142,50 +145,50 @@ def plan_start(
     limits: Limits,
     rules: StartRules,
     info: Info,
-    unit_of: UnitOf = turning,
+    unit_of: UnitOf = revolute_unit,
 ) -> Phases:
-    """The way from where the arm stands, at rest at `measured` (n,) [rad] or [m], to where the motion begins.
+    """Plan the approach from where the arm stands to the start of the motion.
 
     Args:
-        player: Has the motion.
-        measured: Position of the arm.
-        joints: Names.
-        limits: Finite ones of the arm.
-        rules: What is allowed.
-        info: Has the controller's window.
-        unit_of: Unit of a joint.
+        player: Player of the motion.
+        measured: Position of the arm at rest, shape (n,) [rad] or [m].
+        joints: Names of the joints.
+        limits: Finite limits of the arm.
+        rules: Rules of the approach.
+        info: Metadata of the driver, with the controller's window.
+        unit_of: Function that returns the unit of a joint.
 
     Raises:
-        CannotStart: The arm is too far away, its position is unknown, or way or motion are not in order.
+        CannotStart: If the arm is too far away, its position is unknown, or the approach is not allowed.
     """
     unknown = [name for name, value in zip(joints, measured, strict=True) if not np.isfinite(value)]
     if unknown:
-        raise CannotStart(f"the controller gives no position of {', '.join(unknown)}")
+        raise CannotStart(f"the controller reports no position of {', '.join(unknown)}")
     target = player.motion.state_at(0.0)
     away = np.abs(measured - target.position)
     if not rules.approach and np.any(away > rules.tolerance):
-        raise CannotStart(_far(measured, target.position, joints, rules, unit_of))
+        raise CannotStart(_too_far_text(measured, target.position, joints, rules, unit_of))
     _require_window(player.motion, measured, joints, info, unit_of)
-    slow = gentle(limits, rules.speed) if not np.any(target.velocity) else limits
-    way = player.approach(measured, slow)
+    slow = scaled_limits(limits, rules.speed) if not np.any(target.velocity) else limits
+    approach = player.approach(measured, slow)
     for clearance in rules.clearances:
-        nearest = clearance.worst(way)
+        nearest = clearance.worst(approach)
         if not nearest.allowed:
             raise CannotStart(
-                f"on the way to where the motion begins, {nearest.name} would come within "
-                f"{1e3 * nearest.margin:.0f} mm of what is allowed after {nearest.time:.1f} s. Move the arm "
-                "by hand to where the way is free"
+                f"on the approach to the start of the motion, {nearest.name} would come "
+                f"{-1e3 * nearest.margin:.0f} mm closer than allowed after {nearest.time:.1f} s. Move the "
+                "arm by hand to where the approach is free"
             )
-    return way
+    return approach
 
 
-def gentle(limits: Limits, share: float) -> Limits:
-    """The same limits of position, and a share of all others."""
+def scaled_limits(limits: Limits, share: float) -> Limits:
+    """The limits with velocity, acceleration and jerk scaled by a share [-]."""
     names = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
     return replace(limits, **{name: share * getattr(limits, name) for name in names})
 
 
-def _far(
+def _too_far_text(
     measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules, unit_of: UnitOf
 ) -> str:
     far = [int(joint) for joint in np.flatnonzero(np.abs(measured - target) > rules.tolerance)]
@@ -195,13 +198,13 @@ def _far(
         for joint, unit in zip(far, units, strict=True)
     ]
     allowed = " or ".join(f"{rules.tolerance:.4f} {unit}" for unit in dict.fromkeys(units))
-    return f"the arm is not where the motion begins: {'; '.join(rows)}; allowed are {allowed}. {rules.advice}"
+    return f"the arm is not where the motion begins: {'; '.join(rows)}; limit {allowed}. {rules.advice}"
 
 
 def _require_window(
     motion: Trajectory, measured: np.ndarray, joints: Sequence[str], info: Info, unit_of: UnitOf
 ) -> None:
-    """Raise where the controller would not take a command that far from where the arm stands."""
+    """Raise if the motion leaves the window around the current position that the controller accepts."""
     if info.window_lower is None or info.window_upper is None:
         return
     reached = motion.extremes().position
@@ -212,6 +215,6 @@ def _require_window(
             size, unit = (180 / np.pi, "degrees") if unit_of(joint, "rad") == "rad" else (1e3, "mm")
             raise CannotStart(
                 f"{name}: the motion goes {size * below[joint]:.2f} to {size * above[joint]:.2f} "
-                f"{unit} from where the arm stands, the controller takes {size * low:.2f} to "
+                f"{unit} from where the arm stands; the controller accepts {size * low:.2f} to "
                 f"{size * high:.2f}. Widen its window, or plan with 'exidyn excite --window'"
             )

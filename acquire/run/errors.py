@@ -1,4 +1,4 @@
-"""The errors of a run, each a fact with a value, a limit and what to try; and lines on standard error.
+"""Errors of a run, each with a value, a limit and what to try; and lines on standard error.
 
 ExidynError
 └── RunError: NotAllowed, CannotStart, NotConfirmed, RunStopped
@@ -16,38 +16,38 @@ from ..screen import beneath
 
 
 class RunError(ExidynError, RuntimeError):
-    """A run cannot begin, or not go on."""
+    """A run cannot begin or continue."""
 
 
 class NotAllowed(RunError):
-    """What is asked for must not be done with this arm."""
+    """The arm must not do what was requested."""
 
 
 class CannotStart(RunError):
-    """The arm does not stand where the motion can begin."""
+    """The motion cannot begin where the arm stands."""
 
 
 class NotConfirmed(RunError):
-    """Not confirmed."""
+    """The user did not confirm the motion."""
 
 
 class RunStopped(RunError):
-    """A run was stopped before its end, and what comes next needs it whole."""
+    """A run was stopped before its end, but the next step needs a complete run."""
 
 
 class Unsafe(RunStopped):
-    """A run has ended, and the arm still moves, or nobody knows whether it does."""
+    """A run has ended, and the arm still moves or may still move."""
 
 
 CLEAR = "\r\x1b[K"
-"""Back to the beginning of the line, and away with what stands there."""
+"""Terminal codes that return to the start of the line and clear it."""
 PATIENCE = 2.0
-"""Time that a simulated arm takes before that is explained [s]."""
-COMPILED = "exidyn: the simulated arm starts; the first time it is compiled, which may take a minute"
+"""Startup time of a simulated arm after which the delay is explained [s]."""
+COMPILED = "exidyn: starting the simulated arm; it is compiled the first time, which may take a minute"
 
 
 def print_line(text: str) -> None:
-    """Print to standard error, over the line where there is one."""
+    """Print to standard error, over the current line of a terminal."""
     if sys.stderr.isatty():
         beneath(sys.stderr).write(CLEAR)
     print(text, file=sys.stderr, flush=True)
@@ -55,10 +55,10 @@ def print_line(text: str) -> None:
 
 @contextmanager
 def explained_if_slow() -> Iterator[None]:
-    """Prints why a simulated arm takes its time, if it does: the first one is compiled."""
-    told = Timer(PATIENCE, print_line, [COMPILED])
-    told.start()
+    """Explain the delay if a simulated arm starts slowly because it has to be compiled."""
+    explanation = Timer(PATIENCE, print_line, [COMPILED])
+    explanation.start()
     try:
         yield
     finally:
-        told.cancel()
+        explanation.cancel()

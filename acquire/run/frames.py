@@ -1,7 +1,7 @@
-"""Frames: how the loop hands a run over to the processes that write and show it, through a pipe.
+"""Frames: messages from the loop, through a pipe, to the processes that write and show a run.
 
-A frame is a kind, a length and a body: samples in fixed binary, all else as JSON. A pipe keeps what was
-written when its writer dies, and frames are smaller than what a pipe takes at once, so none is ever torn.
+A frame has a kind, a length and a body: samples are binary, everything else is JSON. A pipe keeps its content
+when the writer dies, and a frame is smaller than what a pipe takes at once, so no frame is ever torn.
 """
 
 import json
@@ -16,10 +16,10 @@ from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import SIGNALS
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
-"""Kinds: once at the start, every cycle, what happened, once at the end."""
+"""Kinds of frames: head (once, first), sample (every cycle), event, end (once, last)."""
 KINDS = (HEAD, SAMPLE, EVENT, END)
-LONGEST = 64 << 20
-"""Bytes that no frame has: a head with the largest robot and plan is a hundredth of that."""
+MAX_LENGTH = 64 << 20
+"""Upper limit of a frame [bytes]: a head with the largest robot and plan has a hundredth of this."""
 _FRAME = struct.Struct("<cI")
 _FIXED = struct.Struct("<qqdIII")
 ARRAYS = (*SIGNALS, "command_position", "command_velocity")
@@ -28,16 +28,16 @@ ARRAYS = (*SIGNALS, "command_position", "command_velocity")
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """One cycle as it is handed over.
+    """One control cycle.
 
     Attributes:
-        host_time: [ns since 1970].
-        controller_time: [ns from the controller's zero].
-        lateness: [s].
+        host_time: Host's clock [ns since 1970].
+        controller_time: Controller's clock [ns from its own zero].
+        lateness: Lateness of the exchange [s].
         skipped: Cycles without an exchange before this one.
         stage: Index in `STAGES`.
-        arrays: Rows as in `ARRAYS`, shape (7, n); the command that was sent in this cycle, NaN for none.
-        state: The controller's own, shape (k,), as in `Sample`.
+        arrays: Rows as in `ARRAYS`, shape (7, n); NaN for a command that was not sent.
+        state: Controller-specific state, shape (k,), as in `Sample`.
     """
 
     host_time: int
@@ -49,24 +49,24 @@ class Cycle:
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def array(self, name: str) -> np.ndarray:
-        """One of `ARRAYS`, shape (n,)."""
+        """The row of `arrays` with a name in `ARRAYS`, shape (n,)."""
         return self.arrays[ARRAYS.index(name)]
 
 
 STAGES = ("listening", "approaching", "running", "braking", "holding")
-"""What the arm was doing, in the order in which it usually comes."""
+"""Stages of a run, in their usual order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened.
+    """An event of a run.
 
     Attributes:
-        host_time: [ns since 1970].
-        controller_time: [ns from the controller's zero].
-        kind: A word: "driver", "stage", "stop", "late", "warning".
-        text: In a sentence.
-        details: Joint, value, limit, unit and level of a stop, where it has them.
+        host_time: Host's clock [ns since 1970].
+        controller_time: Controller's clock [ns from its own zero].
+        kind: Kind of event: "driver", "stage", "stop", "late", "warning".
+        text: Description in a sentence.
+        details: Joint, value, limit, unit and level of a stop, if known.
     """
 
     host_time: int
@@ -77,7 +77,7 @@ class Event:
 
 
 def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
-    """One cycle: what was measured and the command sent in it."""
+    """Frame of a cycle: the sample and the command sent in it."""
     nothing = np.full(len(sample.position), np.nan)
     sent = (command.position, command.velocity) if command is not None else (nothing, nothing)
     times, state = (sample.host_time, sample.controller_time, sample.lateness), sample.state
@@ -87,22 +87,22 @@ def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
 
 
 def text_frame(kind: bytes, content: Mapping[str, Any]) -> bytes:
-    """A head, an event or an end."""
+    """Frame of a head, an event or an end."""
     return frame(kind, json.dumps(content, default=str).encode())
 
 
 def frame(kind: bytes, body: bytes) -> bytes:
-    """Any kind, its body written already."""
+    """Frame of any kind, from its serialized body."""
     return _FRAME.pack(kind, len(body)) + body
 
 
 def event_frame(event: Event) -> bytes:
-    """Something that happened."""
+    """Frame of an event."""
     return text_frame(EVENT, {name: getattr(event, name) for name in Event.__slots__})
 
 
 def read_cycle(body: bytes) -> Cycle:
-    """The cycle of a sample frame."""
+    """Read the cycle of a sample frame."""
     host_time, controller_time, lateness, skipped, stage, states = _FIXED.unpack_from(body)
     numbers = np.frombuffer(body, "<f8", offset=_FIXED.size)
     arrays = numbers[states:].reshape(len(ARRAYS), -1)
@@ -110,30 +110,30 @@ def read_cycle(body: bytes) -> Cycle:
 
 
 def read_event(body: bytes) -> Event:
-    """The event of an event frame."""
+    """Read the event of an event frame."""
     fields = json.loads(body)
     times = int(fields["host_time"]), int(fields["controller_time"])
     return Event(*times, str(fields["kind"]), str(fields["text"]), dict(fields["details"]))
 
 
 class Unframed:
-    """Frames out of bytes that come in any pieces."""
+    """Splits a stream of bytes, received in arbitrary pieces, into frames."""
 
     def __init__(self) -> None:
         self._waiting = bytearray()
 
     def add(self, data: bytes) -> Iterator[tuple[bytes, bytes]]:
-        """Kind and body of each frame that is whole by now.
+        """Add received bytes; yield kind and body of each frame that is complete by now.
 
         Raises:
-            ValueError: What comes cannot be frames, so that the begin of the next one is unknown.
+            ValueError: If the bytes cannot be frames, so that the start of the next frame is unknown.
         """
         self._waiting += data
         start = 0
         while start + _FRAME.size <= len(self._waiting):
             kind, length = _FRAME.unpack_from(self._waiting, start)
             stop = start + _FRAME.size + length
-            if kind not in KINDS or length > LONGEST:
+            if kind not in KINDS or length > MAX_LENGTH:
                 raise ValueError(f"a frame of kind {kind!r} and {length} bytes")
             if stop > len(self._waiting):
                 break

@@ -1,4 +1,4 @@
-"""Listener: reads a controller whose drives are not powered, in a thread of its own, and commands nothing."""
+"""Listener: reads from a controller with unpowered drives, in its own thread, and commands nothing."""
 
 import time
 from collections import deque
@@ -10,29 +10,30 @@ import numpy as np
 from exidyn.drivers import Driver, Sample
 from exidyn.drivers.values import SIGNALS, checked
 
-ASK_STATES = 1.0
-"""Time between questions for the drives' states [s]: on a serial line one costs a few cycles."""
-KEPT = 5000
-"""Samples, and events, kept for the display: ten seconds at 500 Hz; a terminal may stop for longer."""
+QUERY_PERIOD = 1.0
+"""Time between queries of the drives' states [s]: on a serial line, a query costs a few cycles."""
+BUFFERED = 5000
+"""Maximum number of samples and events that wait for the display: ten seconds at 500 Hz. A stopped terminal
+loses the oldest."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What was received since the last look.
+    """Data received since the last reading.
 
     Attributes:
         host_time: Host's clock at the last sample [ns since 1970].
-        position: Last fresh one of each joint, shape (n,) [rad] or [m]; NaN where none came.
-        velocity: Last fresh one, shape (n,) [rad/s] or [m/s].
-        current: Mean of the fresh ones, shape (n,) [A].
-        torque: Mean of the fresh ones, shape (n,) [N m].
-        temperature: Last fresh one, shape (n,) [degC].
-        states: What each drive reports about itself; empty where it does not.
-        cycles: Exchanges since the last look.
-        silent: In how many of them each joint was silent, shape (n,).
-        events: Messages of the controller since the last look.
+        position: Last fresh position of each joint, shape (n,) [rad] or [m]; NaN if there is none.
+        velocity: Last fresh velocity, shape (n,) [rad/s] or [m/s].
+        current: Mean of the fresh currents, shape (n,) [A].
+        torque: Mean of the fresh torques, shape (n,) [N m].
+        temperature: Last fresh temperature, shape (n,) [degC].
+        states: State reported by each drive; empty if it reports none.
+        cycles: Number of exchanges.
+        silent: Number of exchanges in which each joint was silent, shape (n,).
+        events: Messages of the controller.
         fault: Why the arm could not be commanded; empty if it could.
-        samples: All of them.
+        samples: All samples.
     """
 
     host_time: int
@@ -50,28 +51,28 @@ class Reading:
 
 
 class Listener:
-    """A context manager that exchanges nothing but samples, so that printing them may take its time.
+    """A context manager that receives samples in the background, so that printing them may take time.
 
-    A controller that gives up when it is not answered is answered all the while.
+    It keeps answering controllers that end the session without an answer.
 
     Args:
-        driver: Open and in real time. Nothing else calls it until the end.
+        driver: Open driver in real time; nothing else may call it until the listener exits.
     """
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._enough, self._lock = Event(), Lock()
+        self._stopped, self._lock = Event(), Lock()
         self._failure: Exception | None = None
-        self._states, self._asked = ("",) * driver.arm.dof, -np.inf
-        self._samples: deque[Sample] = deque(maxlen=KEPT)
-        self._events: deque[str] = deque(maxlen=KEPT)
+        self._states, self._last_query = ("",) * driver.arm.dof, -np.inf
+        self._samples: deque[Sample] = deque(maxlen=BUFFERED)
+        self._events: deque[str] = deque(maxlen=BUFFERED)
         self._thread = Thread(target=self._listen, name="listener", daemon=True)
 
     def look(self) -> Reading | None:
-        """What was received since the last look; None if nothing was.
+        """Data received since the last call; None if there is none.
 
         Raises:
-            DriverError: No answers any more; or whatever else went wrong while exchanging.
+            DriverError: If the controller no longer answers; any other error of an exchange is raised too.
         """
         with self._lock:
             samples, events = list(self._samples), tuple(self._events)
@@ -86,19 +87,19 @@ class Listener:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._enough.set()
+        self._stopped.set()
         self._thread.join()
 
     def _listen(self) -> None:
         try:
-            while not self._enough.is_set():
+            while not self._stopped.is_set():
                 sample = checked(self._driver.exchange(None))
-                if time.monotonic() - self._asked >= ASK_STATES:
-                    self._asked, self._states = time.monotonic(), self._driver.states()
+                if time.monotonic() - self._last_query >= QUERY_PERIOD:
+                    self._last_query, self._states = time.monotonic(), self._driver.states()
                 with self._lock:
                     self._samples.append(sample)
                     self._events.extend(sample.events)
-        except Exception as error:  # raised in `look`, in the thread that waits for readings
+        except Exception as error:  # raised by `look`, in the thread that waits for readings
             self._failure = error
 
 
@@ -122,14 +123,14 @@ def _reading(samples: list[Sample], states: tuple[str, ...], events: tuple[str, 
 
 
 def _last(rows: np.ndarray) -> np.ndarray:
-    """Last number of each column, shape (n,); NaN where there is none."""
+    """Last number of each column, shape (n,); NaN if there is none."""
     known = np.isfinite(rows)
     last = len(rows) - 1 - np.argmax(known[::-1], axis=0)
     return rows[last, np.arange(rows.shape[1])]
 
 
 def _mean(rows: np.ndarray) -> np.ndarray:
-    """Mean of the numbers of each column, shape (n,); NaN where there is none."""
+    """Mean of the numbers of each column, shape (n,); NaN if there is none."""
     known = np.isfinite(rows)
     with np.errstate(invalid="ignore"):
         mean: np.ndarray = np.where(known, rows, 0.0).sum(axis=0) / known.sum(axis=0)

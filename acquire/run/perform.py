@@ -1,4 +1,4 @@
-"""Perform: one run from opening the driver to closing it."""
+"""Perform: a run, from opening the driver to closing it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from exidyn.trajectories.trajectory import Trajectory
 from .announcer import Silent
 from .before import StartRules, plan_start
 from .errors import CannotStart
-from .loop import Counts, Loop, of_failure
+from .loop import Counts, Loop, failure_text
 from .pipe import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
@@ -27,27 +27,27 @@ from .stopping.standstill import Standstill
 from .stopping.stop import Stop
 from .stopping.watch import CommandCheck, Watch, WatchLimits
 
-LISTEN = 0.1
-"""How long the arm is listened to before anything is commanded [s]; its position is the median of that."""
-FEWEST = 5
-"""Samples that at least are taken of it."""
-TO_START = 60.0
-"""What a person is given to start the motion at the controller, where it is only listened to [s]."""
+LISTEN_TIME = 0.1
+"""Time of listening before the first command [s]; the arm's position is the median over this time."""
+MIN_SAMPLES = 5
+"""Minimum number of samples for this position."""
+START_TIME = 60.0
+"""Time for a person to start the motion at a controller that is only listened to [s]."""
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be done with an arm.
+    """A motion to perform with an arm.
 
     Attributes:
-        robot: Nominal.
-        motion: At the speed at which it is to be played.
-        limits: The robot's, finite in velocity, acceleration and jerk.
-        start: How to get there.
-        watch: What stops the run.
-        current: Largest current, shape (n,) [A]; None for what makes the largest torque.
-        settle: How long rest is recorded at the end [s].
+        robot: Nominal robot.
+        motion: Motion at playback speed.
+        limits: Limits of the robot, finite in velocity, acceleration and jerk.
+        start: Rules of the approach to the start of the motion.
+        watch: Limits that stop the run.
+        current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
+        settle: Duration of rest to record at the end [s].
     """
 
     robot: Robot
@@ -61,14 +61,14 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run went.
+    """Result of a run.
 
     Attributes:
         info: Metadata of the driver.
-        counts: Cycles, and what happened to them.
-        stop: Why it ended before its time; None if it did not.
-        escalated: What was asked of the driver since, because that stop did not work, in order.
-        standstill: Whether the arm stood at the end; None where something else moves it.
+        counts: Statistics of the cycles.
+        stop: Stop that ended the run early, or None.
+        escalated: Harder stops requested because that stop did not work, in order.
+        standstill: Whether the arm stood at the end; None if something else moves it.
     """
 
     info: Info
@@ -79,12 +79,12 @@ class Outcome:
 
     @property
     def notice(self) -> str:
-        """What a person must know about the arm at the end; empty if it stands where it was commanded."""
+        """Notice about the arm at the end; empty if it stands where it was commanded."""
         return "" if self.standstill is None or self.standstill.expected else self.standstill.text
 
     @property
     def unsafe(self) -> str:
-        """What a person must be told: that the arm still moves, or may; empty where it stands."""
+        """Warning that the arm still moves or may move; empty if it stands."""
         return "" if self.standstill is None or self.standstill.stands else self.standstill.text
 
 
@@ -93,25 +93,25 @@ def perform(
     job: Job | Callable[[Info], Job],
     sinks: Sequence[Sink] = (),
     head: Callable[[Info], Callable[[Sample], bytes]] | None = None,
-    asked: Callable[[], Stop | None] = lambda: None,
+    stop_request: Callable[[], Stop | None] = lambda: None,
     opened: Callable[[Info], None] = lambda info: None,
     announcer: Silent | None = None,
 ) -> Outcome:
-    """Run the job and hand over every cycle of it; the driver is closed in the end, come what may.
+    """Perform a job and hand over each of its cycles; the driver is always closed at the end.
 
-    A fault of this program is a quick stop, as a lost link is, and the reason of the outcome.
+    An error of this program causes a quick stop, like a lost link, and is the reason in the outcome.
 
     Args:
-        driver: Not open yet.
-        job: What to do, or what gives it once the driver is open, before its drives are powered.
-        sinks: Recorder first, then who else wants to know.
-        head: What explains the run to them: made before anything is exchanged, ready with the first sample.
-        asked: What a person asks for while it goes on.
-        opened: Called with the driver's metadata, before its drives are powered.
-        announcer: Prints stops as they happen, and whether the arm stands, before the driver is closed.
+        driver: Driver that is not open yet.
+        job: Job, or function that makes it when the driver is open, before its drives are powered.
+        sinks: Receivers of all frames, the recorder first.
+        head: Function called before the first exchange; the function it returns makes the head frame.
+        stop_request: Function that returns a stop requested by a person, or None.
+        opened: Function called with the driver's metadata before its drives are powered.
+        announcer: Announcer of stops and of the standstill, before the driver is closed.
 
     Raises:
-        DriverError: The driver could not be opened or armed.
+        DriverError: If the driver cannot be opened or armed.
     """
     try:
         info = driver.open()
@@ -120,16 +120,16 @@ def perform(
         explain = head(info) if head else None
         watch = Watch(work.robot, info, work.watch, work.current)
         signs = None if info.listens else _signs(work, info, watch)
-        loop = Loop(driver, watch, info.cycle, sinks, explain, asked, signs, announcer)
+        loop = Loop(driver, watch, info.cycle, sinks, explain, stop_request, signs, announcer)
         driver.arm_drives()
         if info.listens:
-            return Outcome(info, loop.counts, _listened(loop, work, info))
+            return Outcome(info, loop.counts, _listen_only(loop, work, info))
         _play_to_rest(loop, work, info, driver)
         standstill = loop.standstill()
         return Outcome(info, loop.counts, loop.stops.reason, tuple(loop.stops.escalated), standstill)
     finally:
         if announcer is not None:
-            announcer.leave()
+            announcer.stop_watching()
         driver.close()
 
 
@@ -150,7 +150,7 @@ def _signs(job: Job, info: Info, watch: Watch) -> Signs:
 
 
 def _play_to_rest(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
-    """Play, and listen until the arm is at rest; whatever fails on the way, the arm is stopped."""
+    """Play the motion and listen until the arm is at rest; the arm is stopped if anything fails."""
     try:
         _play(loop, job, info, driver)
         loop.finish()
@@ -158,18 +158,18 @@ def _play_to_rest(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
         try:
             loop.fail(error)
             loop.finish()
-        except Exception as again:
-            loop.lose(f"exidyn failed again: {of_failure(again)}")
-        if not isinstance(error, Exception):  # asked for by a person or the operating system
+        except Exception as second_error:
+            loop.lose(f"exidyn failed again: {failure_text(second_error)}")
+        if not isinstance(error, Exception):  # requested by a person or the operating system
             raise
 
 
-def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
-    """Record what something else moves, for as long as the motion lasts and a while to start it in.
+def _listen_only(loop: Loop, job: Job, info: Info) -> Stop | None:
+    """Record an arm that something else moves, for the motion's duration and the time to start it.
 
-    Gives why it ended before; that the controller has ended its session is no reason to complain.
+    Returns the stop that ended this early, if any; the end of the controller's session does not count.
     """
-    end = round((job.motion.duration + TO_START) / info.cycle)
+    end = round((job.motion.duration + START_TIME) / info.cycle)
     loop.listen(lambda: loop.counts.cycles + loop.counts.skipped >= end)
     stop = loop.stops.reason
     ended = stop is not None and stop.kind == "link lost" and loop.counts.cycles > 0
@@ -178,80 +178,80 @@ def _listened(loop: Loop, job: Job, info: Info) -> Stop | None:
 
 def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     loop.listen(lambda: driver.ready)
-    measured = _standing(loop, info)
+    measured = _standing_position(loop, info)
     if loop.stops.reason is not None:
         return
     commanded = driver.held()
-    held = measured if commanded is None else commanded
+    start = measured if commanded is None else commanded
 
-    def work() -> tuple[Player, Phases]:
+    def prepare() -> tuple[Player, Phases]:
         player = Player(job.motion, job.limits, info.cycle, job.settle)
         unit = job.robot.unit
-        return player, plan_start(player, held, job.robot.joints, job.limits, job.start, info, unit)
+        return player, plan_start(player, start, job.robot.joints, job.limits, job.start, info, unit)
 
     try:
-        _require_near(held, measured, job)
-        # A simulation off the wall clock need not be listened to meanwhile, and is then the same every time.
-        prepared = _meanwhile(loop, work) if driver.in_real_time else work()
+        _require_near(start, measured, job)
+        # A simulation off the wall clock needs no exchanges meanwhile, and is reproducible without.
+        prepared = _run_while_listening(loop, prepare) if driver.in_real_time else prepare()
         if prepared is None:
             return
         _require_still(loop, measured, job)
     except ExidynError as error:
         loop.begin_stop(Stop(StopLevel.BRAKE, "start", str(error)))
         return
-    player, way = prepared
-    lower = None if info.window_lower is None else held + info.window_lower
-    upper = None if info.window_upper is None else held + info.window_upper
+    player, approach = prepared
+    lower = None if info.window_lower is None else start + info.window_lower
+    upper = None if info.window_upper is None else start + info.window_upper
     robot = job.robot
-    check = CommandCheck(robot.joints, job.limits, info.cycle, held, lower, upper, robot.unit)
-    loop.play(player, check, way)
+    check = CommandCheck(robot.joints, job.limits, info.cycle, start, lower, upper, robot.unit)
+    loop.play(player, check, approach)
 
 
-def _standing(loop: Loop, info: Info) -> np.ndarray:
-    """Where the arm stands: the median of some samples, shape (n,) [rad]; NaN for a joint that is silent."""
-    seen: list[np.ndarray] = []
-    count = max(round(LISTEN / info.cycle), FEWEST)
+def _standing_position(loop: Loop, info: Info) -> np.ndarray:
+    """Median position of some samples at rest, shape (n,) [rad] or [m]; NaN for a silent joint."""
+    positions: list[np.ndarray] = []
+    count = max(round(LISTEN_TIME / info.cycle), MIN_SAMPLES)
 
     def enough() -> bool:
         if loop.last is not None:
-            seen.append(loop.last.position)
-        return len(seen) >= count
+            positions.append(loop.last.position)
+        return len(positions) >= count
 
     loop.listen(enough)
-    known = [position for position in seen if np.isfinite(position).all()] or seen
+    known = [position for position in positions if np.isfinite(position).all()] or positions
     return np.median(known, axis=0) if known else np.empty(0)
 
 
-def _require_near(held: np.ndarray, measured: np.ndarray, job: Job) -> None:
-    """Raise where the arm does not stand where its drives are commanded to hold it."""
-    away = np.abs(held - measured)
+def _require_near(commanded: np.ndarray, measured: np.ndarray, job: Job) -> None:
+    """Raise if the arm does not stand where its drives are commanded to hold it."""
+    away = np.abs(commanded - measured)
     if np.any(away > job.watch.tracking):
         joint = int(np.nanargmax(away))
         unit = job.robot.unit(joint, "rad")
         raise CannotStart(
             f"{job.robot.joints[joint]} stands {away[joint]:.4f} {unit} from where its drive was commanded, "
-            f"allowed are {job.watch.tracking:.4f} {unit} (--tracking). Is its drive on, are its gains high "
-            "enough?"
+            f"limit {job.watch.tracking:.4f} {unit} (--tracking). Check that its drive is on and that its "
+            "gains are high enough"
         )
 
 
 def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:
-    """Raise where the arm is no longer where the way was planned from."""
+    """Raise if the arm has moved since the approach was planned."""
     assert loop.last is not None
     moved = np.abs(loop.last.position - measured)
     if np.any(moved > job.start.tolerance):
         joint = int(np.nanargmax(moved))
         unit = job.robot.unit(joint, "rad")
         raise CannotStart(
-            f"{job.robot.joints[joint]} has moved by {moved[joint]:.4f} {unit} while the way was planned, "
-            f"allowed are {job.start.tolerance:.4f} {unit}. Let the arm stand still, then start again"
+            f"{job.robot.joints[joint]} moved by {moved[joint]:.4f} {unit} while the approach was planned, "
+            f"limit {job.start.tolerance:.4f} {unit}. Let the arm stand still, then start again"
         )
 
 
-def _meanwhile(loop: Loop, work: Callable[[], T]) -> T | None:
-    """What the work gives, done in a thread while the loop listens: no controller likes to wait.
+def _run_while_listening(loop: Loop, work: Callable[[], T]) -> T | None:
+    """Run a function in a thread while the loop listens, so that the controller need not wait.
 
-    None if there is a reason to stop; the work is not waited for then.
+    Returns the function's result, or None as soon as there is a reason to stop.
     """
     result: list[T] = []
     errors: list[Exception] = []
@@ -260,7 +260,7 @@ def _meanwhile(loop: Loop, work: Callable[[], T]) -> T | None:
         yield_to_the_loop()
         try:
             result.append(work())
-        except Exception as error:  # raised again below, in the thread that waits for it
+        except Exception as error:  # raised below, in the thread that waits for the result
             errors.append(error)
 
     thread = Thread(target=worker, daemon=True)

@@ -1,4 +1,4 @@
-"""A pipe to a process that is handed every frame of a run: the control loop's end and that of the process."""
+"""A pipe that carries the frames of a run from the control loop to a process: both of its ends."""
 
 import os
 import select
@@ -12,71 +12,71 @@ from typing import Protocol
 from .errors import RunError
 from .frames import SAMPLE, Unframed
 
-HELD = 1 << 20
-"""Bytes that wait for a slow reader before the sink fails: five seconds of six joints at 500 Hz, in the
-pipe where the operating system makes it that large, and else in memory."""
+BUFFER = 1 << 20
+"""Bytes buffered for a slow reader before the sink fails: five seconds of six joints at 500 Hz, in the
+pipe as far as the operating system allows, otherwise in memory."""
 START = 60.0
-"""How long a process may take to be ready [s]: one or two, but for a loaded machine with a cold disk."""
+"""Maximum time until a process is ready [s]; it takes one or two unless the machine is loaded."""
 FINISH = 60.0
-"""How long a process may take to finish when it has got everything [s]."""
+"""Maximum time for a process to finish after the last frame [s]."""
 READY, FAILURE, DONE = "ready", "failure", "done"
-"""What a process reports, each in a line with some text behind it: at its start, when its work can no longer
-be trusted, and at its end."""
-PIECE = 1 << 16
-"""Bytes that are read at once."""
+"""Reports of a process, each a line with a text: at its start, when its work can no longer be trusted, and at
+its end."""
+READ_SIZE = 1 << 16
+"""Maximum number of bytes per read."""
 
 
 class SinkFailed(RunError):
-    """A process that should record or show a run does not start."""
+    """The process that records or shows a run does not start."""
 
 
 class Sink(Protocol):
-    """The recorder, the live view; `put` is called from the control loop, never blocks and never raises."""
+    """Receiver of frames, such as the recorder: `put`, called by the control loop, never blocks or raises."""
 
     @property
     def failure(self) -> str:
-        """Why nothing can be handed over any more; empty while it can. A run without recorder is stopped."""
+        """Why frames can no longer be handed over; empty while they can. A failed recorder stops the run."""
 
     def put(self, frame: bytes) -> None:
-        """Hand a frame over."""
+        """Hand over a frame."""
 
     def close(self) -> None:
-        """Wait until all is written or shown."""
+        """Wait until all frames are written or shown."""
 
 
 class Nobody:
-    """A sink without a process: in place of a recorder that is not wanted, or of a sink that has failed."""
+    """A sink that drops all frames: for runs without a recorder, and for sinks that have failed."""
 
     def __init__(self, failure: str = "") -> None:
         self.failure = failure
 
     def put(self, frame: bytes) -> None:
-        """Drop it."""
+        """Drop the frame."""
 
     def close(self) -> None:
-        """Nothing waits."""
+        """Do nothing, since no frame is buffered."""
 
 
 class PipeSink:
-    """A sink that hands frames to a process of its own. A context manager that closes it.
+    """A sink that hands frames to a process that it starts; a context manager that closes the sink.
 
-    The process is in a session of its own, so that Ctrl-C in a terminal does not reach it, and is scheduled
-    as usual even where the loop is not. It outlives the loop's process, and has all that was handed over.
+    The process has its own session, so that Ctrl-C in a terminal does not reach it. Its scheduling is normal,
+    even if that of the loop is real-time. If the loop's process dies, it still has all frames handed over.
 
     Args:
-        name: What the process is called in errors.
-        module: What it runs; it opens its end as a `PipeSource`.
-        arguments: Handed to it.
-        lossy: Drop samples that it is too slow for, instead of keeping them and failing.
-        waits: Wait for it instead: for a loop that is not in real time.
-        patience: How long it may take to be ready [s].
+        name: Name of the process in errors.
+        module: Module that the process runs; it opens its end of the pipe as a `PipeSource`.
+        arguments: Arguments of the process.
+        lossy: Whether to drop samples if the process is too slow, instead of buffering them and failing.
+        waits: Whether to wait if the process is too slow; for a loop that is not in real time.
+        patience: Maximum time until the process is ready [s].
 
     Attributes:
         failure: Why the run is no longer recorded or shown; empty while it is.
-        dropped: Frames that it was too slow for.
+        dropped: Number of frames dropped because the process was too slow.
 
     Raises:
-        SinkFailed: It is not ready in time, or reports why it cannot be.
+        SinkFailed: If the process is not ready in time or reports a failure.
     """
 
     def __init__(
@@ -95,16 +95,16 @@ class PipeSink:
         self._received = bytearray()
         self._start(module, arguments)
         if not self._listen(patience, until=READY):
-            why = self.failure or f"is not ready after {patience:g} s"
+            reason = self.failure or f"is not ready after {patience:g} s"
             self.close(patience=0.0)
-            raise SinkFailed(f"{name}: {why}")
+            raise SinkFailed(f"{name}: {reason}")
 
     def _start(self, module: str, arguments: Sequence[str]) -> None:
         frames, self._pipe = os.pipe()
         self._report, report = os.pipe()
         os.set_blocking(self._pipe, False)
         os.set_blocking(self._report, False)
-        self._room = HELD - _enlarge(self._pipe)
+        self._room = BUFFER - _enlarge(self._pipe)
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", module, str(frames), str(report), *arguments],
@@ -119,11 +119,11 @@ class PipeSink:
 
     @property
     def process_id(self) -> int:
-        """Of the process."""
+        """ID of the process."""
         return self._process.pid
 
     def put(self, frame: bytes) -> None:
-        """Hand a frame over; never raises, nor blocks unless it `waits`. After a failure it still tries."""
+        """Hand over a frame, even after a failure; blocks only if the sink `waits`, and never raises."""
         if self._pipe < 0:
             return
         self._waiting += frame
@@ -133,12 +133,12 @@ class PipeSink:
         if self._lossy:
             self._drop(frame)
         elif len(self._waiting) > self._room:
-            self._fail(f"has been too slow, {len(self._waiting)} bytes wait for it")
+            self._fail(f"is too slow: {len(self._waiting)} bytes wait for it, limit {self._room}")
         self._listen(0.0)
 
     def _drop(self, frame: bytes) -> None:
-        """Take the last frame back if none of it has gone out; what is not a sample may wait a while."""
-        spared = frame[:1] != SAMPLE and len(self._waiting) <= HELD
+        """Drop the last frame unless part of it was sent; frames other than samples may be buffered."""
+        spared = frame[:1] != SAMPLE and len(self._waiting) <= BUFFER
         if len(self._waiting) >= len(frame) and not spared:
             del self._waiting[-len(frame) :]
             self.dropped += 1
@@ -149,33 +149,33 @@ class PipeSink:
                 del self._waiting[: os.write(self._pipe, self._waiting)]
         except BlockingIOError:
             pass
-        except OSError:  # the process is gone; its last message is read next
+        except OSError:  # the process has ended; its last report is read next
             self._waiting.clear()
 
     def _listen(self, patience: float, until: str = "") -> bool:
-        """Take in what the process reports; whether `until` was among it, or its end where that is empty."""
+        """Read reports until one of kind `until`, or all if empty; return whether this succeeded in time."""
         deadline = time.monotonic() + patience
         while True:
             try:
                 data = os.read(self._report, 4096)
             except BlockingIOError:
-                left = deadline - time.monotonic()
-                if left <= 0.0:
+                remaining = deadline - time.monotonic()
+                if remaining <= 0.0:
                     return False
-                select.select([self._report], [], [], left)
+                select.select([self._report], [], [], remaining)
                 continue
             if not data:
-                if self._pipe >= 0:  # it has ended without being asked to
-                    self._fail(self.outcome or "its process has ended without a word")
+                if self._pipe >= 0:  # the process ended before the pipe was closed
+                    self._fail(self.outcome or "its process ended without a report")
                 return not until
             self._received += data
-            if self._take_in() == until and until:
+            if self._parse_reports() == until and until:
                 return True
 
-    def _take_in(self) -> str:
-        """Take in whole lines; the kind of the last one."""
-        *lines, rest = bytes(self._received).split(b"\n")
-        self._received[:] = rest
+    def _parse_reports(self) -> str:
+        """Parse all complete lines; return the kind of the last report."""
+        *lines, incomplete = bytes(self._received).split(b"\n")
+        self._received[:] = incomplete
         kind = ""
         for line in lines:
             kind, _, text = line.decode(errors="replace").partition(" ")
@@ -187,18 +187,18 @@ class PipeSink:
                 self.message = text
         return kind
 
-    def _fail(self, why: str) -> None:
-        self.failure = self.failure or why
+    def _fail(self, reason: str) -> None:
+        self.failure = self.failure or reason
 
     def _wait_for_room(self, patience: float) -> None:
-        """Until nothing waits any more, or that takes too long."""
+        """Send buffered frames until none is left or time is up."""
         deadline = time.monotonic() + patience
         while self._waiting and time.monotonic() < deadline:
             select.select([], [self._pipe], [], 0.1)
             self._drain()
 
     def close(self, patience: float = FINISH) -> None:
-        """Hand over what waits, and wait until the process has done its work, at most for so long [s]."""
+        """Send buffered frames and wait until the process has finished, for at most `patience` [s]."""
         if self._report < 0:
             return
         deadline = time.monotonic() + patience
@@ -216,11 +216,11 @@ class PipeSink:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-            self._fail("has not finished in time, and was killed")
+            self._fail("did not finish in time and was killed")
             return
         if code:
-            how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
-            self._fail(f"its process {how}")
+            ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
+            self._fail(f"its process {ending}")
 
     def __enter__(self) -> "PipeSink":
         return self
@@ -230,11 +230,11 @@ class PipeSink:
 
 
 def _enlarge(pipe: int) -> int:
-    """Make a pipe as large as is allowed, up to `HELD`; its size."""
+    """Enlarge a pipe up to `BUFFER` bytes, if allowed; return its size."""
     try:
-        import fcntl  # Windows has none, and lists the commands all the same
+        import fcntl  # missing on Windows, where this module is imported too
 
-        return fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, HELD)
+        return fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, BUFFER)
     except (ImportError, AttributeError, OSError):  # not Linux, or a user with too many large pipes
         return select.PIPE_BUF
 
@@ -243,21 +243,21 @@ def _schedule_as_usual(process: int) -> None:
     try:
         os.sched_setscheduler(process, os.SCHED_OTHER, os.sched_param(0))
     except (AttributeError, OSError):
-        pass  # it has ended already, or the operating system has no such thing
+        pass  # the process has ended, or the operating system has no such function
 
 
 class PipeSource:
-    """Gives the frames of a run to the process that a `PipeSink` started, and reports to that.
+    """The end of the pipe in the process that a `PipeSink` started: reads frames and sends reports.
 
-    Signals that ask to end are ignored from here on: the process ends when the run does.
+    It makes the process ignore signals to terminate: the process ends when the run does.
 
     Args:
-        arguments: Arguments of the process: two file numbers, then what `PipeSink` was given.
+        arguments: Arguments of the process: two file descriptors, then the arguments given to `PipeSink`.
 
     Attributes:
-        arguments: What `PipeSink` was given.
-        ended: Whether nothing more will come.
-        broken: Why, if what came could not be frames.
+        arguments: Arguments given to `PipeSink`.
+        ended: Whether no more frames will come.
+        broken: Error message if the received bytes could not be frames, else empty.
     """
 
     def __init__(self, arguments: Sequence[str]) -> None:
@@ -266,39 +266,39 @@ class PipeSource:
         self.ended, self.broken = False, ""
         self._unframed = Unframed()
         os.set_blocking(self._frames, False)
-        for asked in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(asked, signal.SIG_IGN)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
 
     def read(self, patience: float) -> list[tuple[bytes, bytes]]:
-        """Kind and body of the frames that are there, in order; waits for the first, at most so long [s]."""
-        found: list[tuple[bytes, bytes]] = []
+        """Kind and body of all available frames, in order; waits at most `patience` [s] for the first."""
+        frames: list[tuple[bytes, bytes]] = []
         select.select([self._frames], [], [], patience)
         while not self.ended:
             try:
-                data = os.read(self._frames, PIECE)
+                data = os.read(self._frames, READ_SIZE)
             except BlockingIOError:
                 break
             self.ended = not data
             try:
-                found.extend(self._unframed.add(data))
-            except ValueError as error:  # the begin of the next frame is unknown
+                frames.extend(self._unframed.add(data))
+            except ValueError as error:  # the start of the next frame is unknown
                 self.broken, self.ended = str(error), True
-        return found
+        return frames
 
     def ready(self, text: str = "") -> None:
         """Report that the process can take frames."""
-        self._say(READY, text)
+        self._send(READY, text)
 
-    def fail(self, why: str) -> None:
+    def fail(self, reason: str) -> None:
         """Report that the work can no longer be trusted."""
-        self._say(FAILURE, why)
+        self._send(FAILURE, reason)
 
     def done(self, text: str) -> None:
-        """Report what has become of the work, and that it is over."""
-        self._say(DONE, text)
+        """Report the result of the work, which has ended."""
+        self._send(DONE, text)
 
-    def _say(self, kind: str, text: str) -> None:
+    def _send(self, kind: str, text: str) -> None:
         try:
             os.write(self._report, f"{kind} {' '.join(text.split())}\n".encode())
         except OSError:
-            pass  # whoever started this process is gone
+            pass  # the process that started this one has ended

@@ -1,4 +1,4 @@
-"""Player: what to command next, from where the arm stands to the end of the motion, and how to stop."""
+"""Player: the sequence of commands of an approach, a motion and stops."""
 
 from typing import NamedTuple
 
@@ -15,27 +15,27 @@ from .frames import STAGES
 
 LISTENING, APPROACHING, RUNNING, BRAKING, HOLDING = range(len(STAGES))
 STILL = 1e-9
-"""Step a cycle below which the arm is commanded to rest [rad]: rounding of a stop's last piece."""
+"""Commanded step per cycle below which the arm counts as at rest [rad]: the rounding error of a stop."""
 
 
 class _Part(NamedTuple):
-    """States that are commanded one after another, and what that is called."""
+    """A sequence of states to command, and its stage."""
 
     stage: int
     states: States
 
 
 class Player:
-    """Gives one command a cycle: the way to the motion, the motion, and rest where it ends.
+    """Generates one command per cycle: the approach, the motion, and rest at its end.
 
-    The motion's time goes on by one cycle a command, whatever time has gone by: a late cycle delays the
-    rest instead of making it jump.
+    Each command advances the motion by one cycle, whatever time has passed: a late cycle delays the motion
+    instead of making it jump.
 
     Args:
-        motion: What to play; it may begin and end moving.
-        limits: Finite velocity, acceleration and jerk: of the approach and of stops.
+        motion: Motion to play; it may start and end in motion.
+        limits: Limits of the approach and of stops, finite in velocity, acceleration and jerk.
         cycle: Time between commands [s].
-        settle: How long rest is commanded, and so recorded, after the motion or a stop [s].
+        settle: Duration of commanded, and recorded, rest after the motion or a stop [s].
     """
 
     def __init__(self, motion: Trajectory, limits: Limits, cycle: float, settle: float = 0.5) -> None:
@@ -52,30 +52,30 @@ class Player:
 
     @property
     def finished(self) -> bool:
-        """Whether the arm has been commanded to rest for as long as it should settle."""
+        """Whether rest has been commanded for the settling time."""
         return self._rested >= self._settle
 
     def approach(self, measured: np.ndarray, limits: Limits | None = None) -> Phases:
-        """The way from rest at a measured position to where the motion begins.
+        """The trajectory from rest at a measured position to the start of the motion.
 
         Args:
-            measured: Shape (n,) [rad].
-            limits: Other than those of the player.
+            measured: Measured position, shape (n,) [rad].
+            limits: Limits to use instead of the player's.
 
         Raises:
-            TrajectoryError: There is none within the position limits.
+            TrajectoryError: If there is none within the position limits.
         """
         return lead_in(State.at_rest(measured), self.motion, limits or self._limits, self.cycle)
 
     def begin(self, approach: Trajectory) -> None:
-        """From the next command on, approach and then play the motion."""
-        way = approach.every(self.cycle)
-        without_last = States(*(column[:-1] for column in way))  # which is the first of the motion
+        """Start the approach, followed by the motion, with the next command."""
+        states = approach.every(self.cycle)
+        without_last = States(*(column[:-1] for column in states))  # the last is the first of the motion
         self._parts = [_Part(APPROACHING, without_last), _Part(RUNNING, self._states)]
         self._row = -1
 
     def next(self) -> Command | None:
-        """What to command in the coming cycle; None before it has begun."""
+        """Command of the next cycle; None before the approach has begun."""
         if not self._parts and self._last is None:
             return None
         self._row += 1
@@ -89,12 +89,12 @@ class Player:
             self.stage, states = self._parts[0]
             self._last = states.state(min(self._row, len(states.time) - 1))
         else:
-            self._rest()
+            self._command_rest()
         assert self._last is not None
         return Command(self._last.position, self._last.velocity)
 
     def brake(self) -> None:
-        """From the next command on, stop each joint as fast as its limits allow."""
+        """Stop each joint as fast as its limits allow, starting with the next command."""
         self._parts, self._row = [], 0
         if self._last is None:  # nothing has been commanded, so nothing moves
             self._rested = self._settle
@@ -103,7 +103,7 @@ class Player:
             self._parts = [_Part(BRAKING, stop.every(self.cycle))]
 
     def take_back(self) -> None:
-        """The last command was not sent."""
+        """Undo the last command, which was not sent."""
         self._last = self._before
 
     @property
@@ -113,7 +113,7 @@ class Player:
         step = np.abs(self._last.velocity) * self.cycle + np.abs(self._last.acceleration) * self.cycle**2
         return bool(step.max() < STILL)
 
-    def _rest(self) -> None:
+    def _command_rest(self) -> None:
         assert self._last is not None
         self.stage = HOLDING
         self._rested += 1

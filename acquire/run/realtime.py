@@ -1,4 +1,4 @@
-"""What an operating system can do for a loop of two milliseconds, asked for and given back."""
+"""Real-time settings of the operating system for a 2 ms loop, and their restoration."""
 
 import ctypes
 import gc
@@ -8,22 +8,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 PRIORITY = 80
-"""Of the control thread: above the usual and above interrupt threads (50) of a real-time kernel, below its
-watchdogs (99)."""
+"""Priority of the control thread: above normal threads and the interrupt threads (50) of a real-time kernel,
+below its watchdogs (99)."""
 SWITCH = 5e-4
-"""How long another Python thread may keep the interpreter [s]: a quarter of a cycle of 2 ms."""
+"""Maximum time that another Python thread holds the interpreter [s]: a quarter of a 2 ms cycle."""
 LESSER = 1
-"""Of a thread that computes beside the control thread: one as high would starve it on a single processor; one
-scheduled as usual would be interrupted by other programs while it holds the interpreter, which the control
-thread then waits for."""
+"""Priority of a thread that computes beside the control thread. At equal priority it would starve the control
+thread on a single CPU. With normal scheduling, other programs would interrupt it while it holds the
+interpreter, and the control thread would have to wait."""
 _LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
 
 
 @contextmanager
 def realtime() -> Iterator[list[str]]:
-    """First-in first-out scheduling, memory locked, no garbage collection; gives what was refused.
+    """Use FIFO scheduling, locked memory and no garbage collection; yields messages about refused settings.
 
-    Threads that start inside inherit the scheduling, processes too: start those that should not before.
+    Threads and processes started inside inherit the scheduling: start others before.
     """
     policy, parameters, interval = _policy(), _parameters(), sys.getswitchinterval()
     refused = [text for text in (_fifo(), _lock()) if text]
@@ -41,7 +41,7 @@ def realtime() -> Iterator[list[str]]:
 
 
 def yield_to_the_loop() -> None:
-    """Put the calling thread, which has inherited the control thread's scheduling, behind it."""
+    """Give the calling thread, which has inherited the control thread's scheduling, a lower priority."""
     if _parameters():
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(LESSER))
 
@@ -72,7 +72,7 @@ def _lock() -> str:
         refused = 1
     if refused:
         return (
-            "memory could not be locked, so that a cycle may wait for the disk. Allow it with "
+            "memory could not be locked: a cycle may have to wait for the disk. Allow it with "
             "'memlock unlimited' in /etc/security/limits.conf, or run as root"
         )
     return ""
@@ -83,4 +83,4 @@ def _give_back(policy: int, priority: int) -> None:
         ctypes.CDLL(None).munlockall()
         os.sched_setscheduler(0, policy, os.sched_param(priority))
     except (AttributeError, OSError):
-        pass  # it could not be had in the first place
+        pass  # it was refused in the first place

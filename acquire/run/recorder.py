@@ -1,4 +1,4 @@
-"""The recorder, as the loop sees it: its start, and the head that explains a run to it and to views."""
+"""The recorder, as seen by the loop: its start, and the head frame that describes a run."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -13,25 +13,25 @@ from .errors import RunError
 from .frames import HEAD, frame
 from .pipe import PipeSink
 
-NOT_OVER = "recordings are not written over"
+NOT_OVERWRITTEN = "recordings are not overwritten"
 
 
 def part_of(path: Path) -> Path:
-    """What a recording is called until it is whole."""
+    """Path of a recording until it is complete."""
     return path.with_name(path.name + ".part")
 
 
 def start_recorder(path: Path, waits: bool = False) -> PipeSink:
-    """Start the process that writes a run to a file; its first frame is a `RunHead`, its last an end.
+    """Start the process that writes a run to a file, from the frame of its `RunHead` to its end frame.
 
-    The content of the end, and what the recorder counts itself, is the recording's outcome.
+    The outcome in the recording is the content of the end frame and the recorder's own counts.
 
     Args:
-        path: Name of the recording once it is whole; an existing one is not written over.
-        waits: Whether the loop may be made to wait, because nothing real moves.
+        path: Path of the complete recording; an existing file is not overwritten.
+        waits: Whether the loop may have to wait, because no real arm moves.
 
     Raises:
-        RunError: There is such a file already, or none can be created.
+        RunError: If the file exists or cannot be created.
     """
     require_free(path)
     where = [str(path.absolute())]
@@ -39,38 +39,38 @@ def start_recorder(path: Path, waits: bool = False) -> PipeSink:
 
 
 def require_free(path: Path) -> None:
-    """Raise where no recording can be created, as far as that can be checked without creating it.
+    """Check, without creating the file, that a recording can be created.
 
     Raises:
-        RunError: There is such a file already, or no folder for it, or it would not be known for a recording.
+        RunError: If the file exists, its folder does not exist, or its suffix is not .mcap.
     """
     part = part_of(path)
     if path.exists():
-        raise RunError(f"{path} exists, and {NOT_OVER}. Choose another name (--output)")
+        raise RunError(f"{path} exists, and {NOT_OVERWRITTEN}. Choose another name (--output)")
     if part.exists():
-        rescue = f"Rescue what an earlier run left with 'exidyn recover {part}', or remove it"
-        raise RunError(f"{part} exists, and {NOT_OVER}. {rescue}")
+        rescue = f"Recover the data of an earlier run with 'exidyn recover {part}', or remove it"
+        raise RunError(f"{part} exists, and {NOT_OVERWRITTEN}. {rescue}")
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}. Create it, or choose another (--output)")
     if path.suffix != ".mcap":
-        raise RunError(f"{path}: recordings end in .mcap. Call it {path.stem}.mcap (--output)")
+        raise RunError(f"{path}: names of recordings end in .mcap. Use {path.stem}.mcap (--output)")
 
 
 @dataclass(frozen=True)
 class RunHead:
-    """The first frame of a run.
+    """The first frame of a run, which describes it.
 
     Attributes:
-        name: What people call it.
-        model: The nominal robot, with its effects.
-        signals: What the controller measures: of position, velocity, current, torque, temperature.
+        name: Name of the run.
+        model: Nominal model.
+        signals: Measured signals: some of position, velocity, current, torque and temperature.
         epoch: Host's clock at the first sample, where the recording's time begins [ns since 1970].
-        zero: Controller's clock there [ns from its own zero].
+        zero: Controller's clock at the first sample [ns from its own zero].
         trajectory: Text of the trajectory's file.
-        payload: What hangs on the flange.
-        settings: Driver, scales, limits and whatever else explains the run.
-        warnings: Warnings that are known already.
-        state: What cycles hold of the controller's own state, and what its codes mean, as in `Info`.
+        payload: Payload on the flange.
+        settings: Driver, scales, limits and other settings of the run.
+        warnings: Warnings known before the run.
+        state: Names of the controller's own state in each cycle, and the meaning of its codes, as in `Info`.
     """
 
     name: str
@@ -85,11 +85,11 @@ class RunHead:
     state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def frame(self) -> bytes:
-        """To hand over."""
-        return self.written()(self.epoch, self.zero)
+        """The head as a frame."""
+        return self.prepare_frame()(self.epoch, self.zero)
 
-    def written(self) -> Callable[[int, int], bytes]:
-        """The frame, ready but for epoch and zero: writing the rest takes as long as a controller's cycle."""
+    def prepare_frame(self) -> Callable[[int, int], bytes]:
+        """Function that makes the frame from epoch and zero; the rest takes a cycle to serialize."""
         payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
         content = {
             "name": self.name,
@@ -101,19 +101,19 @@ class RunHead:
             "warnings": self.warnings,
             "state": {name: dict(words) for name, words in self.state.items()},
         }
-        rest = json.dumps(content, default=str).encode()[:-1]
+        prefix = json.dumps(content, default=str).encode()[:-1]
 
-        def begun(epoch: int, zero: int) -> bytes:
-            return frame(HEAD, b'%b, "epoch_ns": %d, "zero_ns": %d}' % (rest, epoch, zero))
+        def complete(epoch: int, zero: int) -> bytes:
+            return frame(HEAD, b'%b, "epoch_ns": %d, "zero_ns": %d}' % (prefix, epoch, zero))
 
-        return begun
+        return complete
 
     @classmethod
     def read(cls, body: bytes) -> "RunHead":
-        """From the body of its frame.
+        """Read a head from the body of its frame.
 
         Raises:
-            ValueError: It is not one.
+            ValueError: If the body is not that of a head.
         """
         content = json.loads(body)
         payload = content["payload"]

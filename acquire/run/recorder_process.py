@@ -1,4 +1,4 @@
-"""The process that writes a run to a file: whatever becomes of the loop, what it handed over is kept."""
+"""The process that writes a run to a file; frames handed over are kept even if the loop dies."""
 
 import json
 import os
@@ -18,24 +18,24 @@ from .recorder import RunHead, part_of
 from .run_file import DiskFile, RunFile
 
 FLUSH = 0.1
-"""Time between handing what came to the file [s]: what a crash of this process and the loop's can cost."""
+"""Time between writes to the file [s]: the most that is lost if this process and the loop crash."""
 NICE = -10
-"""Of this process; it works for five milliseconds out of a hundred."""
-ABANDONED = "the program that moved the arm ended without a reason; all that it had handed over is here"
+"""Niceness of this process, which is busy for five of every hundred milliseconds."""
+ABANDONED = "the program that moved the arm ended without a reason; all samples that it handed over are here"
 
 
 @dataclass
 class Course:
-    """What is known of the run so far.
+    """State of the run so far.
 
     Attributes:
         cycles: Number of samples.
-        skipped: Cycles that were missed.
+        skipped: Number of missed cycles.
         lateness: Lateness of each sample [s].
         host_time: Host's clock at the last sample [ns since 1970].
         controller_time: Controller's clock at the last sample [ns].
-        end: The loop's result at its end; None until then.
-        unreadable: Frames that made no sense.
+        end: Result of the loop; None until its end.
+        unreadable: Number of frames that could not be read.
     """
 
     cycles: int = 0
@@ -47,18 +47,18 @@ class Course:
     unreadable: int = 0
 
     def count(self, cycle: Cycle) -> None:
-        """Take in one more cycle."""
+        """Add a cycle."""
         self.cycles += 1
         self.skipped += cycle.skipped
         self.lateness.append(cycle.lateness)
         self.host_time, self.controller_time = cycle.host_time, cycle.controller_time
 
     def event(self, kind: str, text: str) -> Event:
-        """Message of this process, at the time of the last cycle."""
+        """A message of this process as an event at the time of the last cycle."""
         return Event(self.host_time, self.controller_time, kind, text, {})
 
     def outcome(self) -> dict[str, str]:
-        """How the run ended, for the recording."""
+        """Outcome of the run, for the recording."""
         facts = {name: str(value) for name, value in (self.end or {"stop": "unknown"}).items()}
         late = np.frombuffer(self.lateness) if self.cycles else np.zeros(1)
         p50, p99 = np.percentile(late, [50, 99])
@@ -84,10 +84,10 @@ class Recorder:
         self.course = Course()
 
     def record(self) -> bool:
-        """Write until the run is over; whether there was one.
+        """Write until the run has ended; return whether there was a run.
 
         Raises:
-            OSError: The file cannot be written any more.
+            OSError: If the file can no longer be written.
         """
         while True:
             began = time.monotonic()
@@ -95,7 +95,7 @@ class Recorder:
             self._write()
             if self._source.ended or self.course.end is not None:
                 break
-            # All that comes in between is read at once, which costs less than waking for each frame.
+            # Frames that come meanwhile are read at once, which costs less than waking for each.
             time.sleep(max(began + FLUSH - time.monotonic(), 0.0))
         if self._run is None:
             return False
@@ -106,7 +106,7 @@ class Recorder:
         return True
 
     def _take(self, patience: float) -> None:
-        """Take in the frames that are there, but for those that make no sense."""
+        """Read the available frames, and count those that cannot be read."""
         for kind, body in self._source.read(patience):
             try:
                 self._add(kind, body)
@@ -115,32 +115,32 @@ class Recorder:
         if self._source.broken:
             self._refuse(self._source.broken)
 
-    def _refuse(self, why: str) -> None:
+    def _refuse(self, reason: str) -> None:
         self.course.unreadable += 1
         if self.course.unreadable == 1:
-            self._warning(f"a frame could not be read: {why}")
+            self._warning(f"a frame could not be read: {reason}")
 
     def _warning(self, text: str) -> None:
-        """Report to the loop, and with what is written next to the recording."""
+        """Report a warning to the loop, and write it to the recording as an event."""
         self._source.fail(text)
         self._warnings.append(text)
 
     def _add(self, kind: bytes, body: bytes) -> None:
         if self._run is None:
             if kind != HEAD:
-                raise ValueError("nothing has explained the run")
+                raise ValueError("the first frame is not a head")
             head = RunHead.read(body)
             self._run = RunFile(cast(IO[bytes], self._file), head)
             self.course.host_time, self.course.controller_time = head.epoch, head.zero
         elif kind == SAMPLE:
-            self._cycles.append(self._run.possible(read_cycle(body)))
+            self._cycles.append(self._run.validated(read_cycle(body)))
             self.course.count(self._cycles[-1])
         elif kind == EVENT:
             self._events.append(read_event(body))
         elif kind == END:
             self.course.end = dict(json.loads(body))
         else:
-            raise ValueError("the run is explained already")
+            raise ValueError("a second head")
 
     def _write(self) -> None:
         if self._run is not None:
@@ -153,41 +153,41 @@ class Recorder:
 
 
 def main(arguments: list[str]) -> None:
-    """Write what comes to a file, and call it by its name when it is whole."""
+    """Write frames to a file, and give it its final name when it is complete."""
     source = PipeSource(arguments)
-    _hurry()
+    _raise_priority()
     path = Path(source.arguments[0])
     part = part_of(path)
     try:
         with DiskFile(part) as file:
             source.ready(str(part))
             recorder = Recorder(source, file)
-            whole = recorder.record()
-        _name(part, path, whole)
-        source.done(f"{recorder.course.cycles} cycles in {path}" if whole else "nothing was recorded")
+            recorded = recorder.record()
+        _finish_file(part, path, recorded)
+        source.done(f"{recorder.course.cycles} cycles in {path}" if recorded else "nothing was recorded")
     except OSError as error:
         source.fail(f"{error.filename or part}: {error.strerror or error}")
         source.done(f"what was written is in {part}")
 
 
-def _hurry() -> None:
-    """Before other people's work, where that is allowed: what waits in the pipe is lost with this process."""
+def _raise_priority() -> None:
+    """Raise the priority of this process, if allowed, so that frames do not pile up in the pipe."""
     try:
         os.setpriority(os.PRIO_PROCESS, 0, NICE)
     except OSError:
         pass
 
 
-def _name(part: Path, path: Path, whole: bool) -> None:
-    if not whole:
+def _finish_file(part: Path, path: Path, recorded: bool) -> None:
+    if not recorded:
         part.unlink()
         return
     try:
-        os.link(part, path)  # which, unlike a renaming, refuses where another was faster
+        os.link(part, path)  # unlike a rename, this fails if the path exists by now
         part.unlink()
     except FileExistsError:
         raise
-    except OSError:  # a file system that has no links
+    except OSError:  # a file system without hard links
         if path.exists():
             raise
         part.rename(path)

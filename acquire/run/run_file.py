@@ -1,4 +1,4 @@
-"""RunFile: the frames of a run as the topics of an MCAP file; DiskFile: where that is written."""
+"""RunFile: writes the frames of a run as topics of an MCAP file; DiskFile: that file on the disk."""
 
 import errno
 import os
@@ -40,12 +40,12 @@ from .frames import ARRAYS, STAGES, Cycle, Event
 from .recorder import RunHead
 
 IN_FRAMES = {"command": "command_position"}
-"""Signals that frames call otherwise than recordings do."""
-KEPT_BACK = 4 << 20
-"""Bytes of disk that are kept back: some ten seconds of an arm's run, enough to brake and write the end."""
+"""Names in frames of signals that have another name in recordings."""
+RESERVE = 4 << 20
+"""Bytes of disk space in reserve: some ten seconds of a run, enough to stop the arm and finish the file."""
 SYNC = 1.0
-"""Time between asking the operating system to put what was written on the disk [s]. A process that is killed
-loses nothing by waiting, only a machine that loses its power does."""
+"""Time between requests to the operating system to flush the file to the disk [s]. Only a power failure loses
+unflushed data; a killed process does not."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -53,8 +53,8 @@ class RunFile:
     """Writes a run as it happens.
 
     Args:
-        stream: A file opened for writing.
-        head: What explains the run; it is in the file when this returns.
+        stream: File opened for writing.
+        head: Head of the run; it is written at once.
     """
 
     def __init__(self, stream: IO[bytes], head: RunHead) -> None:
@@ -64,41 +64,41 @@ class RunFile:
         self._timing = timing_topic(STAGES)
         self._state = [state_topic(head.state)] if head.state else []
         self._shown = -np.inf
-        self._writer = RecordingWriter(stream, _explained(head))
+        self._writer = RecordingWriter(stream, _recording_head(head))
         for topic in (*self._signals, TRANSFORMS, self._timing, *self._state, EVENTS):
             self._writer.add_topic(topic)
         self._writer.flush()
 
-    def possible(self, cycle: Cycle) -> Cycle:
-        """The cycle, if it can be one of this arm and run.
+    def validated(self, cycle: Cycle) -> Cycle:
+        """The cycle, if it can belong to this arm and run.
 
         Raises:
-            ValueError: It cannot.
+            ValueError: If it cannot.
         """
         joints = cycle.arrays.shape[1]
         if joints != self._robot.dof:
-            raise ValueError(f"a sample of {joints} joints of an arm that has {self._robot.dof}")
+            raise ValueError(f"a sample of {joints} joints, expected {self._robot.dof}")
         if len(cycle.state) != len(self._head.state):
-            raise ValueError(f"{len(cycle.state)} numbers of its state, expected {len(self._head.state)}")
+            raise ValueError(f"{len(cycle.state)} state values, expected {len(self._head.state)}")
         if min(cycle.host_time, cycle.controller_time - self._head.zero + self._head.epoch) < 0:
             raise ValueError(f"a sample before 1970: {cycle.host_time} ns, {cycle.controller_time} ns")
         return cycle
 
     def write(self, cycles: Sequence[Cycle], events: Sequence[Event]) -> None:
-        """Write what has happened since the last time, and hand it to the file."""
-        streams = [self._happened(events)] if events else []
+        """Write cycles and events, and flush them to the file."""
+        streams = [self._event_stream(events)] if events else []
         if cycles:
-            streams += self._went(cycles)
+            streams += self._cycle_streams(cycles)
         if streams:
             write_merged(streams, self._writer)
         self._writer.flush()
 
     def finish(self, outcome: Mapping[str, str]) -> None:
-        """Write how the run ended, and the index that viewers look for."""
+        """Write the outcome of the run, and the index that viewers need."""
         self._writer.add_outcome(outcome)
         self._writer.finish()
 
-    def _happened(self, events: Sequence[Event]) -> Stream:
+    def _event_stream(self, events: Sequence[Event]) -> Stream:
         since = np.array([event.controller_time - self._head.zero for event in events], np.int64)
         messages = [
             event_message(recording.Event(1e-9 * time, event.kind, event.text, event.details))
@@ -107,15 +107,15 @@ class RunFile:
         logged = np.array([event.host_time for event in events], np.int64)
         return Stream(EVENTS, since + self._head.epoch, logged, of_any_length(messages))
 
-    def _went(self, cycles: Sequence[Cycle]) -> list[Stream]:
+    def _cycle_streams(self, cycles: Sequence[Cycle]) -> list[Stream]:
         since = np.array([cycle.controller_time - self._head.zero for cycle in cycles], np.int64)
         logged = np.array([cycle.host_time for cycle in cycles], np.int64)
         time, arrays = 1e-9 * since, np.stack([cycle.arrays for cycle in cycles])  # (t,), (t, 7, n)
         streams = []
         for topic in self._signals:
             values = {signal: arrays[:, _row(signal)] for signal in topic.fields}
-            rows = np.any([np.isfinite(each).any(axis=1) for each in values.values()], axis=0)
-            signals = {signal: recording.Signal(time[rows], each[rows]) for signal, each in values.items()}
+            rows = np.any([np.isfinite(value).any(axis=1) for value in values.values()], axis=0)
+            signals = {signal: recording.Signal(time[rows], value[rows]) for signal, value in values.items()}
             streams.append((topic, rows, topic.messages(self._robot.joints, signals)))
         streams.append(self._poses(time, arrays[:, _row("position")]))
         timing = recording.Timing(
@@ -133,14 +133,14 @@ class RunFile:
         return [Stream(topic, published[rows], logged[rows], messages) for topic, rows, messages in streams]
 
     def _poses(self, time: np.ndarray, position: np.ndarray) -> tuple[Topic, np.ndarray, np.ndarray]:
-        """Which cycles are shown by viewers, and how."""
+        """Topic, rows and messages of the poses that viewers show."""
         tick = ticks(time)
         rows = (np.diff(tick, prepend=self._shown) != 0.0) & np.isfinite(position).all(axis=1)
         self._shown = tick[-1]
         return TRANSFORMS, rows, pose_messages(self._robot.kinematics, time[rows], position[rows])
 
 
-def _explained(head: RunHead) -> Head:
+def _recording_head(head: RunHead) -> Head:
     return Head(
         name=head.name,
         model=head.model,
@@ -154,7 +154,7 @@ def _explained(head: RunHead) -> Head:
 
 
 def _topics(measured: Sequence[str]) -> list[Topic]:
-    """Topics of what is measured and commanded."""
+    """Topics of the measured and commanded signals."""
     states = {name: field for name, field in STATE_FIELDS.items() if name in ("position", *measured)}
     arrays = [name for name in ARRAY_TOPICS if name in measured and name not in STATE_FIELDS]
     return [
@@ -169,29 +169,29 @@ def _row(signal: str) -> int:
 
 
 class DiskFile:
-    """Has what the MCAP writer asks of a stream. A context manager that closes it.
+    """A file with the interface that the MCAP writer needs; a context manager that closes it.
 
     Attributes:
-        full: Why nothing but what was kept back is left; empty while there is room.
+        full: Disk error, such as a full disk with only the reserve left; empty while there is none.
 
     Args:
-        path: A file that is not there yet.
-        kept_back: Bytes of disk to keep back.
+        path: Path of the new file.
+        reserve: Disk space to reserve [bytes].
 
     Raises:
-        OSError: It is there, cannot be created, or the disk has less room than is kept back.
+        OSError: If the file exists or cannot be created, or the disk has no space for the reserve.
     """
 
-    def __init__(self, path: Path, kept_back: int = KEPT_BACK) -> None:
+    def __init__(self, path: Path, reserve: int = RESERVE) -> None:
         self.full = ""
         self._size = 0
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._closing = threading.Event()
         self._syncing = threading.Thread(target=self._sync, daemon=True)
         try:
-            # Without a name, so that a crash gives it back too.
-            self._kept = tempfile.TemporaryFile(dir=path.parent)
-            os.posix_fallocate(self._kept.fileno(), 0, kept_back)
+            # Without a name, so that a crash frees the space too.
+            self._reserve = tempfile.TemporaryFile(dir=path.parent)
+            os.posix_fallocate(self._reserve.fileno(), 0, reserve)
         except OSError:
             os.close(self._file)
             path.unlink()
@@ -199,32 +199,32 @@ class DiskFile:
         self._syncing.start()
 
     def write(self, data: bytes) -> int:
-        """Append; where the disk is full, into the room kept back.
+        """Append data; if the disk is full, use the reserve.
 
         Raises:
-            OSError: There is none left either, or another reason.
+            OSError: If the reserve is used up too, or writing fails otherwise.
         """
-        left = memoryview(data)
-        while left:
+        unwritten = memoryview(data)
+        while unwritten:
             try:
-                left = left[os.write(self._file, left) :]
+                unwritten = unwritten[os.write(self._file, unwritten) :]
             except OSError as error:
                 if error.errno not in FULL or self.full:
                     raise
                 self.full = error.strerror or "full"
-                self._kept.close()
+                self._reserve.close()
         self._size += len(data)
         return len(data)
 
     def tell(self) -> int:
-        """Bytes written."""
+        """Number of bytes written."""
         return self._size
 
     def flush(self) -> None:
-        """Nothing waits here: what is written is the operating system's, and outlives this process."""
+        """Do nothing: written data is with the operating system and survives this process."""
 
     def _sync(self) -> None:
-        """In a thread: it takes long on a busy disk."""
+        """Flush to the disk regularly; runs in a thread, since it takes long on a busy disk."""
         while not self._closing.wait(SYNC):
             try:
                 os.fdatasync(self._file)
@@ -232,12 +232,12 @@ class DiskFile:
                 self.full = error.strerror or "failing"
 
     def close(self) -> None:
-        """Put all on the disk."""
+        """Flush all data to the disk and close the file."""
         if self._closing.is_set():
             return
         self._closing.set()
         self._syncing.join()
-        self._kept.close()
+        self._reserve.close()
         try:
             os.fsync(self._file)
         finally:

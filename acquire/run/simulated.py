@@ -1,4 +1,4 @@
-"""Runs on a simulated arm: a planned motion as a recording, and the rehearsal before the real arm moves."""
+"""Runs on a simulated arm: recordings of planned motions, and the rehearsal before the real arm moves."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
@@ -45,24 +45,24 @@ def simulated(
     name: str = "simulated",
     watched: Watched = iter,
 ) -> Recording:
-    """The run that an arm with typical drives and sensors, tuned to what it is, makes of a plan.
+    """Simulate a run of a plan on an arm with typical drives and sensors, tuned to the true arm.
 
     Args:
-        arm: The arm as it is described in the recording.
-        plan: The motion.
-        loaded: The arm with what hangs on its flange.
-        payload: What hangs there, as it is described in the recording.
-        gears: Between motors and links, beside those of the arm.
-        speed: Over the planned one [-].
-        tick: From sample to sample [s].
-        seed: Seed of the sensors' noise.
+        arm: Model of the arm as described in the recording.
+        plan: Plan of the motion.
+        loaded: Model of the true arm with its payload.
+        payload: Payload as described in the recording.
+        gears: Transmission between motors and links, in addition to the arm's own.
+        speed: Playback speed over planned speed [-].
+        tick: Sampling period [s].
+        seed: Seed of the sensor noise.
+        exact: Whether sensors have neither noise nor quantization.
         name: Name of the recording.
-        exact: Sensors without noise and steps.
-        watched: Hands on the commands one by one, and may show how far that is.
+        watched: Wrapper of the commands that may show progress.
 
     Raises:
-        RobotError: The arm has no such payload.
-        TrajectoryError: The plan is for other joints.
+        RobotError: If the arm has no such payload.
+        TrajectoryError: If the plan is for other joints.
     """
     if plan.joints != arm.robot.joints:
         raise TrajectoryError(robot_differences(plan, arm.robot)[0])
@@ -84,36 +84,36 @@ def simulated(
         )  # fmt: skip
     signals = follow(plant, position, velocity, tick, watched)
     if not np.any(np.isfinite(gears.stiffness)):
-        del signals["link_position"]  # a second encoder would measure the same
+        del signals["link_position"]  # a link encoder would measure the same
     source = f"simulated, seed {seed}"
     settings = {"source": source, SIMULATED: arm.robot.name, "speed": f"{speed:g}", "exidyn": __version__}
     return Recording(name, arm, signals, payload, trajectory=plan_text(plan), settings=settings)
 
 
 def commands(motion: Trajectory, speed: float, arm: Model, tick: float) -> tuple[np.ndarray, np.ndarray]:
-    """Position [rad] and velocity [rad/s] to command, each (t, n): from rest through the motion to rest."""
+    """Commanded position [rad] and velocity [rad/s], each (t, n), from rest through the motion to rest."""
     played = motion if speed == 1.0 else Slowed(motion, speed)
     player = Player(played, usable(arm.robot, NO_MARGIN).limits, tick)
     player.begin(player.approach(played.state_at(0.0).position))
-    given = []
+    rows = []
     while not player.finished and (command := player.next()) is not None:
-        given.append((command.position, command.velocity))
-    position, velocity = np.moveaxis(np.array(given), 1, 0)
+        rows.append((command.position, command.velocity))
+    position, velocity = np.moveaxis(np.array(rows), 1, 0)
     return position, velocity
 
 
 def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Sequence[Sink] = ()) -> Outcome:
-    """Play the job on the mock, which is the nominal arm and stands where the motion begins.
+    """Perform a job with the mock driver and the nominal arm, which stands at the start of the motion.
 
     Args:
-        job: What to do.
-        model: The nominal arm, with its payload.
-        cycle: Cycle of the controller that is rehearsed for [s].
-        payload: Name of the body that it carries; empty for none.
-        shown: Sinks that show how far it is; closed in the end.
+        job: Job to rehearse.
+        model: Nominal model with its payload.
+        cycle: Cycle time of the real controller [s].
+        payload: Name of the payload; empty for none.
+        shown: Sinks that show progress; they are closed at the end.
 
     Raises:
-        NotAllowed: The simulated arm had to be stopped.
+        NotAllowed: If the simulated arm had to be stopped.
     """
     start = job.motion.state_at(0.0).position
     settings = {"cycle": cycle, "clock": "stepped"}
@@ -127,7 +127,7 @@ def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Seq
             sink.put(text_frame(END, {}))
     if outcome.stop is not None:
         raise NotAllowed(
-            f"in a rehearsal on the simulated arm the run was stopped: {outcome.stop.text}. Look at the "
+            f"the run was stopped in a rehearsal on the simulated arm: {outcome.stop.text}. Check the "
             "limits and drive gains of the robot file, or play it slower (exidyn record --speed)"
         )
     return outcome

@@ -1,1 +1,1 @@
-"""A study: run after run, each chosen by what the ones before left open, until the model is decided."""
+"""A study: a sequence of runs, each chosen to answer the questions that earlier runs left open."""

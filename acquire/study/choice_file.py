@@ -1,4 +1,4 @@
-"""A choice as a table: what was believed, what is open, what each run on offer would do about it."""
+"""A choice as a table: conclusions, open questions, and the information expected of each available run."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -23,18 +23,18 @@ from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, UNDECIDABL
 from .rounds import FORMAT
 
 BIT = 1.4426950408889634
-"""Bits in a nat: people count in bits."""
+"""Bits per nat: files and pages state information in bits."""
 ENDED = {
-    DECIDED: "Decided: everything that was open is settled.",
-    UNDECIDABLE: "Undecidable by any run on offer; what remains, why, and what would settle it:",
-    OUT_OF_TIME: "Out of time: the run that would settle most takes longer than is left.",
+    DECIDED: "Decided: all questions are settled.",
+    UNDECIDABLE: "Undecidable by any available run; the open questions, why, and what would settle them:",
+    OUT_OF_TIME: "Out of time: the most informative run takes longer than the time that remains.",
 }
-"""What the end of a study means."""
+"""Explanation of each verdict that ends a study."""
 ChoiceTable = dict[str, Any]
 
 
 def choice_table(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> dict[str, Any]:
-    """What was believed, what is open, what each run on offer would do about it; information in [bit]."""
+    """Conclusions, open questions, and available runs as a table; information in [bit]."""
     return {
         "exidyn_study": FORMAT,
         "verdict": choice.verdict,
@@ -42,66 +42,66 @@ def choice_table(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> dict[s
         "findings": settled_findings(belief, choice, diagnosis),
         "believed_findings": believed_findings(diagnosis),
         "possible": possible_effects(belief),
-        "left_over_noise": left_over_noise(belief, diagnosis),
+        "left_over_noise": residual_over_noise(belief, diagnosis),
         "entropy": BIT * choice.entropy,
         "hidden": hidden(belief),
         "open_torque": open_torque(belief),
         "items": [
-            {"words": one.words, "entropy": BIT * one.entropy, "open": one.open, "decidable": decidable}
-            for one, decidable in zip(choice.items, choice.decidable, strict=True)
+            {"words": item.words, "entropy": BIT * item.entropy, "open": item.open, "decidable": decidable}
+            for item, decidable in zip(choice.items, choice.decidable, strict=True)
         ],
         "offers": [
             {
-                "name": one.offer.name,
-                "motion": one.offer.motion,
-                "seconds": one.offer.seconds,
-                "request": one.offer.request,
-                "gained": BIT * one.gained,
+                "name": forecast.offer.name,
+                "motion": forecast.offer.motion,
+                "seconds": forecast.offer.seconds,
+                "request": forecast.offer.request,
+                "gained": BIT * forecast.gained,
             }
-            for one in choice.forecasts
+            for forecast in choice.forecasts
         ],
         "remains": [*_remains(belief, choice), *_unexplained(diagnosis)],
     }
 
 
 def believed_findings(diagnosis: Diagnosis) -> list[list[Any]]:
-    """Effect and joints, from 1, of all findings of a diagnosis, in the order of their names."""
-    return sorted([one.effect, [joint + 1 for joint in one.joints]] for one in diagnosis.findings)
+    """Effect and joints, from 1, of each finding of a diagnosis, sorted by name."""
+    return sorted([finding.effect, [joint + 1 for joint in finding.joints]] for finding in diagnosis.findings)
 
 
 def settled_findings(belief: Belief, choice: Choice, diagnosis: Diagnosis) -> list[list[Any]]:
-    """The same without those that are open."""
-    asked = [question.answers[0] for question in belief.questions if question.seen]
-    open_ones = [
-        [one.effect, [joint + 1 for joint in one.joints]]
-        for one, item in zip(asked, choice.items, strict=False)
+    """Effect and joints, from 1, of each finding whose question is settled."""
+    answers = [question.answers[0] for question in belief.questions if question.seen]
+    still_open = [
+        [answer.effect, [joint + 1 for joint in answer.joints]]
+        for answer, item in zip(answers, choice.items, strict=False)
         if item.open
     ]
-    return [one for one in believed_findings(diagnosis) if one not in open_ones]
+    return [finding for finding in believed_findings(diagnosis) if finding not in still_open]
 
 
 def possible_effects(belief: Belief) -> list[list[Any]]:
-    """Effect and joints, from 1, of all answers to questions that are open."""
-    asked = [question for question in belief.questions if question.seen and not question.settled]
+    """Effect and joints, from 1, of each answer to an open question."""
+    questions = [question for question in belief.questions if question.seen and not question.settled]
     return sorted(
-        [one.effect, [joint + 1 for joint in one.joints]]
-        for question in asked
-        for one in question.answers
-        if one.effect
+        [answer.effect, [joint + 1 for joint in answer.joints]]
+        for question in questions
+        for answer in question.answers
+        if answer.effect
     )
 
 
-def left_over_noise(belief: Belief, diagnosis: Diagnosis) -> dict[str, float]:
-    """What is left of all runs beside what was found, over the noise of each joint [-]."""
+def residual_over_noise(belief: Belief, diagnosis: Diagnosis) -> dict[str, float]:
+    """RMS residual of all runs with findings, over the noise floor of each joint [-]."""
     assert diagnosis.evidence is not None
     prediction = belief.search.prediction
-    left = rms(prediction.residual, prediction.rows.weight) / diagnosis.evidence.noise
-    return dict(zip(diagnosis.joints, map(float, left), strict=True))
+    ratio = rms(prediction.residual, prediction.rows.weight) / diagnosis.evidence.noise
+    return dict(zip(diagnosis.joints, map(float, ratio), strict=True))
 
 
 def shape_table(shapes: Sequence[Shaped]) -> list[list[Any]]:
-    """Shapes of findings, joints from 1; of one hypothesis the last."""
-    last = {one[:3]: one.shape for one in shapes}
+    """Shapes of findings, joints from 1; only the last shape of each hypothesis is listed."""
+    last = {shaped[:3]: shaped.shape for shaped in shapes}
     return [
         [effect, [joint + 1 for joint in joints], kind, shape]
         for (effect, joints, kind), shape in last.items()
@@ -109,7 +109,7 @@ def shape_table(shapes: Sequence[Shaped]) -> list[list[Any]]:
 
 
 def read_shapes(choice: dict[str, Any] | None) -> list[Shaped]:
-    """The inverse: what a choice says of shapes; none before the first."""
+    """Shapes listed in the table of a choice; empty without a choice."""
     return [
         Shaped(effect, tuple(joint - 1 for joint in joints), kind, shape)
         for effect, joints, kind, shape in (choice or {}).get("shapes", [])
@@ -117,7 +117,7 @@ def read_shapes(choice: dict[str, Any] | None) -> list[Shaped]:
 
 
 def _remains(belief: Belief, choice: Choice) -> Iterator[str]:
-    """What no run on offer decides, why, and what would, in sentences."""
+    """Yield sentences on each question that no available run settles: why, and what would settle it."""
     questions = [question for question in belief.questions if question.seen]
     for place, item in enumerate(choice.items):
         if item not in choice.remains:
@@ -129,14 +129,14 @@ def _remains(belief: Belief, choice: Choice) -> Iterator[str]:
         elif item.words == GAINS:
             yield gain_words(belief)
         else:
-            yield f"Values of parameters leave {100 * open_torque(belief):.0f} % of the resolution open."
+            yield f"Parameter values leave {100 * open_torque(belief):.0f} % of the resolution open."
 
 
 def _unexplained(diagnosis: Diagnosis) -> Iterator[str]:
-    for one in diagnosis.remainders:
-        where = lower(joint_words(one.joint, diagnosis.joints))
+    for remainder in diagnosis.remainders:
+        joint = lower(joint_words(remainder.joint, diagnosis.joints))
         yield (
-            f"On {where} {left_on(one, diagnosis)} is left that none of the effects that exidyn knows "
-            f"explains; {dependence(one.depends_on)}. What would explain it: an effect that is added to "
-            "exidyn, see docs/effects.md."
+            f"No effect in exidyn explains a residual of {left_on(remainder, diagnosis)} on {joint}; "
+            f"{dependence(remainder.depends_on)}. To explain it, add an effect to exidyn; "
+            "see docs/effects.md."
         )

@@ -1,4 +1,4 @@
-"""Schema of choice.json: what a study reads of its former rounds."""
+"""Schema of choice.json, which a study reads from its earlier rounds."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -23,15 +23,15 @@ from exidyn.trajectories.next_run.choice import DECIDED, OUT_OF_TIME, RUN, UNDEC
 VERDICTS = (RUN, DECIDED, UNDECIDABLE, OUT_OF_TIME)
 Sentence = Annotated[str, Meta(max_length=10_000)]
 Duration = Annotated[float, Meta(gt=0.0, le=1e9)]
-"""Of a run [s]; thirty years at most."""
+"""Duration of a run [s], at most thirty years."""
 Finding = tuple[EffectName, list[JointNumber]]
-"""Effect, and numbers of its joints from 1."""
+"""Effect and numbers of its joints, from 1."""
 Shape = tuple[EffectName, list[JointNumber], str, dict[str, Number]]
-"""Effect, numbers of its joints, kind, and values of its shape by name."""
+"""Effect, numbers of its joints, from 1, kind, and shape parameters by name."""
 
 
 class ItemRow(Struct, frozen=True):
-    """A question: its words, entropy [bit], whether it is open, and whether a run on offer settles it."""
+    """A question: its words, entropy [bit], whether it is open, and whether an available run settles it."""
 
     words: Sentence
     entropy: Size
@@ -40,7 +40,7 @@ class ItemRow(Struct, frozen=True):
 
 
 class OfferRow(Struct, frozen=True):
-    """A run on offer: durations [s], what a person has to do, and its expected information [bit]."""
+    """An available run: its durations [s], what a person has to do, and the expected information [bit]."""
 
     name: Name
     motion: Annotated[float, Meta(ge=0.0, le=1e9)]
@@ -50,7 +50,7 @@ class OfferRow(Struct, frozen=True):
 
 
 class Chosen(Struct, frozen=True, forbid_unknown_fields=True):
-    """The run chosen: the file of its motion and what it needs, or the name of a recording that exists."""
+    """The chosen run: the file of its motion and what it needs, or the name of an existing recording."""
 
     plan: Name | None = None
     loaded: bool = False
@@ -65,7 +65,7 @@ class Chosen(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ChoiceFile(Struct, frozen=True):
-    """The file; keys that it has beside these are for people."""
+    """The file; its other keys are for human readers."""
 
     verdict: str
     believed: list[Sentence]
@@ -82,29 +82,29 @@ class ChoiceFile(Struct, frozen=True):
 
     def __post_init__(self) -> None:
         check(self.verdict in VERDICTS, "verdict", self.verdict, f"one of {', '.join(VERDICTS)}")
-        goes_on = self.verdict == RUN
-        check(bool(self.offers) or not goes_on, "offers", self.offers, f"a run, as the verdict is {RUN}")
+        continues = self.verdict == RUN
+        check(bool(self.offers) or not continues, "offers", self.offers, f"a run, as the verdict is {RUN}")
         check(
-            (self.chosen is not None) == goes_on, "chosen", self.chosen, f"a run where the verdict is {RUN}"
+            (self.chosen is not None) == continues, "chosen", self.chosen, f"a run where the verdict is {RUN}"
         )
         for place, (_, joints, *_) in enumerate(self.shapes):
             check_joints(joints, f"shapes[{place}][1]", len(self.left_over_noise))
 
 
 def require_course(folder: Path, choices: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
-    """Refuse rounds that are no course of one study.
+    """Refuse rounds that cannot belong to one study.
 
     Args:
         folder: Folder of the study.
-        choices: Name of each round, and its choice.
+        choices: Name and choice of each round.
 
     Raises:
-        NotAFile: A round that ended the study is followed by another, or two are of different joints.
+        NotAFile: If a round follows one that ended the study, or two rounds have different joints.
     """
     for (name, choice), (following, later) in pairwise(choices):
         if choice["verdict"] != RUN:
             raise NotAFile(
-                f"{folder}: {name} ended the study, but {following} follows it; remove that folder"
+                f"{folder}: {name} ended the study, but {following} follows it; remove {following}"
             )
         if list(choice["left_over_noise"]) != list(later["left_over_noise"]):
-            raise NotAFile(f"{folder}: {name} and {following} are of different joints; remove that folder")
+            raise NotAFile(f"{folder}: {name} and {following} have different joints; remove {following}")

@@ -34,16 +34,16 @@ Diagnose = Callable[[Case, Path], Diagnosed]
 
 @dataclass(frozen=True)
 class Study:
-    """What a study is about, and how its steps are done.
+    """The subject of a study, and the functions that perform its steps.
 
     Attributes:
-        folder: Where its files are.
-        model: Nominal.
-        source: Where its runs come from.
-        seconds: Longest time in motion [s].
-        identify: Makes the files of a fit from runs, as `exidyn identify` does.
-        diagnose: Makes the files of a diagnosis, as `exidyn diagnose` does.
-        asked: What was asked for, by name; a study that ended is continued where that has changed.
+        folder: Folder of its files.
+        model: Nominal model.
+        source: Source of its runs.
+        seconds: Maximum total time in motion [s].
+        identify: Writes the files of a fit of runs, as `exidyn identify` does.
+        diagnose: Writes the files of a diagnosis, as `exidyn diagnose` does.
+        options: Options of the study by name; a study that ended continues if they have changed.
     """
 
     folder: Path
@@ -52,18 +52,18 @@ class Study:
     seconds: float
     identify: Identify
     diagnose: Diagnose
-    asked: dict[str, Any]
+    options: dict[str, Any]
 
     def run(self) -> dict[str, Any]:
-        """Until it is decided, undecidable or out of time; the last choice, as its table.
+        """Run until the model is decided or undecidable, or time is up; return the last choice as a table.
 
         Raises:
-            RunStopped: A run was stopped before its end; the notebook says so too.
+            RunStopped: If a run was stopped before its end; the notebook reports this too.
         """
         while True:
-            one = next_round(self.folder)
+            current = next_round(self.folder)
             try:
-                choice = self._complete(one)
+                choice = self._complete_round(current)
             except RunStopped as stopped:
                 self._write_notebook(str(stopped))
                 raise
@@ -72,67 +72,69 @@ class Study:
                 return choice
 
     def _write_notebook(self, stopped: str = "") -> None:
-        """The account so far, and why the last run ended before its time."""
-        choices = [(one.name, choice) for one in rounds(self.folder) if (choice := one.choice) is not None]
+        """Write the notebook of all rounds so far, and why the last run was stopped early."""
+        begun = rounds(self.folder)
+        choices = [(past.name, choice) for past in begun if (choice := past.choice) is not None]
         require_course(self.folder, choices)
-        stops = [(one.name, why) for one in rounds(self.folder) for why in one.stops]
+        stops = [(past.name, reason) for past in begun for reason in past.stops]
         write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped, stops))
 
-    def _complete(self, one: Round) -> dict[str, Any]:
-        """All steps of a round of which there is no result yet, and its choice."""
-        before = rounds(self.folder)[: one.number - 1]
-        one.folder.mkdir(parents=True, exist_ok=True)
-        if not one.run.exists():
-            last = before[-1].choice if before else None
-            what = "the first run" if last is None else last["offers"][0]["name"]
-            print(f"{one.name}: {what}", file=sys.stderr)
-            self.source.make(one, None if last is None else last["chosen"])
-        every = [*before, one]
-        fill_folder(one.fit, lambda part: self._fitted(every, part))
-        fill_folder(one.diagnosis, lambda part: self._believed(every, part))
-        choice = one.choice
+    def _complete_round(self, current: Round) -> dict[str, Any]:
+        """Perform the steps of a round that have no result yet; return its choice."""
+        earlier = rounds(self.folder)[: current.number - 1]
+        current.folder.mkdir(parents=True, exist_ok=True)
+        if not current.run.exists():
+            last = earlier[-1].choice if earlier else None
+            run_name = "the first run" if last is None else last["offers"][0]["name"]
+            print(f"{current.name}: {run_name}", file=sys.stderr)
+            self.source.make(current, None if last is None else last["chosen"])
+        rounds_so_far = [*earlier, current]
+        fill_folder(current.fit, lambda part: self._fit(rounds_so_far, part))
+        fill_folder(current.diagnosis, lambda part: self._diagnose_and_choose(rounds_so_far, part))
+        choice = current.choice
         assert choice is not None
         return choice
 
-    def _fitted(self, every: Sequence[Round], part: Path) -> None:
-        """A fit of all runs; what runs cannot carry is no reason to end."""
+    def _fit(self, rounds_so_far: Sequence[Round], part: Path) -> None:
+        """Fit all runs; the study continues if they do not support a fit."""
         try:
-            self.identify([one.run for one in every], part)
+            self.identify([past.run for past in rounds_so_far], part)
         except ExidynError as error:
             write_whole(part / "none.txt", f"{error}\n")
             tell(f"no fit: {error}")
 
-    def _believed(self, every: Sequence[Round], part: Path) -> None:
-        """Diagnosis, offers and choice."""
-        recordings = distinct_bodies([one.recording() for one in every])
-        last = every[-2].choice if len(every) > 1 else None
-        before = read_shapes(last)
-        file = every[-1].fit / "fit.json"
+    def _diagnose_and_choose(self, rounds_so_far: Sequence[Round], part: Path) -> None:
+        """Diagnose all runs, collect the available runs, and choose the next."""
+        recordings = distinct_bodies([past.recording() for past in rounds_so_far])
+        last = rounds_so_far[-2].choice if len(rounds_so_far) > 1 else None
+        earlier_shapes = read_shapes(last)
+        file = rounds_so_far[-1].fit / "fit.json"
         fit = read_fit(file) if file.exists() else None
         gains = other_gains(fit, self.model)
         model = with_gains(self.model, gains)
-        case = Case(model.robot.name, model, [("identify", one) for one in recordings], before)
+        case = Case(model.robot.name, model, [("identify", run) for run in recordings], earlier_shapes)
         diagnosis, search = self.diagnose(case, part)
-        offers = self.source.offers(every, diagnosis, fit)
-        suspects, found = suspects_of(search), [one.answer for one in search.selected]
+        offers = self.source.offers(rounds_so_far, diagnosis, fit)
+        suspects, findings = suspects_of(search), [selected.answer for selected in search.selected]
         usable: list[Offer] = []
         columns: list[RunColumns] = []
-        tell("weighs what each run on offer would show")
+        tell("predicting what each available run would show")
         for offer in with_bar(offers):
             try:
                 planned = offer.plan is not None
-                run = run_columns(search.problem, found, suspects.every, offer.recording, planned)
+                run = run_columns(search.problem, findings, suspects.every, offer.recording, planned)
                 columns.append(run)
                 usable.append(offer)
             except ExidynError as error:
-                tell(f"{offer.name} is not on offer: {error}")
+                tell(f"{offer.name} is not available: {error}")
         belief = belief_of(search, suspects, columns, nameless_torque(diagnosis, search))
-        moved = sum(one.duration for one in recordings)
+        moved = sum(recording.duration for recording in recordings)
         choice = choose(belief, usable, columns, self.seconds - moved, bool(diagnosis.remainders))
-        table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.asked}
+        table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.options}
         table["believed"] = [*gain_sentences(gains, self.model), *table["believed"]]
-        table["findings"] = sorted([*table["findings"], *(["drive_gain", [one.joint + 1]] for one in gains)])
-        table["shapes"] = shape_table([*before, *shapes_of(search.selected)])
+        gain_findings = (["drive_gain", [gain.joint + 1]] for gain in gains)
+        table["findings"] = sorted([*table["findings"], *gain_findings])
+        table["shapes"] = shape_table([*earlier_shapes, *shapes_of(search.selected)])
         chosen = choice.chosen
         table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)
         write_whole(part / CHOICE, json_text(plain(table)))

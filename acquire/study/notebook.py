@@ -1,4 +1,4 @@
-"""The lab notebook: after each run what was believed, asked and why, and learned."""
+"""The lab notebook: for each run, why it was chosen, what it taught, and the conclusions so far."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,7 +21,7 @@ from exidyn.identification.notebook import counted
 from exidyn.trajectories.next_run.choice import RUN
 
 from .choice_file import ENDED, ChoiceTable
-from .study_plots import left_plot, open_plot
+from .study_plots import open_plot, residual_plot
 
 
 def notebook(
@@ -30,37 +30,37 @@ def notebook(
     stopped: str = "",
     stops: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """The page.
+    """The page of a study.
 
     Args:
         robot: Name of the robot.
-        choices: Name and choice of each round, as `choice_table` gives it.
+        choices: Name and choice of each round; see `choice_table`.
         stopped: Why the last run was stopped before its end, and whether the arm stands; empty if it was not.
-        stops: Round and reason of every run that was stopped before its end.
+        stops: Round and reason of each run that was stopped before its end.
     """
     moved = choices[-1][1]["moved"] if choices else 0.0
     note = f"{counted(len(choices), 'run')}; {moved / 60:.1f} min of motion"
-    before = [None, *(choice for _, choice in choices)]
-    rounds = [(name, choice, earlier) for (name, choice), earlier in zip(choices, before, strict=False)]
+    previous = [None, *(choice for _, choice in choices)]
+    rounds = [(name, choice, before) for (name, choice), before in zip(choices, previous, strict=False)]
     sections = [
         Section("stopped", "The last run was stopped", [Paragraph(stopped)] if stopped else ()),
         Section("runs", "The runs", _summary(rounds)),
         Section("stops", "Runs that were stopped before their end", _stops(stops)),
-        *(_round(*one) for one in rounds),
+        *(_round_section(*entry) for entry in rounds),
     ]
     return html(Document(f"{robot}: study", note, sections))
 
 
 def _summary(rounds: Sequence[tuple[str, ChoiceTable, ChoiceTable | None]]) -> list[Block]:
-    """A row a run: what was expected of it and what it gave; and what the end means."""
-    head = ["round", "run", "motion so far [s]", "expected [bit]", "realised [bit]", "left open [bit]"]
-    blocks: list[Block] = [Table(head, [_row(*one) for one in rounds], words=(1,))]
+    """One row per run with its expected and realized information, and the verdict that ended the study."""
+    head = ["round", "run", "motion so far [s]", "expected [bit]", "realized [bit]", "still open [bit]"]
+    blocks: list[Block] = [Table(head, [_row(*entry) for entry in rounds], words=(1,))]
     if not rounds:
         return blocks
     pairs = [(choice, before) for _, choice, before in rounds]
     plots = [
-        Figure("What is open", "what was expected of each run beside what it left", open_plot(pairs)),
-        Figure("What is left beside all findings", "over noise; 1 is noise alone", left_plot(pairs)),
+        Figure("Open questions", "expected and actual entropy after each run", open_plot(pairs)),
+        Figure("Residuals with findings", "residual / noise floor; 1 is noise alone", residual_plot(pairs)),
     ]
     blocks.append(Grid(plots))
     last = rounds[-1][1]
@@ -70,71 +70,71 @@ def _summary(rounds: Sequence[tuple[str, ChoiceTable, ChoiceTable | None]]) -> l
 
 
 def _stops(stops: Sequence[tuple[str, str]]) -> list[Block]:
-    """A row a run; none without any."""
+    """One row per stopped run; empty if there is none."""
     return [Table(["round", "why it was stopped"], stops, words=(1,))] if stops else []
 
 
 def _row(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> list[Cell]:
-    so_far, left = Number(choice["moved"], 3), Number(choice["entropy"], 3)
+    so_far, still_open = Number(choice["moved"], 3), Number(choice["entropy"], 3)
     if before is None:
-        return [name, "an excitation", so_far, "-", "-", left]
-    best, realised = before["offers"][0], before["entropy"] - choice["entropy"]
-    return [name, best["name"], so_far, Number(best["gained"], 3), Number(realised, 3), left]
+        return [name, "an excitation", so_far, "-", "-", still_open]
+    best, realized = before["offers"][0], before["entropy"] - choice["entropy"]
+    return [name, best["name"], so_far, Number(best["gained"], 3), Number(realized, 3), still_open]
 
 
-def _round(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> Section:
-    asked = ["The first run: nothing was known but the nominal model."]
+def _round_section(name: str, choice: ChoiceTable, before: ChoiceTable | None) -> Section:
+    reasons = ["The first run: only the nominal model was known."]
     if before is not None:
         best = before["offers"][0]
-        asked = [_why(best), _learned(best, before["entropy"] - choice["entropy"])]
+        reasons = [_reason(best), _information(best, before["entropy"] - choice["entropy"])]
     items: list[list[Cell]] = [
-        ["open" if one["open"] else "settled", one["words"], Number(one["entropy"], 3), _told(one)]
-        for one in choice["items"]
+        ["open" if item["open"] else "settled", item["words"], Number(item["entropy"], 3), _decidable(item)]
+        for item in choice["items"]
     ]
     blocks: list[Block] = [
-        Heading("What was asked, and why"),
-        *(Paragraph(words) for words in asked),
-        Heading("What is believed"),
+        Heading("Why this run"),
+        *(Paragraph(words) for words in reasons),
+        Heading("Conclusions so far"),
         Statements(choice["believed"]),
-        Heading("What is open"),
-        Table(["", "question", "[bit]", "a run on offer settles it"], items, words=(1, 3)),
+        Heading("Open questions"),
+        Table(["", "question", "[bit]", "an available run settles it"], items, words=(1, 3)),
     ]
     if choice["offers"]:
-        blocks += [Heading("Runs on offer"), _offers(choice["offers"])]
+        blocks += [Heading("Available runs"), _offer_table(choice["offers"])]
     return Section(name, name.replace("-", " ").capitalize(), blocks)
 
 
-def _told(item: dict[str, Any]) -> str:
+def _decidable(item: dict[str, Any]) -> str:
     if not item["open"]:
         return ""
     return "yes" if item["decidable"] else "no"
 
 
-def _why(best: dict[str, Any]) -> str:
+def _reason(best: dict[str, Any]) -> str:
     request = f" {best['request']}." if best["request"] else ""
     return (
-        f"{best['name'].capitalize()}: of all runs on offer it takes most off what is open in a second, "
-        f"{best['gained']:.2f} bit in {best['seconds']:.0f} s.{request}"
+        f"{best['name'].capitalize()}: of all available runs it is expected to give the most information "
+        f"per second, {best['gained']:.2f} bit in {best['seconds']:.0f} s.{request}"
     )
 
 
-def _learned(best: dict[str, Any], realised: float) -> str:
-    text = f"Expected information {best['gained']:.2f} bit, realised {realised:.2f} bit."
-    if realised < 0.0:
-        text += " The run raised a question that was not open before."
+def _information(best: dict[str, Any], realized: float) -> str:
+    text = f"Expected information {best['gained']:.2f} bit, realized {realized:.2f} bit."
+    if realized < 0.0:
+        text += " The run raised a new question."
     return text
 
 
-def _offers(offers: Sequence[dict[str, Any]]) -> Table:
+def _offer_table(offers: Sequence[dict[str, Any]]) -> Table:
     rows: list[list[Cell]] = [
         [
-            Number(1e3 * one["gained"] / one["seconds"], 3),
-            one["name"],
-            Number(one["motion"], 3),
-            Number(one["seconds"] - one["motion"], 3),
-            Number(one["gained"], 3),
+            Number(1e3 * offer["gained"] / offer["seconds"], 3),
+            offer["name"],
+            Number(offer["motion"], 3),
+            Number(offer["seconds"] - offer["motion"], 3),
+            Number(offer["gained"], 3),
         ]
-        for one in offers
+        for offer in offers
     ]
-    head = ["a second [mbit/s]", "run", "motion [s]", "a person's part [s]", "of what is open [bit]"]
+    head = ["information rate [mbit/s]", "run", "motion [s]", "manual work [s]", "information [bit]"]
     return Table(head, rows, words=(1,))

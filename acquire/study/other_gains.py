@@ -1,7 +1,7 @@
-"""Drive gains that a known body contradicts: the study goes on with those that it gives.
+"""Drive gains that a known payload contradicts: the study continues with the gains that the payload gives.
 
-What is stated of a gain is a claim. Where a run with a known body shows a gain that its tolerance excludes,
-every other question would be asked in a wrong scale: the gain is named, and all else is asked beside it.
+A nominal gain is a claim. If a run with a known payload shows a gain outside its tolerance, every other
+question would be asked on a wrong scale. So the gain is reported, and the other questions use the new value.
 """
 
 from dataclasses import replace
@@ -19,13 +19,13 @@ from exidyn.identification.text_table import NORMAL_95
 
 
 class OtherGain(NamedTuple):
-    """A drive gain that is not what is stated.
+    """A drive gain that differs from its nominal value.
 
     Attributes:
-        joint: From 0.
-        gain: As the known body gives it [N m/A].
-        std: Its relative standard deviation [-].
-        share: By how much it is more than stated [-].
+        joint: Index of the joint, from 0.
+        gain: Gain determined with the known payload [N m/A].
+        std: Relative standard deviation of the gain [-].
+        share: Relative difference from the nominal gain [-].
     """
 
     joint: int
@@ -35,37 +35,38 @@ class OtherGain(NamedTuple):
 
 
 def other_gains(fit: Fit | None, model: Model) -> list[OtherGain]:
-    """Gains that runs with a known body determine, and that what is stated of them excludes."""
+    """Gains determined by runs with a known payload that lie outside their nominal tolerance."""
     robot = model.robot
     if fit is None or not stated(robot):
         return []
-    gain, found = fit.estimate.gain, []
+    gain, others = fit.estimate.gain, []
     std = fit.estimate.gain_std / np.abs(gain)
     for joint in np.flatnonzero(fit.estimate.gain_estimated):
         share, tolerance = gain[joint] / robot.drive_gain[joint] - 1.0, robot.drive_gain_tolerance[joint]
-        # A sensor is linear to a few per cent: what is less is no other gain.
+        # Sensors are linear to a few percent: a smaller difference is not evidence of another gain.
         excluded = STRANGE * np.hypot(max(tolerance, LINEAR), std[joint])
         if std[joint] <= max(tolerance, LINEAR) and abs(share) > excluded:
-            found.append(OtherGain(int(joint), float(gain[joint]), float(std[joint]), float(share)))
-    return found
+            others.append(OtherGain(int(joint), float(gain[joint]), float(std[joint]), float(share)))
+    return others
 
 
-def with_gains(model: Model, found: list[OtherGain]) -> Model:
-    """The model with these, known to their deviation or to what sensors are linear by."""
+def with_gains(model: Model, gains: list[OtherGain]) -> Model:
+    """The model with these gains, each with its std or the linearity of sensors as tolerance."""
     robot = model.robot
     gain, tolerance = np.array(robot.drive_gain), np.array(robot.drive_gain_tolerance)
-    for one in found:
-        gain[one.joint], tolerance[one.joint] = one.gain, max(one.std, LINEAR)
+    for other in gains:
+        gain[other.joint], tolerance[other.joint] = other.gain, max(other.std, LINEAR)
     return replace(model, robot=replace(robot, drive_gain=gain, drive_gain_tolerance=tolerance))
 
 
-def gain_sentences(found: list[OtherGain], model: Model) -> list[str]:
-    """What is said of each, before all that was asked beside it."""
-    said = [
-        f"{joint_words(one.joint, model.robot.joints)} has a drive that gives {100 * abs(one.share):.3g} ± "
-        f"{100 * NORMAL_95 * one.std:.2g} % {'more' if one.share > 0.0 else 'less'} torque per current than "
-        f"its nominal gain, stated to {100 * model.robot.drive_gain_tolerance[one.joint]:.2g} %, as the "
-        "known body shows."
-        for one in found
+def gain_sentences(gains: list[OtherGain], model: Model) -> list[str]:
+    """One sentence per gain, and a sentence about what follows; empty without gains."""
+    sentences = [
+        f"{joint_words(other.joint, model.robot.joints)} has a drive that gives "
+        f"{100 * abs(other.share):.3g} ± {100 * NORMAL_95 * other.std:.2g} % "
+        f"{'more' if other.share > 0.0 else 'less'} torque per current than its nominal gain "
+        f"(tolerance {100 * model.robot.drive_gain_tolerance[other.joint]:.2g} %), as the known payload "
+        "shows."
+        for other in gains
     ]
-    return [*said, "What follows is asked with the gains that the body gives."] if said else []
+    return [*sentences, "All other conclusions use the gains that the payload gives."] if sentences else []

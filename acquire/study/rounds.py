@@ -1,4 +1,4 @@
-"""Rounds: what the folder of a study holds; a step whose result is there is done."""
+"""Rounds: the contents of a study's folder; a step is done once its result exists."""
 
 import os
 import shutil
@@ -30,106 +30,108 @@ from ..terminal.recording_text import why_it_ended
 from .choice_schema import ChoiceFile
 
 CHOICE, NEXT, NOTEBOOK, ROBOT = "choice.json", "next.toml", "notebook.html", "robot.toml"
-"""Files: of a choice, of the motion that was chosen, of the whole study, of the arm it is about."""
+"""Names of files: a choice, the chosen motion, the notebook of the study, and its robot."""
 ATTEMPTS = "attempt-*.mcap"
-"""Runs of a round that were stopped before their end."""
+"""Pattern of the files of runs that were stopped before their end."""
 FORMAT = 2
-"""Of `CHOICE`."""
+"""Version of the format of `CHOICE`."""
 
 
 @dataclass(frozen=True)
 class Round:
-    """One run and what came of it, numbered from 1, in a folder."""
+    """A run and its results, in a folder; rounds are numbered from 1."""
 
     number: int
     folder: Path
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the round."""
         return self.folder.name
 
     @property
     def plan(self) -> Path:
-        """The motion; not there for a recording that exists."""
+        """File of the motion; absent if the run is an existing recording."""
         return self.folder / "plan.toml"
 
     @property
     def run(self) -> Path:
-        """The recording."""
+        """File of the recording."""
         return self.folder / "run.mcap"
 
     @property
     def fit(self) -> Path:
-        """Folder of what `exidyn identify` makes of all runs so far."""
+        """Folder of the results of `exidyn identify` on all runs so far."""
         return self.folder / "fit"
 
     @property
     def diagnosis(self) -> Path:
-        """Folder of what `exidyn diagnose` makes of them, and of the choice."""
+        """Folder of the choice and of the results of `exidyn diagnose` on all runs so far."""
         return self.folder / "diagnosis"
 
     @property
     def choice(self) -> dict[str, Any] | None:
-        """What was chosen behind it; None before. Raises `NotAFile` for a choice of another version."""
+        """The choice made after this run, if any; raises `NotAFile` if its format has another version."""
         path = self.diagnosis / CHOICE
         if not path.exists():
             return None
         table = read_json(path)
         if not isinstance(table, dict) or table.get("exidyn_study") != FORMAT:
             raise NotAFile(
-                f"{path} is no choice of a study, format {FORMAT}; begin in another folder (--output)"
+                f"{path} is not a choice of a study in format {FORMAT}; start in another folder (--output)"
             )
         checked(table, ChoiceFile, str(path))
         return table
 
     @property
     def stops(self) -> list[str]:
-        """Why each of its runs was stopped that was stopped before its end, in order."""
+        """Reason of each stop before the end of a run, in order."""
         return [why_it_ended(read_recording(path).outcome) for path in sorted(self.folder.glob(ATTEMPTS))]
 
     def recording(self) -> Recording:
-        """Its run; raises `NotAFile` where it is none."""
+        """Read the recording; raises `NotAFile` if the file is not a recording."""
         [recording] = import_source(self.run)
         return recording
 
 
 def rounds(folder: Path) -> list[Round]:
-    """Those that were begun, in order."""
-    found: list[Round] = []
-    while (one := _round(folder, len(found) + 1)).folder.is_dir():
-        found.append(one)
-    return found
+    """All rounds that were begun, in order."""
+    begun: list[Round] = []
+    while (candidate := _round(folder, len(begun) + 1)).folder.is_dir():
+        begun.append(candidate)
+    return begun
 
 
 def next_round(folder: Path) -> Round:
-    """The round in which something is left to do, or a new one behind a choice to go on."""
-    every = rounds(folder)
-    if every and ((choice := every[-1].choice) is None or choice["verdict"] != RUN):
-        return every[-1]
-    return _round(folder, len(every) + 1)
+    """The last round if it is unfinished or ended the study, otherwise a new round."""
+    begun = rounds(folder)
+    if begun and ((choice := begun[-1].choice) is None or choice["verdict"] != RUN):
+        return begun[-1]
+    return _round(folder, len(begun) + 1)
 
 
-def forget_end(folder: Path, asked: dict[str, Any]) -> None:
-    """Take back the last diagnosis of a study that ended, where it is asked otherwise now."""
-    every = rounds(folder)
-    choice = every[-1].choice if every else None
-    if choice is not None and choice["verdict"] != RUN and choice["asked"] != asked:
-        shutil.rmtree(every[-1].diagnosis)
+def forget_end(folder: Path, options: dict[str, Any]) -> None:
+    """Delete the last diagnosis of a study that ended if its options have changed since."""
+    begun = rounds(folder)
+    choice = begun[-1].choice if begun else None
+    if choice is not None and choice["verdict"] != RUN and choice["asked"] != options:
+        shutil.rmtree(begun[-1].diagnosis)
 
 
 def require_same_robot(folder: Path, model: Model) -> None:
-    """Write down which arm a study is about; raise `DifferentRobot` where it was about another one."""
+    """Write the robot of a study to its folder; raise `DifferentRobot` if another robot is there."""
     path, text = folder / ROBOT, model_text(model)
     if not path.exists():
         write_whole(path, text)
     elif (before := path.read_text(encoding="utf-8")) != text:
         name = read_model(path).robot.name
         pairs = zip(before.splitlines(), text.splitlines(), strict=False)
-        line = next((f"'{one}' there, '{other}' here" for one, other in pairs if one != other), "more lines")
+        line = next(
+            (f"'{there}' there, '{here}' here" for there, here in pairs if there != here), "more lines"
+        )
         raise DifferentRobot(
-            f"{folder} holds a study of {name} as {path} states it, not of this {model.robot.name} ({line}); "
-            "begin in another folder (--output)"
+            f"{folder} holds a study of {name}, described by {path}; your {model.robot.name} differs "
+            f"({line}). Start in another folder (--output)"
         )
 
 
@@ -138,7 +140,7 @@ def _round(folder: Path, number: int) -> Round:
 
 
 def fill_folder(result: Path, fill: Callable[[Path], None]) -> None:
-    """Fill a folder that appears under its name only when it is complete, unless it is there already."""
+    """Fill a folder unless it exists; it appears under its name only when it is complete."""
     if result.exists():
         return
     part = result.with_name(result.name + ".part")
@@ -149,15 +151,15 @@ def fill_folder(result: Path, fill: Callable[[Path], None]) -> None:
 
 
 def tell(words: object) -> None:
-    """Print a sentence on standard error, above a bar that is there, in one line for scripts."""
+    """Print a sentence on standard error, above any progress bar; on one line if it is not a terminal."""
     tqdm.write(visible(complaint(f"exidyn: {' '.join(str(words).split())}")), beneath(sys.stderr))
 
 
 def ask(request: str) -> None:
-    """Ask for something in one sentence, and wait until it is done.
+    """Ask a person to do something, and wait until it is done.
 
     Raises:
-        NotConfirmed: There is no terminal to answer in.
+        NotConfirmed: If there is no terminal to answer in.
     """
     print(f"{request}, then press Enter: ", end="", file=sys.stderr, flush=True)
     try:
@@ -165,5 +167,6 @@ def ask(request: str) -> None:
     except EOFError:
         print(file=sys.stderr)
         raise NotConfirmed(
-            "there is no terminal to answer in, nothing was moved. The same command goes on from here"
+            "there is no terminal to answer in, so nothing was moved. "
+            "Run the same command in a terminal to continue"
         ) from None

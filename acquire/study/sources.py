@@ -1,4 +1,4 @@
-"""Sources of the runs of a study: a cell that makes them, or recordings that exist."""
+"""Sources of the runs of a study: a cell that records them, or existing recordings."""
 
 import hashlib
 import os
@@ -32,32 +32,32 @@ from exidyn.trajectories.plans.plan import HASH_DIGITS, Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan, write_plan
 
 from ..files.given_runs import distinct_bodies
-from ..run.before import checked
+from ..run.before import check_plan
 from ..run.recorder import part_of
 from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import with_bar
 from .rounds import CHOICE, NEXT, Round, ask, tell
 
-NONE = ("", ".toml", ".md", ".txt", ".json", ".html")
-"""Endings of files that lie beside recordings."""
+NOT_RECORDINGS = ("", ".toml", ".md", ".txt", ".json", ".html")
+"""Suffixes of files that may lie beside recordings."""
 
 
 class Source(Protocol):
-    """A cell that makes runs, or recordings that exist."""
+    """A cell that records runs, or existing recordings."""
 
-    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
-        """Put the run of a round under its name, by what was chosen; None for the first."""
+    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+        """Write the recording of the current round: the chosen run, or the first run if None."""
 
-    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
-        """What could be run behind these rounds."""
+    def offers(self, rounds_so_far: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """Runs that are available after these rounds."""
 
     def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
-        """What `make` needs of an offer that was chosen; files go into the folder."""
+        """The table that `make` needs to record a chosen offer; its files go into the folder."""
 
 
 Record = Callable[[Path, Path, KnownPayload | None], None]
-"""Plays the plan of a file and records it under a path, with what hangs on the flange; raises `RunStopped`
-where it does not come to its end."""
+"""Plays the plan of a file with a payload and records it to a path; raises `RunStopped` if it is stopped
+early."""
 
 
 @dataclass(frozen=True)
@@ -65,141 +65,142 @@ class Cell:
     """A controller with its arm.
 
     Attributes:
-        model: Nominal.
-        record: Plays and records, as `exidyn record`.
-        wishes: What every motion that is searched is to be.
-        search: For each search [s].
-        body: What a person has to hang on the flange; None for nothing.
-        attended: Whether a person has to do what a run asks; a simulated arm needs none.
-        folder: For motions that do not depend on what is open.
+        model: Nominal model.
+        record: Function that plays and records a plan, as `exidyn record` does.
+        wishes: Planning options of all optimized trajectories.
+        search: Time for each trajectory optimization [s].
+        payload: Payload that a person can attach to the flange, or None.
+        attended: Whether a person must do what a run requests; not needed by a simulated arm.
+        folder: Folder of the motions that do not depend on the open questions.
     """
 
     model: Model
     record: Record
     wishes: Wishes
     search: float
-    body: KnownPayload | None
+    payload: KnownPayload | None
     attended: bool
     folder: Path
     _checked: dict[tuple[str, KnownPayload | None], str] = field(default_factory=dict, repr=False)
 
-    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
-        """Plan or take the motion that was chosen, ask for what it needs, and record it.
+    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+        """Plan the first motion or read the chosen one, ask a person for what it needs, and record it.
 
         Raises:
-            RunStopped: It was stopped before its end.
+            RunStopped: If the run was stopped before its end.
         """
-        if not one.plan.exists():
-            motion = None if chosen is None else read_plan(one.folder.parent / _required(chosen, "plan"))
-            write_plan(motion or excitation(self.model, self.wishes, None, 1, self.search)[1], one.plan)
+        if not current.plan.exists():
+            study = current.folder.parent
+            motion = None if chosen is None else read_plan(study / _required(chosen, "plan"))
+            write_plan(motion or excitation(self.model, self.wishes, None, 1, self.search)[1], current.plan)
         if chosen is not None and chosen["request"] and self.attended:
             ask(chosen["request"])
-        carried = self.body if chosen is not None and chosen["loaded"] else None
-        attempts = (one.folder / f"attempt-{number}.mcap" for number in count(1))
+        carried = self.payload if chosen is not None and chosen["loaded"] else None
+        attempts = (current.folder / f"attempt-{number}.mcap" for number in count(1))
         attempt = next(path for path in attempts if not path.exists() and not part_of(path).exists())
-        self.record(one.plan, attempt, carried)
-        os.replace(attempt, one.run)
+        self.record(current.plan, attempt, carried)
+        os.replace(attempt, current.run)
 
-    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
-        """Runs of every kind, an excitation after the fit, and one that distinguishes what is open."""
-        tell("plans the runs that may come next")
-        last = every[-1].recording()
-        seed = len(every) + 1
-        planned = [*self._kinds(), *self._of_joints(diagnosis), *self._searched(diagnosis, fit, seed)]
+    def offers(self, rounds_so_far: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """Runs of every kind, an excitation planned from the fit, and one that distinguishes rivals."""
+        tell("planning the runs that may come next")
+        last = rounds_so_far[-1].recording()
+        seed = len(rounds_so_far) + 1
+        planned = [*self._kinds(), *self._single_joint(diagnosis), *self._optimized(diagnosis, fit, seed)]
         loaded = list(self._loaded(planned, fit, seed))
         warm, rate = "temperature" in last.signals, 1.0 / self.wishes.tick
-        offers = offers_of(self.model, planned, loaded, self.body, last.payload, rate, warm, with_bar)
-        made = {(one.plan.read_text(encoding="utf-8"), one.recording().payload) for one in every}
-        return [one for one in with_bar(offers) if _new(one, made) and self._allowed(one)]
+        offers = offers_of(self.model, planned, loaded, self.payload, last.payload, rate, warm, with_bar)
+        made = {(past.plan.read_text(encoding="utf-8"), past.recording().payload) for past in rounds_so_far}
+        return [offer for offer in with_bar(offers) if _is_new(offer, made) and self._is_allowed(offer)]
 
     def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
-        """Its motion, as a file, and what it asks."""
+        """The path of its motion, which is written to the folder, and what it requests of a person."""
         assert offer.plan is not None
         write_plan(offer.plan, folder / NEXT)
         place = Path(folder.parent.name) / folder.name.removesuffix(".part") / NEXT
         return {"plan": str(place), "loaded": offer.payload is not None, "request": offer.request}
 
-    def _searched(self, diagnosis: Diagnosis, fit: Fit | None, seed: int) -> list[Planned]:
-        found: list[Planned] = []
+    def _optimized(self, diagnosis: Diagnosis, fit: Fit | None, seed: int) -> list[Planned]:
+        planned: list[Planned] = []
         for after in [None] if fit is None else [fit, None]:
             try:
-                found.append(excitation(self.model, self.wishes, after, seed, self.search))
+                planned.append(excitation(self.model, self.wishes, after, seed, self.search))
                 break
             except ExidynError as error:
                 tell(f"no excitation: {error}")
         try:
-            found += distinguishing(self.model, diagnosis, self.wishes, seed, self.search)
+            planned += distinguishing(self.model, diagnosis, self.wishes, seed, self.search)
         except ExidynError as error:
-            tell(f"no motion against a rival: {error}")
-        return found
+            tell(f"no motion that distinguishes rivals: {error}")
+        return planned
 
-    def _of_joints(self, diagnosis: Diagnosis) -> Iterator[Planned]:
-        """Runs of single joints on which something was found: shorter than those of all of them."""
-        every = [*diagnosis.findings, *diagnosis.undecided]
-        for joint in sorted({one.joints[0] for one in every if one.joints}):
+    def _single_joint(self, diagnosis: Diagnosis) -> Iterator[Planned]:
+        """Runs of each joint that has a finding; they are shorter than runs of all joints."""
+        findings = [*diagnosis.findings, *diagnosis.undecided]
+        for joint in sorted({finding.joints[0] for finding in findings if finding.joints}):
             folder = self.folder / f"joint {joint + 1}"
             if not folder.exists():
                 _write_motions(folder, kinds_of_joint(self.model, self.wishes, joint, tell))
             yield from _motions(folder)
 
     def _loaded(self, planned: Sequence[Planned], fit: Fit | None, seed: int) -> Iterator[Planned]:
-        """The same motions for an arm that carries the body, planned anew where that asks for too much."""
+        """The motions for an arm with the payload, replanned if they exceed a limit with it."""
         kinds = {name for name, _ in self._kinds()}
-        for name, motion in planned if self.body is not None else ():
-            if not self._refusal(motion, self.body):
+        for name, motion in planned if self.payload is not None else ():
+            if not self._refusal(motion, self.payload):
                 yield name, motion
             elif name in kinds:
-                yield from self._kind_with_body(name)
+                yield from self._kind_with_payload(name)
             elif name in EXCITATIONS:
-                yield from self._excitation_with_body(fit, seed)
+                yield from self._excitation_with_payload(fit, seed)
 
-    def _kind_with_body(self, name: str) -> Iterator[Planned]:
-        """Made once, and kept in a file of its body; none where that is empty."""
-        assert self.body is not None
-        body = hashlib.sha256(repr(self.body.known).encode()).hexdigest()[:HASH_DIGITS]
-        path = self.folder / body / f"{name}.toml"
+    def _kind_with_payload(self, name: str) -> Iterator[Planned]:
+        """A run of a kind with the payload, planned once and stored; the file is empty if there is none."""
+        assert self.payload is not None
+        digest = hashlib.sha256(repr(self.payload.known).encode()).hexdigest()[:HASH_DIGITS]
+        path = self.folder / digest / f"{name}.toml"
         if not path.exists():
-            tell(f"{name} is planned for an arm that carries the body")
+            tell(f"planning {name}, for an arm that carries the payload")
             path.parent.mkdir(exist_ok=True)
-            made = kinds_with_body(self.model, self.wishes, name.split()[-1])
-            motion = next((one for one in made if not self._refusal(one, self.body)), None)
+            plans = kinds_with_body(self.model, self.wishes, name.split()[-1])
+            motion = next((plan for plan in plans if not self._refusal(plan, self.payload)), None)
             write_whole(path, "" if motion is None else plan_text(motion))
         if path.stat().st_size:
             yield name, read_plan(path)
 
-    def _excitation_with_body(self, fit: Fit | None, seed: int) -> Iterator[Planned]:
-        for after in [None] if fit is None else [fit, None]:  # a fit without a payload plans for none
+    def _excitation_with_payload(self, fit: Fit | None, seed: int) -> Iterator[Planned]:
+        for after in [None] if fit is None else [fit, None]:  # a fit without a payload plans without one
             try:
-                yield excitation(self.model, self.wishes, after, seed, self.search, self.body)
+                yield excitation(self.model, self.wishes, after, seed, self.search, self.payload)
                 return
             except ExidynError as error:
-                why = error
-        tell(f"no excitation with the body: {why}")
+                reason = error
+        tell(f"no excitation with the payload: {reason}")
 
     def _kinds(self) -> list[Planned]:
-        """Made once; names and motions are kept in files."""
+        """Runs of all kinds, planned once and stored in files by name."""
         if not self.folder.exists():
             _write_motions(self.folder, kinds_of_run(self.model, self.wishes, tell))
         return _motions(self.folder)
 
-    def _allowed(self, offer: Offer) -> bool:
-        """Whether `exidyn record` would play it."""
+    def _is_allowed(self, offer: Offer) -> bool:
+        """Whether `exidyn record` would play an offer."""
         assert offer.plan is not None
         refusal = self._refusal(offer.plan, offer.payload)
         if refusal:
-            tell(f"{offer.name} is not on offer: {refusal}")
+            tell(f"{offer.name} is not available: {refusal}")
         return not refusal
 
     def _refusal(self, motion: Plan, payload: KnownPayload | None) -> str:
-        """Why `exidyn record` would not play a motion; a motion with a body is checked once."""
+        """Why `exidyn record` would not play a motion; each motion and payload is checked once."""
         key = plan_text(motion), payload
         if key not in self._checked:
-            self._checked[key] = _why_not(motion, self.model, payload)
+            self._checked[key] = _reason_to_refuse(motion, self.model, payload)
         return self._checked[key]
 
 
 def _write_motions(folder: Path, planned: Iterable[Planned]) -> None:
-    """A file each, in a folder that appears when it is whole."""
+    """Write one file per motion, to a folder that appears when it is complete."""
     part = folder.with_name(folder.name + ".part")
     part.mkdir(parents=True, exist_ok=True)
     for name, motion in planned:
@@ -211,78 +212,80 @@ def _motions(folder: Path) -> list[Planned]:
     return [(path.stem, read_plan(path)) for path in sorted(folder.glob("*.toml"))]
 
 
-def _why_not(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
-    """Why `exidyn record` would not play a motion; empty where it would."""
+def _reason_to_refuse(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
+    """Why `exidyn record` would not play a motion; empty if it would."""
     try:
-        checked(motion, model, 1.0, payload)
+        check_plan(motion, model, 1.0, payload)
     except ExidynError as error:
         return str(error)
     return ""
 
 
-def _new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
+def _is_new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
     return offer.request == WARM_UP or (plan_text(offer.plan), offer.payload) not in made
 
 
 @dataclass(frozen=True)
 class Shelf:
-    """Recordings that exist.
+    """Existing recordings.
 
     Attributes:
-        recordings: In the order of their names, each with a name of its own.
+        recordings: Recordings with distinct names, sorted by name.
     """
 
     recordings: tuple[Recording, ...]
 
     @classmethod
     def of(cls, folder: Path, model: Model) -> "Shelf":
-        """Those in a folder.
+        """Read the recordings in a folder.
 
         Raises:
-            NotAFile: There are none.
+            NotAFile: If there are none.
         """
-        found = []
+        recordings: list[Recording] = []
         for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-            if path.suffix in NONE:
+            if path.suffix in NOT_RECORDINGS:
                 continue
             try:
                 kind_of(path)
-                found += [replace(one, name=path.name.split(".")[0]) for one in import_source(path, model)]
+                name = path.name.split(".")[0]
+                recordings += [replace(recording, name=name) for recording in import_source(path, model)]
             except ExidynError as error:
-                tell(f"{path} is left out: {error}")
-        if not found:
+                tell(f"{path} is skipped: {error}")
+        if not recordings:
             raise NotAFile(f"--from {folder}: no recordings there")
-        return cls(tuple(replace(one, model=model) for one in distinct_bodies(found)))
+        return cls(tuple(replace(recording, model=model) for recording in distinct_bodies(recordings)))
 
-    def make(self, one: Round, chosen: dict[str, Any] | None) -> None:
-        """The first begins without a body, as the nominal model is."""
+    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+        """Write the chosen recording; the first run is one without a payload, like the nominal model."""
         empty = [recording for recording in self.recordings if recording.payload is None]
         first = (empty or list(self.recordings))[0].name
         wanted = first if chosen is None else _required(chosen, "recording")
         [recording] = [recording for recording in self.recordings if recording.name == wanted]
-        part = one.run.with_name("run.part.mcap")
+        part = current.run.with_name("run.part.mcap")
         write_recording(recording, part)
-        os.replace(part, one.run)
+        os.replace(part, current.run)
 
-    def offers(self, every: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
-        """All that were not taken yet."""
-        taken = {one.recording().name for one in every}
-        return [Offer(one.name, one) for one in self.recordings if one.name not in taken]
+    def offers(self, rounds_so_far: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
+        """All recordings that are not used yet."""
+        used = {past.recording().name for past in rounds_so_far}
+        return [Offer(unused.name, unused) for unused in self.recordings if unused.name not in used]
 
     def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
-        """Its name."""
+        """The name of the recording."""
         return {"recording": offer.name}
 
 
 def _required(chosen: dict[str, Any], key: str) -> str:
-    """What was chosen.
+    """The chosen plan or recording.
 
     Raises:
-        NotAFile: The study was begun with runs of the other kind.
+        NotAFile: If the study was started with the other source of runs.
     """
     if chosen.get(key) is None:
         raise NotAFile(
-            f"{CHOICE} has chosen no {key}: the study was begun otherwise. Begin in another folder"
+            f"{CHOICE} has no {key}: the study was started with another source of runs (--from or a "
+            "controller). Start in another folder (--output)"
         )
     return str(chosen[key])

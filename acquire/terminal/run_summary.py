@@ -12,7 +12,7 @@ from exidyn.trajectories.plans.plan_check import Use, limit_use
 from exidyn.trajectories.plans.plan_summary import use_table
 from exidyn.trajectories.trajectory import unit_of
 
-from ..run.before import Checked
+from ..run.before import CheckedPlan
 from ..run.errors import NotAllowed, NotConfirmed
 from ..run.loop import percentiles
 from ..run.perform import Outcome
@@ -26,8 +26,8 @@ NOT_RATED = (
 BEGIN_SLOWLY = "; begin with --speed 10 on an arm that has not run this motion."
 
 
-def before(checked: Checked, facts: Mapping[str, str]) -> str:
-    """Robot, controller, and the motion's use of the limits."""
+def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
+    """Robot, controller and motion against the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
     width = max(map(len, facts), default=0) + 2

@@ -1,1 +1,1 @@
-"""Runs as they go on, recordings, plans, fits and diagnoses in Rerun, one layout a kind."""
+"""Views in Rerun of live runs, recordings, plans, fits and diagnoses, each with its own layout."""

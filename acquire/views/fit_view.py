@@ -1,6 +1,6 @@
-"""View of a fit: a tab a run with one plot a joint, the arm as it moved, and all residuals over their noise.
+"""View of a fit: one tab per run with a plot per joint, the moving arm, and residuals over the noise floor.
 
-Beside them stand the verdict, the parameters as a table, and their intervals as a bar chart.
+Beside them are the verdict, a table of parameters, and a bar chart of their intervals.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from .parts import (
     arm_name,
     arm_view,
     entity,
-    joint_colours,
+    joint_colors,
     log_lines,
     log_markdown,
     plot,
@@ -29,14 +29,14 @@ from .parts import (
 from .viewers import View
 
 LINES = {"measured": (3.5, 230, 159, 0), "predicted": (1.2, 86, 180, 233), "residual": (1.0, 213, 94, 0)}
-"""Width in pixels and colour of each line: Okabe and Ito's, on Rerun's dark ground."""
+"""Width in pixels and color of each line, from the palette of Okabe and Ito for a dark background."""
 CAPPED = 100.0
-"""Per cent at which a bar ends: beyond it not even the sign is known, and others would look like none."""
+"""Maximum length of a bar [%]: beyond it not even the sign is known, and other bars would be too short."""
 
 
 def fit_view(fit: Fit) -> View:
-    """A view of a fit, of measured and predicted torque in its runs; without a run, with the arm alone."""
-    runs = [*fit.validation, *fit.agreement, *fit.apart]  # those held out are the ones that judge
+    """A view of a fit with measured and predicted torques of its runs; without runs, of the arm alone."""
+    runs = [*fit.validation, *fit.agreement, *fit.apart]  # held-out runs come first
 
     def log(stream: rr.RecordingStream) -> None:
         sections = {section.anchor: section_markdown(section) for section in fit_sections(fit)}
@@ -54,7 +54,7 @@ def fit_view(fit: Fit) -> View:
 
 
 def _layout(fit: Fit, runs: list[Agreement]) -> rrb.Blueprint:
-    """One screen: a tab a run on the left, what was identified on the right."""
+    """One tab per run on the left, verdict and parameters on the right."""
     words = rrb.TextDocumentView(origin="verdict", name="verdict")
     parameters = rrb.TextDocumentView(origin="parameters/table", name="parameters")
     intervals = rrb.BarChartView(origin="parameters/interval", name="95 % interval [% of value]")
@@ -87,14 +87,14 @@ def _entity(run: Agreement, *parts: str) -> str:
 
 def _log_run(stream: rr.RecordingStream, robot: Robot, run: Agreement) -> None:
     for index, joint in enumerate(robot.joints):
-        for name, (width, *colour) in LINES.items():
+        for name, (width, *color) in LINES.items():
             path, values = _entity(run, "torque", joint, name), getattr(run, name)[:, index]
-            log_lines(stream, path, [name], [tuple(colour)], run.time, values, width)
+            log_lines(stream, path, [name], [tuple(color)], run.time, values, width)
     ratio = run.residual / run.noise
-    log_lines(stream, _entity(run, "over_noise"), robot.joints, joint_colours(robot.dof), run.time, ratio)
+    log_lines(stream, _entity(run, "over_noise"), robot.joints, joint_colors(robot.dof), run.time, ratio)
 
 
 def _interval_bars(fit: Fit) -> rr.BarChart:
-    """Half-width of each 95 % interval in per cent of the value, in the order of the table."""
+    """Half-width of each 95 % interval in percent of the value, in the order of the table."""
     size = np.maximum(np.abs(fit.estimate.values), np.finfo(float).tiny)
     return rr.BarChart(np.minimum(100.0 * NORMAL_95 * fit.estimate.std / size, CAPPED))

@@ -1,4 +1,4 @@
-"""View of a gap: the arm as it was recorded and as MuJoCo simulates it, before and after, in one place."""
+"""View of a gap: the recorded arm and its MuJoCo simulations with the nominal model and with findings."""
 
 import numpy as np
 import rerun as rr
@@ -10,7 +10,7 @@ from exidyn.identification.model import Model
 
 from .parts import (
     FRAMES,
-    GREY,
+    GRAY,
     Arm,
     arm_view,
     base_frame,
@@ -21,67 +21,68 @@ from .parts import (
 )
 from .viewers import View
 
-RECORDED, BEFORE, AFTER = "recorded", "as the file was", "with what was found"
-COLOURS = {RECORDED: GREY, BEFORE: (230, 159, 0), AFTER: (86, 180, 233)}
-"""Of each arm and its lines, as thin lines on dark ground and on light, for colour-blind readers too."""
+RECORDED, BEFORE, AFTER = "recorded", "nominal model", "with findings"
+COLORS = {RECORDED: GRAY, BEFORE: (230, 159, 0), AFTER: (86, 180, 233)}
+"""Colors of each arm and its lines: thin lines are readable on any background and by color-blind people."""
 
 
-def gap_view(found: Gap, model: Model) -> View:
-    """A view of the runs that were held out, a tab each."""
+def gap_view(gap: Gap, model: Model) -> View:
+    """A view of a gap, with one tab per held-out run."""
 
     def log(stream: rr.RecordingStream) -> None:
-        for number, run in enumerate(found.runs):
-            _log_run(stream, found, number, run, model)
+        for number, run in enumerate(gap.runs):
+            _log_run(stream, gap, number, run, model)
 
-    tabs = [_tab(run, found, model) for run in found.runs]
+    tabs = [_tab(run, gap, model) for run in gap.runs]
     return View("gap", log, screen(rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]))
 
 
-def _tab(run: Run, found: Gap, model: Model) -> rrb.Container:
-    """A plot of each joint on the left, the arms on the right."""
-    names = found.diagnosis.joints
+def _tab(run: Run, gap: Gap, model: Model) -> rrb.Container:
+    """One plot per joint on the left, the arms on the right."""
+    names = gap.diagnosis.joints
     units = ("mrad" if revolute else "mm" for revolute in model.robot.revolute)
     plots = [
-        plot(entity(run.name, name), f"{name}: simulated less recorded [{unit}]", legend=not place)
+        plot(entity(run.name, name), f"{name}: simulated minus recorded [{unit}]", legend=not place)
         for place, (name, unit) in enumerate(zip(names, units, strict=True))
     ]
-    title = "recorded grey, as the file was orange, with what was found blue"
+    title = "recorded gray, nominal model orange, with findings blue"
     arms = arm_view(model, _arm(run, RECORDED), [_arm(run, BEFORE), _arm(run, AFTER)], title)
     return rrb.Horizontal(rrb.Grid(*plots, grid_columns=2), arms, column_shares=[5, 4], name=run.name)
 
 
-def _arm(run: Run, which: str) -> str:
-    """Name of an arm: one part of an entity path, and the prefix of its link frames."""
-    return f"{which} in {run.name}"
+def _arm(run: Run, variant: str) -> str:
+    """Name of an arm: a part of its entity path, and the prefix of its link frames."""
+    return f"{variant} in {run.name}"
 
 
-def _log_run(stream: rr.RecordingStream, found: Gap, number: int, run: Run, model: Model) -> None:
-    traces = {RECORDED: run.position, BEFORE: found.before.traces[number], AFTER: found.after.traces[number]}
-    for which, trace in traces.items():
-        name, shown = _arm(run, which), _until_it_diverges(trace)
-        every = max(1, round(len(run.time) / (FRAMES * (run.time[-1] - run.time[0]))))
-        Arm(stream, model, name, COLOURS[which]).move(run.time[::every], shown[::every])
-        _stand_in_one_place(stream, model, name, _arm(run, RECORDED))
-        if which == RECORDED:
+def _log_run(stream: rr.RecordingStream, gap: Gap, number: int, run: Run, model: Model) -> None:
+    traces = {RECORDED: run.position, BEFORE: gap.before.traces[number], AFTER: gap.after.traces[number]}
+    for variant, trace in traces.items():
+        name, shown = _arm(run, variant), _frozen_if_diverged(trace)
+        stride = max(1, round(len(run.time) / (FRAMES * (run.time[-1] - run.time[0]))))
+        Arm(stream, model, name, COLORS[variant]).move(run.time[::stride], shown[::stride])
+        _place_at(stream, model, name, _arm(run, RECORDED))
+        if variant == RECORDED:
             continue
-        for joint, title in enumerate(found.diagnosis.joints):
-            apart = 1e3 * (shown[:, joint] - run.position[:, joint])
-            log_lines(stream, entity(run.name, title, which), [which], [COLOURS[which]], run.time, apart)
+        for joint, title in enumerate(gap.diagnosis.joints):
+            difference = 1e3 * (shown[:, joint] - run.position[:, joint])
+            path = entity(run.name, title, variant)
+            log_lines(stream, path, [variant], [COLORS[variant]], run.time, difference)
 
 
-def _until_it_diverges(trace: np.ndarray) -> np.ndarray:
-    """A simulation (t, n), which stays where it was once it has diverged."""
-    lost = np.flatnonzero(~np.all(np.isfinite(trace), axis=1))
-    return trace[np.minimum(np.arange(len(trace)), lost[0] - 1)] if len(lost) else trace
+def _frozen_if_diverged(trace: np.ndarray) -> np.ndarray:
+    """A simulation (t, n), frozen at its last finite position if it diverges."""
+    diverged = np.flatnonzero(~np.all(np.isfinite(trace), axis=1))
+    return trace[np.minimum(np.arange(len(trace)), diverged[0] - 1)] if len(diverged) else trace
 
 
-def _stand_in_one_place(stream: rr.RecordingStream, model: Model, name: str, first: str) -> None:
-    """Put the base of an arm where that of the first one is."""
+def _place_at(stream: rr.RecordingStream, model: Model, name: str, first: str) -> None:
+    """Place the base of an arm at the base of the first arm."""
     if name == first:
         return
-    place = rr.Transform3D(
+    pose = rr.Transform3D(
         translation=[0.0, 0.0, 0.0],
         parent_frame=base_frame(model, first),
         child_frame=base_frame(model, name),
     )
-    stream.log(entity(name, "base"), place, static=True)
+    stream.log(entity(name, "base"), pose, static=True)

@@ -1,4 +1,4 @@
-"""Kinds: what a file is, and how it is shown."""
+"""Kinds of files, and the view of each kind."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,22 +18,22 @@ from .viewers import View
 
 
 def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
-    """How files are shown: recordings, a fit and recordings that it predicts, or a diagnosis.
+    """The view of files: recordings, a fit and recordings that it predicts, or a diagnosis.
 
     Args:
         paths: Files or folders.
-        model: The robot of tables, which do not name their robot.
+        model: Robot of tables, which do not name their robot.
 
     Raises:
-        NotAFile: One is nothing that can be shown, or not together with others.
-        RecordingError: A recording that cannot be read, or is too short for the filters of the fit.
-        DifferentRobot: A recording is of other joints than the fit.
+        NotAFile: If a file cannot be shown, or not together with the others.
+        RecordingError: If a recording cannot be read or is too short for the filters of the fit.
+        DifferentRobot: If a recording has other joints than the fit.
     """
     results = [path for path in paths if path.suffix == ".json"]
     if len(results) > 1:
         raise NotAFile(f"{' and '.join(map(str, results))}: give one fit or one diagnosis at a time")
     sources = [path for path in paths if path not in results]
-    recordings = renamed(one for path in sources for one in import_source(path, model))
+    recordings = renamed(recording for path in sources for recording in import_source(path, model))
     if not results:
         return recording_view(recordings)
     table = read_json(results[0])
@@ -44,6 +44,6 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
     if "exidyn_diagnosis" not in table:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if recordings:
-        raise NotAFile(f"{results[0]} brings its runs; give {', '.join(map(str, sources))} apart from it")
+        raise NotAFile(f"{results[0]} contains its runs; view {', '.join(map(str, sources))} separately")
     shown, traces = read_shown(results[0])
     return diagnosis_view(shown, traces and traces._replace(traces=tuple(renamed(traces.traces))))

@@ -1,4 +1,4 @@
-"""Live log: what a run's cycles and events become in Rerun, a plot a quantity, limits that were stated."""
+"""Live log: logs the cycles and events of a run to Rerun, with one plot per quantity and its limits."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,16 +13,16 @@ from exidyn.identification.model import Model
 from ..run.frames import Cycle, Event
 from ..run.recorder import RunHead
 from .parts import (
-    COLOURS,
+    COLORS,
     FAINT,
     FRAMES,
-    GREY,
+    GRAY,
     RED,
     TIMELINE,
     Arm,
     arm_view,
     event_list,
-    joint_colours,
+    joint_colors,
     log_event,
     plot,
     screen,
@@ -32,13 +32,13 @@ from .parts import (
 from .residual import LiveResidual, Samples, Scale, joint_torque
 
 SHOWN = 15.0
-"""Seconds of the past that the plots show."""
+"""Time span of the plots [s]."""
 LIMITS = 0.25
-"""How often limits are drawn further [s]."""
+"""Time between extensions of the lines of limits [s]."""
 
 
 class LiveLog:
-    """Logs one run, explained by its head; from its first cycles the length of the controller's is learnt."""
+    """Logs a run, described by its head; its first cycles determine the controller's cycle time."""
 
     def __init__(self, recording: rr.RecordingStream, head: RunHead, first: Sequence[Cycle]) -> None:
         self._recording, self._model = recording, head.model
@@ -49,30 +49,30 @@ class LiveLog:
         self._limits = finite_limits(head.model.robot, self._effort)
         self._arm = Arm(recording, head.model)
         self._scale = Scale(SHOWN)
-        self._pictured = self._limited = -np.inf
+        self._last_pose = self._last_limits = -np.inf
         self._log_styles()
         recording.send_blueprint(_layout(head.model, self._effort, self._residual.delay))
 
     def _log_styles(self) -> None:
-        """Log names and colours of all lines."""
-        robot, recording, faint = self._model.robot, self._recording, (*GREY, FAINT)
-        colours = joint_colours(robot.dof)
+        """Log names and colors of all lines."""
+        robot, recording, faint = self._model.robot, self._recording, (*GRAY, FAINT)
+        colors = joint_colors(robot.dof)
         effort = f"{self._effort}/measured"
         for path in ("position/measured", "tracking_error", "velocity/measured", effort, "residual"):
-            style_lines(recording, path, robot.joints, colours, 1.8)
-        # below what is measured, by name and so by width: a seam of grey is seen where they differ
+            style_lines(recording, path, robot.joints, colors, 1.8)
+        # below the measured lines, by name and so by width: a gray edge shows where they differ
         style_lines(recording, "position/commanded", ["commanded"] * robot.dof, [faint] * robot.dof, 3.2)
-        style_lines(recording, "lateness/late", ["late"], COLOURS[:1])
+        style_lines(recording, "lateness/late", ["late"], COLORS[:1])
         points = rr.SeriesPoints(names="skipped", colors=RED, marker_sizes=4.0)
         recording.log("lateness/skipped", points, static=True)
         style_lines(recording, "residual/scale", ["scale"] * 2, [faint] * 2, 1.0)
         for quantity, limits in self._limits.items():
             names = [f"limit of {robot.joints[joint]}" for joint in limits.joints]
-            colour = [(*colours[joint], FAINT) for joint in limits.joints]
-            style_lines(recording, f"{quantity}/limit", names, colour, 1.0)
+            color = [(*colors[joint], FAINT) for joint in limits.joints]
+            style_lines(recording, f"{quantity}/limit", names, color, 1.0)
 
     def cycles(self, cycles: Sequence[Cycle]) -> None:
-        """Log some cycles in order, one at least."""
+        """Log one or more cycles, in order."""
         time = self._time(np.array([cycle.host_time for cycle in cycles]))
         position, command, current, torque = (
             np.array([cycle.array(name) for cycle in cycles])
@@ -89,8 +89,8 @@ class LiveLog:
         self._move_arm(time, position)
 
     def _send_limits(self, ends: np.ndarray) -> None:
-        if ends[1] >= self._limited + LIMITS:
-            self._limited = ends[1]
+        if ends[1] >= self._last_limits + LIMITS:
+            self._last_limits = ends[1]
             for quantity, limits in self._limits.items():
                 self._send(f"{quantity}/limit", ends, np.tile(limits.values, (2, 1)))
 
@@ -112,14 +112,14 @@ class LiveLog:
     def _move_arm(self, time: np.ndarray, position: np.ndarray) -> None:
         rows = []
         for row in np.flatnonzero(np.isfinite(position).all(axis=1)):
-            if time[row] >= self._pictured + 1.0 / FRAMES:
-                self._pictured = time[row]
+            if time[row] >= self._last_pose + 1.0 / FRAMES:
+                self._last_pose = time[row]
                 rows.append(row)
         if rows:
             self._arm.move(time[rows], position[rows])
 
     def event(self, event: Event) -> None:
-        """Log what happened."""
+        """Log an event."""
         time = max(float(self._time(event.host_time)), 0.0)
         log_event(self._recording, ["events"], time, event.kind, event.text)
 
@@ -132,34 +132,34 @@ class LiveLog:
 
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:
-    """Time between cycles by the controller's clock, or by the host's where that stands still [s]."""
-    whole = [1 + cycle.skipped for cycle in cycles[1:]]
+    """Median time between cycles by the controller's clock, or by the host's if that stands still [s]."""
+    counts = [1 + cycle.skipped for cycle in cycles[1:]]
     clocks = ([cycle.controller_time for cycle in cycles], [cycle.host_time for cycle in cycles])
-    steps = (1e-9 * float(np.median(np.diff(clock) / whole)) for clock in clocks if whole)
+    steps = (1e-9 * float(np.median(np.diff(clock) / counts)) for clock in clocks if counts)
     return next((step for step in steps if step > 0.0), 1e-3)
 
 
 class DrawnLimits(NamedTuple):
-    """Finite limits of one quantity, in its unit, and the joint of each, both (k,); the lower ones first."""
+    """Finite limits of a quantity, in its unit, and their joints, both (k,); lower limits come first."""
 
     joints: np.ndarray
     values: np.ndarray
 
 
 def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:
-    """Limits that are given, by quantity; effort "current" has those that make the largest torque."""
+    """Finite limits by quantity; those of effort "current" are the currents that make the maximum torque."""
     limits = robot.limits
     largest = limits.torque / np.abs(robot.drive_gain) if effort == "current" else limits.torque
-    both = {
+    bounds = {
         "position": np.concatenate([limits.position_lower, limits.position_upper]),
         "velocity": np.concatenate([limits.velocity_lower, limits.velocity]),
         effort: np.concatenate([-largest, largest]),
     }
-    finite = {quantity: np.flatnonzero(np.isfinite(values)) for quantity, values in both.items()}
+    finite = {quantity: np.flatnonzero(np.isfinite(values)) for quantity, values in bounds.items()}
     return {
-        quantity: DrawnLimits(places % robot.dof, both[quantity][places])
-        for quantity, places in finite.items()
-        if len(places)
+        quantity: DrawnLimits(rows % robot.dof, bounds[quantity][rows])
+        for quantity, rows in finite.items()
+        if len(rows)
     }
 
 
@@ -168,13 +168,13 @@ def _layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
     revolute = bool(model.robot.revolute.all())
     angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
     torque = "/".join(dict.fromkeys(model.robot.units("N m")))
-    old = f"{1e3 * delay:.0f} ms old"
+    age = f"{1e3 * delay:.0f} ms old"
     plots = rrb.Grid(
-        _plot("position", f"position, commanded in grey [{angle}]"),
+        _plot("position", f"position, commanded in gray [{angle}]"),
         _plot("tracking_error", f"tracking error [{small}]", legend=True),
-        _plot("velocity", f"velocity, {old} [{angle}/s]"),
+        _plot("velocity", f"velocity, {age} [{angle}/s]"),
         _plot(effort, f"{effort} [{'A' if effort == 'current' else torque}]"),
-        _plot("residual", f"residual torque, {old} [{torque}]"),
+        _plot("residual", f"residual torque, {age} [{torque}]"),
         _plot("lateness", "lateness of cycles [ms]", legend=True),
         grid_columns=2,
     )

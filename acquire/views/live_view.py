@@ -1,4 +1,4 @@
-"""Where a view is shown; and the process that shows a run, which may die: the run goes on."""
+"""Targets of a view, and the process that shows a run; if it dies, the run continues."""
 
 import json
 import os
@@ -16,24 +16,24 @@ from ..run.errors import RunError
 from ..run.pipe import PipeSink
 
 LOCAL, PORT = "127.0.0.1", 9090
-"""What only this machine reaches."""
+"""Default address, which only this machine can reach, and default port."""
 LAST_PORT = 65535
-"""No page can be served there, since its data come from the next one."""
+"""Highest port; it cannot serve a page, since the data come from the next port."""
 PROCESS = "exidyn.acquire.views.view_process"
 FINISH = 10.0
-"""How long the last frames may take to be shown [s]; there is no longer wait for a viewer that hangs."""
+"""Maximum time to show the last frames [s], in case a viewer hangs."""
 
 
 class CannotShow(RunError):
-    """A run cannot be shown as asked."""
+    """A run cannot be shown as requested."""
 
 
 class Address(NamedTuple):
-    """Where a server listens.
+    """Address of a server.
 
     Attributes:
-        host: An address of this machine; "0.0.0.0" or "::" for all of them.
-        port: Port of the page; the data come from the next one.
+        host: Address of this machine; "0.0.0.0" or "::" for all of its addresses.
+        port: Port of the page; the data come from the next port.
     """
 
     host: str
@@ -41,10 +41,10 @@ class Address(NamedTuple):
 
     @classmethod
     def read(cls, text: str) -> "Address":
-        """From ADDRESS:PORT; without a port, `PORT`.
+        """Parse ADDRESS:PORT; the default port is `PORT`.
 
         Raises:
-            CannotShow: It is no such thing.
+            CannotShow: If the text is not an address.
         """
         try:
             parts = urlsplit(f"//{text}")
@@ -60,35 +60,35 @@ class Address(NamedTuple):
 
     @property
     def seen(self) -> str:
-        """How a browser calls the host: by name, where it listens on all addresses."""
+        """Host in URLs: the name of this machine if the server listens on all addresses."""
         host = socket.gethostname() if self.host in ("0.0.0.0", "::") else self.host
         return f"[{host}]" if ":" in host else host
 
     @property
     def local(self) -> str:
-        """Where this machine sends the data."""
-        here = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(self.host)
-        return f"rerun+http://{here or self.seen}:{self.port + 1}/proxy"
+        """URL to which this machine sends the data."""
+        host = {"0.0.0.0": LOCAL, "::": "[::1]"}.get(self.host)
+        return f"rerun+http://{host or self.seen}:{self.port + 1}/proxy"
 
     @property
     def data(self) -> str:
-        """Where a browser finds the data."""
+        """URL from which a browser gets the data."""
         return f"rerun+http://{self.seen}:{self.port + 1}/proxy"
 
     @property
     def page(self) -> str:
-        """What to open in a browser."""
+        """URL of the page."""
         return f"http://{self.seen}:{self.port}/?url={quote(self.data, safe='')}"
 
 
 @dataclass(frozen=True)
 class Targets:
-    """Where a run is shown: any of these at once.
+    """Targets of a view; any number of them at once.
 
     Attributes:
-        view: Whether in Rerun's viewer, which lives on after the run.
-        serve: ADDRESS:PORT at which browsers find it, as long as the run goes on; None for nowhere.
-        save: File that Rerun's viewer opens later; None for none.
+        view: Whether to show it in Rerun's viewer, which stays open afterward.
+        serve: ADDRESS:PORT of a page for browsers, available during the run, or None.
+        save: File that Rerun's viewer can open later, or None.
     """
 
     view: bool = False
@@ -97,11 +97,11 @@ class Targets:
 
     @property
     def any(self) -> bool:
-        """Whether the run is shown anywhere."""
+        """Whether there is any target."""
         return self.view or self.serve is not None or self.save is not None
 
     def text(self) -> str:
-        """For the process that shows it."""
+        """Serialized targets, an argument of the process that shows the run."""
         return json.dumps([self.view, self.serve, str(self.save) if self.save else None])
 
     @classmethod
@@ -112,11 +112,11 @@ class Targets:
 
 
 def start_view(targets: Targets) -> "list[LiveView]":
-    """Start the view of a run, ready for its frames, and print where it is; none if there is no target.
+    """Start the view of a run and print its address; returns an empty list if there is no target.
 
     Raises:
         CannotShow: See `require_showable`.
-        SinkFailed: A viewer or a server does not start.
+        SinkFailed: If a viewer or a server does not start.
     """
     require_showable(targets)
     if not targets.any:
@@ -128,21 +128,21 @@ def start_view(targets: Targets) -> "list[LiveView]":
 
 
 def require_showable(targets: Targets) -> None:
-    """Raise where it is plain that a run cannot be shown.
+    """Raise if a run obviously cannot be shown.
 
     Raises:
-        CannotShow: The address is none, the file's folder is not there, or Rerun is not.
+        CannotShow: If the address is invalid, the file's folder does not exist, or Rerun is not installed.
     """
     if targets.serve is not None:
         Address.read(targets.serve)
     if targets.save is not None and not targets.save.absolute().parent.is_dir():
         raise CannotShow(f"--save {targets.save}: there is no folder {targets.save.absolute().parent}")
     if targets.any and find_spec("rerun") is None:
-        raise CannotShow("view: Rerun is not installed. Try pip install rerun-sdk, or go without the view")
+        raise CannotShow("view: Rerun is not installed. Try pip install rerun-sdk, or omit the view")
 
 
 class LiveView(PipeSink):
-    """The view of a run, at one target at least: a sink that drops what it is too slow for."""
+    """The view of a run with at least one target: a sink that drops samples if it is too slow."""
 
     def __init__(self, targets: Targets) -> None:
         self._began = False
@@ -150,15 +150,15 @@ class LiveView(PipeSink):
         self._began = True
 
     def close(self, patience: float = FINISH) -> None:
-        """Wait until the last frames are shown; what a view that was killed has left behind ends too."""
+        """Wait until the last frames are shown, and end processes that a killed view has left behind."""
         super().close(patience)
-        lacks = [self.failure] if self.failure else []
+        problems = [self.failure] if self.failure else []
         if self.dropped:
-            lacks.append(f"it was too slow for {self.dropped} cycles and events, which it does not show")
-        for text in lacks if self._began else ():
-            print(f"exidyn: warning: live view: {text}; the recording does not depend on it", file=sys.stderr)
+            problems.append(f"it was too slow for {self.dropped} cycles and events, which it does not show")
+        for text in problems if self._began else ():
+            print(f"exidyn: warning: live view: {text}; the recording is not affected", file=sys.stderr)
         self._began = False
         try:
             os.killpg(self.process_id, signal.SIGTERM)
         except (ProcessLookupError, PermissionError):
-            pass  # nothing is left
+            pass  # no process is left

@@ -21,7 +21,7 @@ from .parts import (
     arm_view,
     base_frame,
     entity,
-    joint_colours,
+    joint_colors,
     log_lines,
     log_markdown,
     plot,
@@ -32,13 +32,13 @@ from .parts import (
 from .viewers import View
 
 LINES = ((86, 180, 233), (230, 159, 0))
-"""Colours of the first run and of the second."""
+"""Colors of the first and the second run."""
 PATH = (0, 158, 115)
-"""Of the path of the flange."""
+"""Color of the path of the flange."""
 
 
 def plan_view(plan: Plan, model: Model, space: Space) -> View:
-    """A view of a plan for an arm among what stands around it."""
+    """A view of a plan for an arm and its surroundings."""
     torque = nominal_torque(plan, model)
     curves = plan_curves(plan, torque)
 
@@ -57,7 +57,7 @@ def plan_view(plan: Plan, model: Model, space: Space) -> View:
 
 
 def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
-    """One screen: plots on the left, of all joints together or of each quantity; the arm on the right."""
+    """Plots on the left, of all joints together or of each quantity; the arm on the right."""
     shares = [
         plot(
             entity("share", curve.use.name),
@@ -75,7 +75,7 @@ def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
 
 
 def _percents(curve: Curve) -> tuple[float, float]:
-    """Both limits, and all that is beyond them."""
+    """Axis range [% of limit] with both limits and all values."""
     largest = float(np.nanmax(curve.use.share, initial=1.0))
     return -110.0 * largest, 110.0 * largest
 
@@ -90,19 +90,19 @@ def _quantity_tab(plan: Plan, curve: Curve) -> rrb.Container:
 
 
 def _log_share(stream: rr.RecordingStream, plan: Plan, curve: Curve) -> None:
-    """All joints on one scale: from -100 % at the lower limit to 100 % at the upper one."""
+    """Log all joints on one scale, from -100 % at the lower limit to 100 % at the upper limit."""
     path, time = entity("share", curve.use.name), curve.time
     shares = 100.0 * curve.use.shares(curve.runs[-1][1])
-    log_lines(stream, path, plan.joints, joint_colours(len(plan.joints)), time, shares)
+    log_lines(stream, path, plan.joints, joint_colors(len(plan.joints)), time, shares)
     path, limits = entity("share", curve.use.name, "limit"), np.array([[-100.0, 100.0]] * 2)
     log_lines(stream, path, ["limit", "limit"], [RED, RED], time[[0, -1]], limits, 1.0)
 
 
 def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) -> None:
-    """A joint's curve of each run, its limits, and where it is beyond them."""
-    for colour, (run, values) in zip(LINES, curve.runs, strict=False):
+    """Log the curves of a joint, its limits, and the values beyond them."""
+    for color, (run, values) in zip(LINES, curve.runs, strict=False):
         path = entity(curve.use.name, name, run)
-        log_lines(stream, path, [run], [colour], curve.time, values[:, joint])
+        log_lines(stream, path, [run], [color], curve.time, values[:, joint])
         beyond = curve.use.beyond(values[:, joint], joint)
         if np.any(beyond):
             path = entity(curve.use.name, name, f"{run} beyond")
@@ -116,11 +116,11 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
 
 
 def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
-    """The path of the flange as a line, obstacles and walls as sheets, in the frame of the base."""
+    """Log the path of the flange as a line, and obstacles and walls as meshes, in the base frame."""
     size = float(np.max(np.abs(space.way), initial=reach(model)))
-    sheets = {name: hull_mesh(points) for name, points in space.solids}
-    sheets |= {wall.name: _sheet(wall, size) for wall in space.walls}
-    for name, (points, triangles) in sheets.items():
+    meshes = {name: hull_mesh(points) for name, points in space.solids}
+    meshes |= {wall.name: _square(wall, size) for wall in space.walls}
+    for name, (points, triangles) in meshes.items():
         solid = name in dict(space.solids)
         mesh = rr.Mesh3D(
             vertex_positions=points, triangle_indices=triangles, albedo_factor=(*RED, 130 if solid else 40)
@@ -130,14 +130,14 @@ def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
     _log_at_base(stream, model, "path of the flange", line)
 
 
-def _log_at_base(stream: rr.RecordingStream, model: Model, name: str, what: rr.AsComponents) -> None:
+def _log_at_base(stream: rr.RecordingStream, model: Model, name: str, content: rr.AsComponents) -> None:
     path = entity(ARM, name)
     stream.log(path, rr.CoordinateFrame(base_frame(model)), static=True)
-    stream.log(path, what, static=True)
+    stream.log(path, content, static=True)
 
 
-def _sheet(wall: HalfSpace, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (4, 3) of a square of a wall about its point nearest the base, and its two triangles."""
+def _square(wall: HalfSpace, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (4, 3) and triangles of a square on a wall, centered at its point nearest the base."""
     across = np.cross(wall.normal, np.eye(3)[np.argmin(np.abs(wall.normal))])
     across /= np.linalg.norm(across)
     along, middle = np.cross(wall.normal, across), wall.offset * wall.normal

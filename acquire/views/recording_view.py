@@ -1,4 +1,4 @@
-"""View of recordings: a tab a run with what was measured, what the model leaves of it, and the arm."""
+"""View of recordings: one tab per run with measured signals, residuals of the model, and the arm."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,13 @@ from ..terminal.recording_text import describe
 from .parts import (
     FAINT,
     FRAMES,
-    GREY,
+    GRAY,
     Arm,
     arm_name,
     arm_view,
     entity,
     event_list,
-    joint_colours,
+    joint_colors,
     log_event,
     log_lines,
     log_markdown,
@@ -29,7 +29,7 @@ from .residual import LiveResidual, Samples, joint_torque
 from .viewers import View
 
 CHUNK = 2000
-"""Samples whose regressor is held at once; a few megabytes."""
+"""Number of samples whose regressor is in memory at once: a few megabytes."""
 MEASURED = {
     "position": "position",
     "velocity": "velocity",
@@ -37,11 +37,11 @@ MEASURED = {
     "torque": "torque",
     "temperature": "temperature [°C]",
 }
-"""Signal -> title of its plot."""
+"""Titles of plots, by signal."""
 
 
 def recording_view(recordings: Sequence[Recording]) -> View:
-    """A view of runs; their names must differ."""
+    """A view of runs, whose names must differ."""
 
     def log(stream: rr.RecordingStream) -> None:
         for recording in recordings:
@@ -52,23 +52,23 @@ def recording_view(recordings: Sequence[Recording]) -> View:
 
 
 def _tab(recording: Recording) -> rrb.Container:
-    """Plots on the left; the arm, what happened and what is inside on the right."""
+    """Plots on the left; the arm, events and contents on the right."""
     name, revolute = recording.name, bool(recording.robot.revolute.all())
     angle, small = ("rad", "mrad") if revolute else ("rad, m", "mrad, mm")
-    grey = ", commanded in grey" if "command" in recording.signals else ""
+    gray = ", commanded in gray" if "command" in recording.signals else ""
     force = ", ".join(dict.fromkeys(recording.robot.units("N m")))
-    units = {"position": f"{grey} [{angle}]", "velocity": f" [{angle}/s]", "torque": f" [{force}]"}
+    units = {"position": f"{gray} [{angle}]", "velocity": f" [{angle}/s]", "torque": f" [{force}]"}
     plots = [
         _plot(name, signal, title + units.get(signal, ""))
         for signal, title in MEASURED.items()
         if signal in recording.signals or signal == "velocity"
     ]
     if "command" in recording.signals:
-        plots.insert(1, _plot(name, "tracking error", f"command less position [{small}]"))
+        plots.insert(1, _plot(name, "tracking error", f"command minus position [{small}]"))
     if "link_position" in recording.signals:
-        plots.append(_plot(name, "twist", f"second encoder less motor's [{small}]"))
-    plots.append(_plot(name, "residual", f"torque that the model inside leaves [{force}]"))
-    texts: list[rrb.View] = [rrb.TextDocumentView(origin=entity(name, "inside"), name="what is inside")]
+        plots.append(_plot(name, "twist", f"link minus motor encoder [{small}]"))
+    plots.append(_plot(name, "residual", f"residual of the recorded model [{force}]"))
+    texts: list[rrb.View] = [rrb.TextDocumentView(origin=entity(name, "inside"), name="contents")]
     if recording.events:
         texts.insert(0, event_list(entity(name, "events")))
     arm = arm_view(recording.model, arm_name(name))
@@ -78,31 +78,31 @@ def _tab(recording: Recording) -> rrb.Container:
 
 
 def _plot(run: str, quantity: str, title: str) -> rrb.TimeSeriesView:
-    """A plot; one has the legend of the joints for all."""
+    """A plot of a quantity; only that of the residual has a legend of the joints."""
     return plot(entity(run, quantity), title, legend=quantity == "residual")
 
 
 def _log_run(stream: rr.RecordingStream, recording: Recording) -> None:
-    """Everything about one run."""
+    """Log signals, residuals, events and the arm of a run."""
     name, signals, position = recording.name, recording.signals, recording.signals["position"]
-    joints, colours = recording.robot.joints, joint_colours(recording.robot.dof)
+    joints, colors = recording.robot.joints, joint_colors(recording.robot.dof)
 
     def log(signal: Signal, *parts: str) -> None:
-        log_lines(stream, entity(name, *parts), joints, colours, signal.time, signal.values)
+        log_lines(stream, entity(name, *parts), joints, colors, signal.time, signal.values)
 
     if "command" in signals:
-        # below what is measured, by name and so by width: a seam of grey is seen where they differ
+        # below the measured lines, by name and so by width: a gray edge shows where they differ
         path, command = entity(name, "position", "commanded"), signals["command"]
-        grey = [(*GREY, FAINT)] * len(joints)
-        log_lines(stream, path, joints, grey, command.time, command.values, 3.2)
-    for other, title in (("command", "tracking error"), ("link_position", "twist")):
-        if other in signals:
-            less = _at(signals[other], position.time) - position.values
-            log(Signal(position.time, 1e3 * less), title)
+        gray = [(*GRAY, FAINT)] * len(joints)
+        log_lines(stream, path, joints, gray, command.time, command.values, 3.2)
+    for signal, title in (("command", "tracking error"), ("link_position", "twist")):
+        if signal in signals:
+            difference = _at(signals[signal], position.time) - position.values
+            log(Signal(position.time, 1e3 * difference), title)
     for signal in MEASURED:
         if signal in signals:
             log(signals[signal], signal, "measured")
-    velocity, residual = _derived(recording)
+    velocity, residual = _velocity_and_residual(recording)
     log(residual, "residual")
     if "velocity" not in signals:
         log(velocity, "velocity", "measured")
@@ -113,18 +113,18 @@ def _log_run(stream: rr.RecordingStream, recording: Recording) -> None:
 
 
 def _at(signal: Signal, time: np.ndarray) -> np.ndarray:
-    """A signal at other times, shape (t, n)."""
+    """A signal interpolated at times (t,), shape (t, n)."""
     if np.array_equal(signal.time, time):
         return signal.values
     return np.stack([np.interp(time, signal.time, column) for column in signal.values.T], axis=1)
 
 
-def _derived(recording: Recording) -> tuple[Signal, Signal]:
-    """Velocity, and measured torque less that of the model, by the arithmetic of the live view."""
+def _velocity_and_residual(recording: Recording) -> tuple[Signal, Signal]:
+    """Velocity, and measured minus nominal torque, computed as in the live view."""
     position = recording.signals["position"]
-    nothing = np.full_like(position.values, np.nan)
+    unknown = np.full_like(position.values, np.nan)
     current, torque = (
-        _at(recording.signals[name], position.time) if name in recording.signals else nothing
+        _at(recording.signals[name], position.time) if name in recording.signals else unknown
         for name in EFFORT
     )
     residual = LiveResidual(recording.model, position.period or 1e-3, recording.payload)
@@ -143,7 +143,7 @@ def _derived(recording: Recording) -> tuple[Signal, Signal]:
 
 
 def _log_arm(stream: rr.RecordingStream, recording: Recording) -> None:
-    """The arm where all of its joints are known, as often as the eye wants it."""
+    """Log the arm where the positions of all joints are known, at the frame rate."""
     position = recording.signals["position"]
     step = max(round(1.0 / (FRAMES * position.period)), 1) if position.period else 1
     shown = position[np.arange(0, len(position), step)]

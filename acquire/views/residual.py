@@ -1,9 +1,9 @@
 """Residual while the arm moves: measured joint torque minus the nominal torque of the measured motion.
 
-The motion's derivatives are those of a quadratic, by least squares through a short window of samples, at the
-window's middle: at its end they would be up to date, but the velocity alone would have eight times the noise.
-Measured and nominal torque of that moment are then both averaged over a longer window, so that noise and
-the moments at which friction reverses do not hide what stays. So what is shown is half of both windows old.
+A quadratic is fitted by least squares to a short window of samples; its derivatives at the middle of the
+window are those of the motion. At the end of the window they would be more recent, but the velocity would
+have eight times the noise. Measured and nominal torque are then averaged over a longer window, so that
+neither noise nor reversals of friction hide lasting residuals. The result is delayed by half of both windows.
 """
 
 from collections import deque
@@ -18,26 +18,26 @@ from exidyn.identification.recordings.recording import KnownPayload
 from ..run.arms import with_body
 
 WINDOW = 0.04
-"""Time that a quadratic spans [s]; a motion of 8 Hz keeps 90 % of its acceleration."""
+"""Window of the quadratic [s]; a motion of 8 Hz keeps 90 % of its acceleration."""
 AVERAGE = 0.1
-"""Time over which torques are averaged [s]: some pixels of a plot."""
-FEWEST = 7
-"""Samples that either holds at least; slow controllers take longer for them."""
+"""Averaging window of torques [s]: some pixels of a plot."""
+MIN_SAMPLES = 7
+"""Minimum number of samples in either window; windows of slow controllers are longer."""
 RATE = 50.0
-"""Averages a second [Hz]: five a window, and enough for the eye."""
-HOLES = 0.6
-"""Cycles by which a window may be longer than it should be: a skipped one is a jolt, no quadratic."""
+"""Rate of averages [Hz]: five per window, and enough for the eye."""
+MAX_GAP = 0.6
+"""Maximum excess length of a window [cycles]: a skipped cycle would look like a jolt."""
 MARKS = 8
-"""Steps of a power of ten between lowest and highest value: as many numbers have room beside a plot."""
+"""Maximum number of marks between lowest and highest value that have room beside a plot."""
 
 
 class Samples(NamedTuple):
-    """Samples in order, or windows of them, which have one axis more.
+    """Samples in order, or windows of samples, which have an additional axis.
 
     Attributes:
-        stamp: What to call them, shape (t,).
-        time: Clock by which they were measured, shape (t,) [s].
-        position: Shape (t, n) [rad]; NaN for a joint that was silent.
+        stamp: Time stamps for display, shape (t,).
+        time: Times of measurement, shape (t,) [s].
+        position: Position, shape (t, n) [rad]; NaN for a silent joint.
         torque: Measured joint torque, shape (t, n) [N m]; see `joint_torque`.
     """
 
@@ -48,13 +48,13 @@ class Samples(NamedTuple):
 
 
 class Torques(NamedTuple):
-    """What the arm did and what moved it; NaN where a window has holes.
+    """Velocities and averaged torques; NaN if a window has gaps.
 
     Attributes:
-        stamp: Stamp of the samples in the middle, shape (r,).
-        velocity: Shape (r, n) [rad/s].
-        measured: Shape (r, n) [N m].
-        nominal: Shape (r, n) [N m].
+        stamp: Time stamps of the samples in the middle, shape (r,).
+        velocity: Velocity, shape (r, n) [rad/s].
+        measured: Measured torque, shape (r, n) [N m].
+        nominal: Nominal torque, shape (r, n) [N m].
     """
 
     stamp: np.ndarray
@@ -64,15 +64,15 @@ class Torques(NamedTuple):
 
     @property
     def residual(self) -> np.ndarray:
-        """What the model does not explain, shape (r, n) [N m]."""
+        """Measured minus nominal torque, shape (r, n) [N m]."""
         return self.measured - self.nominal
 
 
 class LiveResidual:
-    """Takes samples of the nominal arm as they come, in pieces of any length, a cycle [s] from each other.
+    """Computes residuals of a model from samples one cycle [s] apart, added in pieces of any length.
 
     Attributes:
-        delay: Age of the latest torques when the sample comes that completes them [s].
+        delay: Age of the latest torques when their last sample is added [s].
     """
 
     def __init__(self, model: Model, cycle: float, payload: KnownPayload | None = None) -> None:
@@ -80,14 +80,14 @@ class LiveResidual:
         self._payload = payload.name if payload is not None else ""
         self._values = self._model.nominal_values
         self._memory: list[Any] = [None] * len(self._model.effects)
-        self._middle, average = (max(round(0.5 * t / cycle), FEWEST // 2) for t in (WINDOW, AVERAGE))
+        self._middle, average = (max(round(0.5 * t / cycle), MIN_SAMPLES // 2) for t in (WINDOW, AVERAGE))
         self._cycle, self._half = cycle, self._middle * cycle
         self.delay = (self._middle + average) * cycle
         self._fitted = _Windows(2 * self._middle + 1, 1)
         self._averaged = _Windows(2 * average + 1, max(round(1.0 / (RATE * cycle)), 1))
 
     def add(self, samples: Samples) -> Torques:
-        """Torques of every window that is whole by now."""
+        """Add samples; return the torques of all windows completed by them."""
         windows = Samples(*self._fitted.add(samples))
         motion, middle = self._motion(windows), self._middle
         rows = (windows.stamp[:, middle], motion.velocity, windows.torque[:, middle], self._nominal(motion))
@@ -96,24 +96,25 @@ class LiveResidual:
         return Torques(stamp[:, middle], velocity[:, middle], measured.mean(axis=1), nominal.mean(axis=1))
 
     def _motion(self, windows: Samples) -> Motion:
-        """Motion in the middle of each window; NaN where that has holes."""
+        """Motion in the middle of each window; NaN if the window has gaps."""
         middle = windows.time[:, self._middle]
-        onward = (np.diff(windows.time, axis=1) > 0.0).all(axis=1)
-        whole = onward & (windows.time[:, -1] - windows.time[:, 0] < 2.0 * self._half + HOLES * self._cycle)
+        increasing = (np.diff(windows.time, axis=1) > 0.0).all(axis=1)
+        duration = windows.time[:, -1] - windows.time[:, 0]
+        complete = increasing & (duration < 2.0 * self._half + MAX_GAP * self._cycle)
         usual = np.linspace(-1.0, 1.0, 2 * self._middle + 1)
-        time = np.where(whole[:, None], (windows.time - middle[:, None]) / self._half, usual)
+        time = np.where(complete[:, None], (windows.time - middle[:, None]) / self._half, usual)
         powers = np.stack([np.ones_like(time), time, 0.5 * time**2], axis=2)
         across = np.swapaxes(powers, 1, 2)
-        # times lie around zero and are of size one, so that forming the product loses nothing
+        # times are centered and of magnitude one, so the normal equations are well conditioned
         fit = np.linalg.solve(across @ powers, across @ windows.position)
-        fit[~whole] = np.nan
+        fit[~complete] = np.nan
         position, velocity, acceleration = np.moveaxis(fit, 1, 0)
         return Motion.of(
             middle, position, velocity / self._half, acceleration / self._half**2, payload=self._payload
         )
 
     def _nominal(self, motion: Motion) -> np.ndarray:
-        """The model's torque where all of the arm's motion is known, shape (r, n) [N m]."""
+        """Nominal torque, shape (r, n) [N m]; NaN where the motion of any joint is unknown."""
         nominal = np.full_like(motion.position, np.nan)
         known = np.isfinite(motion.position).all(axis=1)
         if known.any():
@@ -124,45 +125,45 @@ class LiveResidual:
         return nominal
 
     def _torque(self, piece: Motion) -> np.ndarray:
-        """As `Model.torque`, effects with a memory going on from the piece before."""
-        remembered = zip(self._model.effects, self._memory, strict=True)
-        pieces = [effect.continued(self._model.robot, piece, memory) for effect, memory in remembered]
+        """Torque as in `Model.torque`; effects with memory continue from the previous piece."""
+        pairs = zip(self._model.effects, self._memory, strict=True)
+        pieces = [effect.continued(self._model.robot, piece, memory) for effect, memory in pairs]
         self._memory = [memory for _, memory in pieces]
-        none = np.zeros((*piece.position.shape, 0))  # of a model without effects
-        columns = np.concatenate([none, *(columns for columns, _ in pieces)], axis=2)
+        empty = np.zeros((*piece.position.shape, 0))  # for a model without effects
+        columns = np.concatenate([empty, *(columns for columns, _ in pieces)], axis=2)
         return columns @ self._values + self._model.known_torque(piece)
 
 
 class _Windows:
-    """Rows that come in pieces, cut into windows of some rows that begin every few rows."""
+    """Cuts rows that come in pieces into windows of `size` rows that begin every `step` rows."""
 
     def __init__(self, size: int, step: int) -> None:
         self._size, self._step = size, step
-        self._waiting: list[np.ndarray] = []
+        self._pending: list[np.ndarray] = []
 
     def add(self, rows: tuple[np.ndarray, ...]) -> list[np.ndarray]:
-        """Windows (r, size, ...) that are whole by now, of arrays (t, ...)."""
-        before = self._waiting or [array[:0] for array in rows]
-        all_rows = [np.concatenate(pair) for pair in zip(before, rows, strict=True)]
+        """Add arrays of rows (t, ...); return the windows (r, size, ...) completed by them."""
+        pending = self._pending or [array[:0] for array in rows]
+        all_rows = [np.concatenate(pair) for pair in zip(pending, rows, strict=True)]
         count = max((len(all_rows[0]) - self._size) // self._step + 1, 0)
-        places = self._step * np.arange(count)[:, None] + np.arange(self._size)
-        self._waiting = [array[self._step * count :] for array in all_rows]
-        return [array[places] for array in all_rows]
+        indices = self._step * np.arange(count)[:, None] + np.arange(self._size)
+        self._pending = [array[self._step * count :] for array in all_rows]
+        return [array[indices] for array in all_rows]
 
 
 def joint_torque(model: Model, current: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Joint torque by the nominal drive gains; the controller's own where it sends no current.
+    """Joint torque from current and nominal drive gains; without a current, the controller's torque.
 
-    All are of shape (t, n), in [A] and [N m]; NaN where there is none. The model has gains and coupling.
+    All arrays have shape (t, n), in [A] and [N m], with NaN for missing values.
     """
     by_current = (current * model.robot.drive_gain) @ model.robot.coupling
     return np.where(np.isnan(by_current), torque, by_current)
 
 
 class Scale:
-    """The power of ten at which an axis of some past [s] is marked, on both sides of zero.
+    """The power of ten at which an axis is marked on both sides of zero, for values of the last `past` [s].
 
-    Rerun numbers an axis without limits at powers of ten, and at zero alone if none is near.
+    Rerun labels an axis at powers of ten, and only at zero if none of them is near.
     """
 
     def __init__(self, past: float) -> None:
@@ -170,7 +171,7 @@ class Scale:
         self._ranges: deque[tuple[float, float, float]] = deque()
 
     def add(self, time: np.ndarray, values: np.ndarray) -> float:
-        """The mark once values (t, n) at times (t,) [s] are shown too; NaN while nothing but NaN is."""
+        """Add values (t, n) at times (t,) [s]; return the mark, or NaN if all values are NaN or zero."""
         known = values[np.isfinite(values)]
         if len(known):
             self._ranges.append((float(time[-1]), float(known.min()), float(known.max())))

@@ -1,4 +1,4 @@
-"""Suspects: what a diagnosis found or could not name, and the torque by which it shows in a run."""
+"""Suspects: findings and unexplained residuals of a diagnosis, and their torques in a run."""
 
 from typing import NamedTuple
 
@@ -13,26 +13,26 @@ from exidyn.identification.text_table import digits
 
 from ..files.diagnosis_files import Traces
 from ..files.given_runs import distinct_names
-from .parts import COLOURS
+from .parts import COLORS
 
-SUSPECTS = (COLOURS[4], COLOURS[2], COLOURS[1])
-"""Colours of suspects, to be read on dark ground and on light; none is that of before or of after."""
+SUSPECTS = (COLORS[4], COLORS[2], COLORS[1])
+"""Colors of suspects, readable on any background and different from those of residuals."""
 WINDOW = 0.5
-"""Time over which a torque is taken together [s]: about what an eye takes in of a moving arm."""
+"""Averaging window of a torque's power [s]: about the time resolution of an eye that watches an arm."""
 LEVEL = 0.5
-"""Square of a torque in its moments, at least, over the mean square weighted by itself: half of that at which
-most of the torque is spent, so that neither a spike nor a long quiet rest counts much."""
-MOST = 12
-"""Moments of a run; who looks at more sees the run."""
+"""Minimum power of a torque in its moments, over the power-weighted mean power: half of the power at which
+most of the torque is spent, so that neither spikes nor long rests count much."""
+MAX_MOMENTS = 12
+"""Maximum number of moments per run."""
 
 
 class Moment(NamedTuple):
-    """A span of time.
+    """A time span in which a torque stands out.
 
     Attributes:
-        begin: [s].
-        end: [s].
-        over_noise: Root mean square of the torque within, over the noise floor [-].
+        begin: Start time [s].
+        end: End time [s].
+        over_noise: RMS torque over the noise floor [-].
     """
 
     begin: float
@@ -41,41 +41,41 @@ class Moment(NamedTuple):
 
 
 class Suspect(NamedTuple):
-    """A finding, or what is left on a joint without a name.
+    """A finding, or an unexplained residual of a joint.
 
     Attributes:
-        name: In words.
-        short: The effect alone.
-        joint: On which it shows most, from 0.
-        place: Index of the finding in the traces; None for what has no name.
-        colour: Colour of its torque and its moments.
+        name: Name with effect and joints.
+        short: Name of the effect alone.
+        joint: Index of the joint on which it is clearest, from 0.
+        place: Index of the finding in the traces; None for an unexplained residual.
+        color: Color of its torque and its moments.
     """
 
     name: str
     short: str
     joint: int
     place: int | None
-    colour: tuple[int, int, int]
+    color: tuple[int, int, int]
 
     def torque(self, trace: Trace) -> np.ndarray:
-        """Its torque on that joint, zero where the joint sticks, shape (r,) [N m]."""
+        """Torque of the suspect on its joint, zero where the joint sticks, shape (r,) [N m]."""
         torque = trace.after if self.place is None else trace.explained[self.place]
         return torque[:, self.joint] * trace.weight[:, self.joint]
 
     def before(self, trace: Trace) -> np.ndarray:
-        """What is left of that joint's torque without it, all else as fitted, shape (r,) [N m]."""
+        """Residual of its joint without this finding but with all others, shape (r,) [N m]."""
         if self.place is None:
             return trace.before[:, self.joint]
         return trace.after[:, self.joint] + trace.explained[self.place][:, self.joint]
 
     def moments(self, trace: Trace, noise: np.ndarray) -> list[Moment]:
-        """When it shows most."""
+        """The strongest moments of the suspect in a run."""
         return moments(trace.time, self.torque(trace) / noise[self.joint])
 
     def sentence(self, moment: Moment, trace: Trace, robot: Robot, noise: float = 0.0) -> str:
-        """A moment in words: how much, and where the joint was on the average and how fast.
+        """A moment in words: its torque, and the joint's mean position and speed.
 
-        A noise scale [N m] is given where none was measured, so that the torque itself is stated; else zero.
+        If `noise` [N m], the scale of `over_noise`, is not zero, the torque is stated in its own unit.
         """
         within = (trace.time >= moment.begin) & (trace.time <= moment.end)
         position = float(np.mean(trace.position[within, self.joint]))
@@ -91,65 +91,70 @@ class Suspect(NamedTuple):
 
 
 def suspects(diagnosis: Diagnosis, traces: Traces) -> list[Suspect]:
-    """Those of a diagnosis: findings first."""
+    """Findings of a diagnosis, followed by unexplained residuals."""
     findings = zip(finding_names(diagnosis), diagnosis.all_findings, strict=True)
-    every: list[tuple[str, str, int, int | None]] = [
-        (name, effect_words(finding.effect), _clearest(traces, place), place)
+    entries: list[tuple[str, str, int, int | None]] = [
+        (name, effect_words(finding.effect), _clearest_joint(traces, place), place)
         for place, (name, finding) in enumerate(findings)
     ]
     for remainder in diagnosis.remainders:
         where = lower(joint_words(remainder.joint, diagnosis.joints))
-        every.append((f"Left on {where}", "left", remainder.joint, None))
-    names = distinct_names([name for name, *_ in every])
+        entries.append((f"Unexplained torque of {where}", "unexplained", remainder.joint, None))
+    names = distinct_names([name for name, *_ in entries])
     return [
         Suspect(name, short, joint, place, SUSPECTS[number % len(SUSPECTS)])
-        for number, (name, (_, short, joint, place)) in enumerate(zip(names, every, strict=True))
+        for number, (name, (_, short, joint, place)) in enumerate(zip(names, entries, strict=True))
     ]
 
 
-def _clearest(traces: Traces, place: int) -> int:
-    """The joint on which a finding's torque stands highest above the noise."""
+def _clearest_joint(traces: Traces, place: int) -> int:
+    """Index of the joint on which a finding's torque is largest over the noise floor."""
     squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in traces.traces)
     return int(np.argmax(squares / traces.noise**2))
 
 
-def lasting(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Root mean square within a window around each row, shape (r, n); NaN where nothing counts.
+def windowed_rms(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """RMS of torques over the noise floor in a window around each row, shape (r, n); NaN without weight.
 
-    Of torque over its noise floor (r, n) [-] at times (r,) [s]; weight is 0 where a joint sticks, else 1.
+    Args:
+        time: Times of the rows, shape (r,) [s].
+        over_noise: Torques over the noise floor, shape (r, n) [-].
+        weight: 0 where a joint sticks, else 1, shape (r, n).
     """
-    sums, counts = (_near(time, values) for values in (weight * over_noise**2, weight))
-    some = counts > 1e-9  # of what rounding leaves of nothing
-    return np.where(some, np.sqrt(np.maximum(sums, 0.0) / np.where(some, counts, 1.0)), np.nan)
+    sums, counts = (_windowed_mean(time, values) for values in (weight * over_noise**2, weight))
+    positive = counts > 1e-9  # above rounding errors
+    return np.where(positive, np.sqrt(np.maximum(sums, 0.0) / np.where(positive, counts, 1.0)), np.nan)
 
 
-def _near(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Mean of each column within a window around each row, shape (r, n)."""
+def _windowed_mean(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Mean of each column in a window around each row, shape (r, n)."""
     width = max(round(WINDOW / float(np.median(np.diff(time)))), 1) if len(time) > 1 else 1
     window = np.ones(min(width, len(time))) / width
     return np.stack([np.convolve(column, window, mode="same") for column in values.T], axis=1)
 
 
 def moments(time: np.ndarray, over_noise: np.ndarray) -> list[Moment]:
-    """The strongest moments, in order of time [s].
+    """The strongest moments of a torque, in order of time.
 
-    Of torque over its noise floor, zero where it does not count, shape (r,) [-], at times (r,) [s].
+    Args:
+        time: Times of the rows, shape (r,) [s].
+        over_noise: Torque over the noise floor, shape (r,) [-]; zero where it does not count.
     """
     power = over_noise**2
     if len(time) < 2 or not np.any(power > 0.0):
         return []
-    near = _near(time, power[:, None])[:, 0]
-    level = LEVEL * float(np.sum(near**2) / np.sum(near))
+    smoothed = _windowed_mean(time, power[:, None])[:, 0]
+    level = LEVEL * float(np.sum(smoothed**2) / np.sum(smoothed))
     spans = [
         Moment(float(time[a]), float(time[b]), float(np.sqrt(np.mean(power[a : b + 1]))))
-        for a, b in _spans(time, near >= level)
+        for a, b in _spans(time, smoothed >= level)
     ]
-    energetic = sorted(spans, key=lambda one: -((one.end - one.begin + WINDOW) * one.over_noise**2))
-    return sorted(energetic[:MOST])
+    energy = sorted(spans, key=lambda span: -((span.end - span.begin + WINDOW) * span.over_noise**2))
+    return sorted(energy[:MAX_MOMENTS])
 
 
 def _spans(time: np.ndarray, chosen: np.ndarray) -> list[tuple[int, int]]:
-    """First and last row of every stretch; those that a window bridges are one."""
+    """First and last row of each span of chosen rows; gaps shorter than a window are bridged."""
     rows = np.flatnonzero(chosen)
     breaks = np.flatnonzero(np.diff(time[rows]) > WINDOW)
     firsts, lasts = np.concatenate([[0], breaks + 1]), np.concatenate([breaks, [len(rows) - 1]])

@@ -1,6 +1,6 @@
-"""The process that shows a run: frames in from a pipe, logged to Rerun in batches.
+"""The process that shows a run: it reads frames from a pipe and logs them to Rerun in batches.
 
-Everything that could hold a control loop up happens here: Rerun holds the interpreter for milliseconds, and
+Everything that could delay a control loop happens here: Rerun holds the interpreter for milliseconds, and
 waits for a viewer that does not keep up.
 """
 
@@ -20,30 +20,30 @@ from .live_log import LiveLog
 from .live_view import CannotShow, Targets
 
 BATCH = 0.05
-"""How long frames are gathered [s]: the cost is by the batch, and the eye sees no difference."""
+"""Time over which frames are collected [s]: the cost is per batch, and the eye sees no difference."""
 PAGE_BATCH = 0.1
-"""The same where pages are served: a browser takes in only so many messages a picture."""
-FEWEST = 20
-"""Cycles that are waited for at first, to learn how long one is; a run that ends before is shown as it is."""
-ABANDONED = "the program that moves the arm has ended without a word"
+"""This time if pages are served: a browser handles a limited number of messages per frame."""
+MIN_CYCLES = 20
+"""Number of first cycles that determine the cycle time; a shorter run is shown when it ends."""
+ABANDONED = "the program that moves the arm ended without a reason"
 PATIENCE = 5.0
-"""How long a viewer may take for the last frames [s]."""
+"""Maximum time for a viewer to receive the last frames [s]."""
 LAST_PAGE = 1.0
-"""How long after the end a server still sends to its pages [s]; they keep what they have got."""
+"""Time after the end for which a server still sends to its pages [s]; they keep what they have received."""
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Show a run until its frames end; the exit code."""
+    """Show a run until its frames end; return the exit code."""
     source = PipeSource(arguments)
     targets = Targets.read(source.arguments[0])
     try:
-        recording, where = _start(targets)
+        recording, message = _start(targets)
     except CannotShow as error:
         source.fail(str(error))
         viewers.end_servers()
         return 1
     _warm_up()
-    source.ready(where)
+    source.ready(message)
     _View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
     _finish(recording)
     if targets.serve is not None:
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _start(targets: Targets) -> tuple[rr.RecordingStream, str]:
-    """A recording that goes to all targets, and in words where it is seen; raises `CannotShow`."""
+    """A recording that goes to all targets, and a message with its address; raises `CannotShow`."""
     try:
         opened = viewers.open_targets(targets)
     except OSError as error:
@@ -65,7 +65,7 @@ def _start(targets: Targets) -> tuple[rr.RecordingStream, str]:
 
 
 def _warm_up() -> None:
-    """Log once unseen: the first time takes a second of imports."""
+    """Log once to memory, since the first time takes a second for imports."""
     recording = rr.RecordingStream("exidyn_warm_up")
     memory = recording.memory_recording()
     index = rr.TimeColumn("time", duration=[0.0])
@@ -76,7 +76,7 @@ def _warm_up() -> None:
 
 
 class _View:
-    """What has come so far; shown in batches of some time [s]."""
+    """Shows frames in batches collected over some time [s]."""
 
     def __init__(self, recording: rr.RecordingStream, batch: float = BATCH) -> None:
         self._recording, self._batch = recording, batch
@@ -95,7 +95,7 @@ class _View:
                 try:
                     self._take(kind, body)
                 except (ArithmeticError, LookupError, TypeError, ValueError, struct.error):
-                    pass  # a frame that makes no sense, which the recorder reports
+                    pass  # a frame that cannot be read, which the recorder reports
             if source.ended and not self._over:
                 self._report("stop", ABANDONED)
             self._log_batch(source.ended)
@@ -112,9 +112,9 @@ class _View:
         elif kind == END:
             self._over = True
             end = json.loads(body)
-            # why it was stopped was reported when it happened
-            early = end.get("stop", "none") != "none"
-            self._report("end", f"stopped ({end['stop']})" if early else str(end.get("text", "")))
+            # the reason of a stop was reported when it happened
+            stopped = end.get("stop", "none") != "none"
+            self._report("end", f"stopped ({end['stop']})" if stopped else str(end.get("text", "")))
 
     def _take_cycle(self, cycle: Cycle) -> None:
         if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:
@@ -127,7 +127,7 @@ class _View:
 
     def _log_batch(self, last: bool) -> None:
         if self._log is None:
-            if self._head is None or len(self._cycles) < (1 if last else FEWEST):
+            if self._head is None or len(self._cycles) < (1 if last else MIN_CYCLES):
                 return
             self._log = LiveLog(self._recording, self._head, self._cycles)
         if self._cycles:
@@ -138,10 +138,10 @@ class _View:
 
 
 def _finish(recording: rr.RecordingStream) -> None:
-    """Hand the last over, and write what a file ends with; a viewer that is gone is no matter."""
+    """Send the last data and write the footer of a file; a closed viewer is not an error."""
     try:
         recording.flush(timeout_sec=PATIENCE)
-    except Exception:  # one of Rerun's own, which it has already written to the terminal
+    except Exception:  # Rerun has already printed its error
         pass
     recording.disconnect()
 

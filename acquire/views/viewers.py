@@ -1,4 +1,4 @@
-"""Viewers: Rerun's own programs that show what they are sent, in a window or to browsers; files for later."""
+"""Viewers: Rerun's programs that show data in a window or to browsers, and files for later."""
 
 import os
 import re
@@ -22,20 +22,20 @@ from exidyn.identification.child_processes import start_program
 from .live_view import LOCAL, Address, CannotShow, Targets, require_showable
 
 MEMORY = "2GB"
-"""What a window may hold before it forgets the oldest: an hour of six joints at 500 Hz, and not Rerun's
-default, three quarters of a machine that may be running a controller."""
+"""Memory of a window, beyond which it drops the oldest data: an hour of six joints at 500 Hz. Rerun's default
+is three quarters of a machine's memory, which a controller may need."""
 START = 40.0
-"""How long a viewer may take to listen [s]."""
+"""Maximum time until a viewer listens [s]."""
 NOISE = re.compile(r"\x1b\[[0-9;]*m|os error at \S+: ")
-"""In Rerun's output: colours, and places in its source."""
+"""Parts of Rerun's output to remove: colors and locations in its source code."""
 SETTLE = 1.0
-"""How long after that a window might still find that there is no screen [s]."""
+"""Time after that within which a window may still fail because there is no screen [s]."""
 PATIENCE = 60.0
-"""How long a viewer may take to take everything in [s]."""
+"""Maximum time for a viewer to receive all data [s]."""
 
 
 class View(NamedTuple):
-    """What is shown: its kind, by which viewers keep a layout, what logs it to a recording, its layout."""
+    """A view: its kind, for which viewers remember a layout, a function that logs it, and its layout."""
 
     kind: str
     log: Callable[[rr.RecordingStream], None]
@@ -43,10 +43,10 @@ class View(NamedTuple):
 
 
 def show(view: View, targets: Targets) -> None:
-    """Show a view at all targets; with a server among them, until that ends or Ctrl-C.
+    """Show a view at all targets; a server is waited for until it ends or Ctrl-C is pressed.
 
     Raises:
-        CannotShow: A target cannot be opened, or takes too long.
+        CannotShow: If a target cannot be opened or takes too long.
     """
     require_showable(targets)
     opened = open_targets(targets)
@@ -56,7 +56,7 @@ def show(view: View, targets: Targets) -> None:
             print(f"view: {opened.page} (Ctrl-C ends it)", file=sys.stderr, flush=True)
             opened.server.wait()
     except KeyboardInterrupt:
-        pass  # that is how it ends
+        pass  # the usual way to end it
     finally:
         if opened.server is not None:
             opened.server.terminate()
@@ -71,14 +71,14 @@ def _log(view: View, opened: "Opened") -> None:
         recording.flush(timeout_sec=PATIENCE)
     except RuntimeError as error:
         raise CannotShow(
-            f"the viewer has not taken everything within {PATIENCE:.0f} s: {error}. "
+            f"the viewer did not receive all data within {PATIENCE:.0f} s: {error}. "
             "On a busy machine, or one without a screen, try --save FILE"
         ) from error
-    recording.disconnect()  # writes the footer of a file, without which readers complain
+    recording.disconnect()  # writes the footer of a file, without which readers warn
 
 
 class Opened(NamedTuple):
-    """Targets that take data: a sink each, the server of pages if any, and what to open in a browser."""
+    """Open targets: their sinks, the server of pages if any, and the URL to open in a browser."""
 
     sinks: list[rr.GrpcSink | rr.FileSink]
     server: "subprocess.Popen[bytes] | None" = None
@@ -89,8 +89,8 @@ def open_targets(targets: Targets) -> Opened:
     """Open the file, the window and the server of targets.
 
     Raises:
-        OSError: The file cannot be written.
-        CannotShow: Another target cannot be opened.
+        OSError: If the file cannot be written.
+        CannotShow: If another target cannot be opened.
     """
     opened = Opened([])
     if targets.save is not None:
@@ -106,12 +106,12 @@ def open_targets(targets: Targets) -> Opened:
 
 
 def open_window() -> str:
-    """Open Rerun's viewer, which lives on after this process; where it takes data.
+    """Open Rerun's viewer, which outlives this process; return the URL that accepts data.
 
     Raises:
-        CannotShow: It does not open.
+        CannotShow: If it does not open.
     """
-    with socket.create_server((LOCAL, 0)) as probe:  # a port that is free just now
+    with socket.create_server((LOCAL, 0)) as probe:  # finds a free port
         port = int(probe.getsockname()[1])
     options = ["--bind", LOCAL, "--port", str(port), "--memory-limit", MEMORY, "--hide-welcome-screen"]
     try:
@@ -122,9 +122,9 @@ def open_window() -> str:
 
 
 def _serve(address: Address) -> "subprocess.Popen[bytes]":
-    """Serve pages that show the data sent to `address.data`, until this process or that one ends.
+    """Serve pages that show the data sent to `address.data`, until this process or the server ends.
 
-    Rerun can also do this within a process, but then its page listens on every address of the machine.
+    Rerun can also serve from within a process, but would then listen on all addresses of the machine.
     """
     ports = (address.port, address.port + 1)
     for port in ports:
@@ -138,7 +138,7 @@ def _serve(address: Address) -> "subprocess.Popen[bytes]":
 
 
 def end_servers() -> None:
-    """End what `_serve` has started: it is in the group of this process, which ignores the signal."""
+    """End the servers started by `_serve`, which are in this process's group; it ignores the signal."""
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGTERM)
 
@@ -148,16 +148,16 @@ def _require_free(host: str, port: int) -> None:
     try:
         socket.create_server((host, port), family=family).close()
     except OSError as error:
-        why = os.strerror(error.errno) if error.errno else str(error)
+        reason = os.strerror(error.errno) if error.errno else str(error)
         raise CannotShow(
-            f"--serve: cannot listen on port {port} of {host}: {why}. Try another, such as {LOCAL}:9190"
+            f"--serve: cannot listen on port {port} of {host}: {reason}. Try another, such as {LOCAL}:9190"
         ) from error
 
 
 def _start_program(
     name: str, options: Sequence[str], listens: Sequence[tuple[str, int]], lives_on: bool = False
 ) -> "subprocess.Popen[bytes]":
-    """Start one of Rerun's programs and wait until it listens."""
+    """Start Rerun's program with some options, and wait until it listens."""
     with tempfile.TemporaryFile() as output:
         process = start_program([str(_rerun_program()), *options], output, lives_on)
         deadline = time.monotonic() + START
@@ -173,18 +173,18 @@ def _start_program(
 
 
 def _rerun_program() -> Path:
-    """Rerun's program, which `python -m rerun_cli` starts as a child that would not end with this process."""
-    if named := os.environ.get("RERUN_CLI_PATH"):
-        return Path(named)
+    """Path of Rerun's program; `python -m rerun_cli` would start it as a child that outlives this process."""
+    if path := os.environ.get("RERUN_CLI_PATH"):
+        return Path(path)
     folder = Path(rerun_cli.__file__).parent
     bundled = folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun"
     return bundled if bundled.exists() else folder / ("rerun.exe" if sys.platform == "win32" else "rerun")
 
 
 def _listening(host: str, port: int) -> bool:
-    here = {"0.0.0.0": LOCAL, "::": "::1"}.get(host, host)
+    address = {"0.0.0.0": LOCAL, "::": "::1"}.get(host, host)
     try:
-        socket.create_connection((here, port), timeout=1.0).close()
+        socket.create_connection((address, port), timeout=1.0).close()
     except OSError:
         return False
     return True

@@ -1,1 +1,1 @@
-"""What stops a run, and how hard."""
+"""Stops of a run: monitors, and escalation if a stop does not work."""

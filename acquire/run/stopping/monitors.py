@@ -1,6 +1,6 @@
-"""Monitors: each watches one thing, every cycle, and gives the reason why the arm must stop.
+"""Monitors: each checks one quantity in every cycle, and returns the reason if the arm must stop.
 
-What counts as too long is stated as time and not as cycles, so that it means the same at every rate.
+Limits on durations are stated in seconds, not in cycles, so that they are the same at every sampling rate.
 """
 
 from abc import ABC, abstractmethod
@@ -12,35 +12,35 @@ import numpy as np
 from exidyn.drivers import Command, Sample, StopLevel
 from exidyn.drivers.values import any_of
 
-from .stop import FAULT, SILENT, Stop, UnitOf, turning
+from .stop import FAULT, SILENT, Stop, UnitOf, revolute_unit
 
 RESTED = 0.2
-"""Time without commands after which an arm rests [s]: drives stop by themselves by default then."""
+"""Time without commands after which an arm is at rest [s]: by default, drives then stop by themselves."""
 
 
 class Monitor(ABC):
-    """Watches one thing."""
+    """Checks one quantity in every cycle."""
 
     @abstractmethod
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        """Why to stop after this cycle, in which a command was sent; None while all is well."""
+        """The reason to stop after a cycle with this sample and sent command; None if there is none."""
 
 
 class DriveFault(Monitor):
-    """A drive that has stopped itself."""
+    """Stops if a drive has stopped itself."""
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         return Stop(StopLevel.QUICK, FAULT, sample.fault) if sample.fault else None
 
 
 class JointMonitor(Monitor):
-    """Something that must not be beyond a limit on any joint for too long.
+    """Stops if a quantity exceeds its limit on a joint for too long.
 
     Args:
-        joints: Names.
-        limit: Shape (n,); infinite where nothing is watched.
-        cycles: For how many cycles in a row it may be.
-        unit_of: Unit of a joint; the class states that of revolute ones.
+        joints: Names of the joints.
+        limit: Limit of each joint, shape (n,); infinite to disable the check.
+        cycles: Number of consecutive cycles beyond the limit that stop the arm.
+        unit_of: Function that returns the unit of a joint; the class attribute is that of revolute joints.
     """
 
     kind = ""
@@ -48,7 +48,7 @@ class JointMonitor(Monitor):
     level = StopLevel.BRAKE
 
     def __init__(
-        self, joints: Sequence[str], limit: np.ndarray, cycles: int, unit_of: UnitOf = turning
+        self, joints: Sequence[str], limit: np.ndarray, cycles: int, unit_of: UnitOf = revolute_unit
     ) -> None:
         self._joints, self._limit, self._cycles = joints, limit, max(cycles, 1)
         self._unit_of = unit_of
@@ -56,12 +56,12 @@ class JointMonitor(Monitor):
 
     @abstractmethod
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        """What is held against the limit, shape (n,); NaN where unknown."""
+        """Quantity to compare with the limit, shape (n,); NaN where unknown."""
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         value = self.value(sample, sent)
         beyond = value > self._limit
-        if not self._counting and not any_of(beyond):  # as in nearly all cycles
+        if not self._counting and not any_of(beyond):  # the case in nearly all cycles
             return None
         self._count = np.where(
             beyond, self._counted(beyond, sample), np.where(np.isnan(value), self._count, 0)
@@ -76,15 +76,15 @@ class JointMonitor(Monitor):
         return Stop(self.level, self.kind, text, self._joints[joint], size, limit, unit)
 
     def _counted(self, beyond: np.ndarray, sample: Sample) -> np.ndarray:
-        """For how many cycles in a row joints that are beyond their limit have been, shape (n,)."""
+        """Number of consecutive cycles beyond the limit, for joints that are beyond it now, shape (n,)."""
         return self._count + 1
 
 
 class TrackingError:
-    """Measured position away from all that was commanded lately, so that a delay of the drive is no error.
+    """Distance of the measured position from all recent commands; a delay of the drive is not an error.
 
     Args:
-        memory: Cycles over which a command may take effect.
+        memory: Number of cycles within which a command may take effect.
     """
 
     def __init__(self, memory: int) -> None:
@@ -94,12 +94,12 @@ class TrackingError:
         self._error = np.zeros(0)
 
     def of(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        """Shape (n,) [rad] or [m]; NaN where nothing was commanded. Computed once for the same sample."""
+        """Tracking error, shape (n,) [rad] or [m]; NaN without commands. Each sample is evaluated once."""
         if sample is not self._sample:
-            self._sample, self._error = sample, self._computed(sample, sent)
+            self._sample, self._error = sample, self._compute(sample, sent)
         return self._error
 
-    def _computed(self, sample: Sample, sent: Command | None) -> np.ndarray:
+    def _compute(self, sample: Sample, sent: Command | None) -> np.ndarray:
         position = sample.position
         if sent is None:
             return np.full(len(position), np.nan)
@@ -112,7 +112,7 @@ class TrackingError:
 
 
 class Tracking(JointMonitor):
-    """The tracking error [rad] or [m], as `error` computes it; else as `JointMonitor`."""
+    """Monitors the tracking error computed by `error`; other arguments are those of `JointMonitor`."""
 
     kind, unit = "tracking error", "rad"
 
@@ -122,7 +122,7 @@ class Tracking(JointMonitor):
         limit: np.ndarray,
         cycles: int,
         error: TrackingError,
-        unit_of: UnitOf = turning,
+        unit_of: UnitOf = revolute_unit,
     ) -> None:
         super().__init__(joints, limit, cycles, unit_of)
         self._error = error
@@ -132,7 +132,7 @@ class Tracking(JointMonitor):
 
 
 class Current(JointMonitor):
-    """Motor current, either way."""
+    """Monitors the motor current in either direction."""
 
     kind, unit = "current", "A"
 
@@ -141,7 +141,7 @@ class Current(JointMonitor):
 
 
 class Torque(JointMonitor):
-    """Measured joint torque, either way."""
+    """Monitors the measured joint torque in either direction."""
 
     kind, unit = "torque", "N m"
 
@@ -150,9 +150,9 @@ class Torque(JointMonitor):
 
 
 class Temperature(JointMonitor):
-    """Motor temperature, which some drives send in a few cycles only: then the time between readings counts.
+    """Monitors the motor temperature; if it is not read in every cycle, the time between readings counts.
 
-    `cycle` is the time between samples [s]; else as `JointMonitor`.
+    `cycle` is the time between samples [s]; other arguments are those of `JointMonitor`.
     """
 
     kind, unit = "temperature", "degC"
@@ -172,9 +172,9 @@ class Temperature(JointMonitor):
 
 
 class Outside(JointMonitor):
-    """Measured position beyond `lower` and `upper` by more than `slack`, each shape (n,) [rad] or [m].
+    """Monitors positions beyond `lower` or `upper` by more than `slack`, each shape (n,) [rad] or [m].
 
-    What began outside may move back in. Else as `JointMonitor`.
+    A joint that starts outside may move back inside. Other arguments are those of `JointMonitor`.
     """
 
     kind, unit = "position beyond its limits by", "rad"
@@ -186,7 +186,7 @@ class Outside(JointMonitor):
         upper: np.ndarray,
         slack: np.ndarray,
         cycles: int,
-        unit_of: UnitOf = turning,
+        unit_of: UnitOf = revolute_unit,
     ) -> None:
         super().__init__(joints, slack, cycles, unit_of)
         self._lower, self._upper = lower, upper
@@ -199,32 +199,38 @@ class Outside(JointMonitor):
 
 
 class Speed(JointMonitor):
-    """Measured speed, as mean over a window [cycles] long enough that a coarse encoder does not alarm.
+    """Monitors the measured speed, averaged over a window so that a coarse encoder raises no alarm.
 
-    The limit is of shape (n,) [rad/s] or [m/s], `cycle` the time between samples [s]; else as `JointMonitor`.
+    `limit` has shape (n,) [rad/s] or [m/s], `window` is in cycles, and `cycle` is the sampling period [s].
+    Other arguments are those of `JointMonitor`.
     """
 
     kind, unit = "speed", "rad/s"
 
     def __init__(
-        self, joints: Sequence[str], limit: np.ndarray, window: int, cycle: float, unit_of: UnitOf = turning
+        self,
+        joints: Sequence[str],
+        limit: np.ndarray,
+        window: int,
+        cycle: float,
+        unit_of: UnitOf = revolute_unit,
     ) -> None:
         super().__init__(joints, limit, window, unit_of)
         self._cycle = cycle
         self._window = max(window, 1)
-        self._seen = deque[tuple[int, np.ndarray]](maxlen=self._window + 1)
+        self._recent = deque[tuple[int, np.ndarray]](maxlen=self._window + 1)
 
     def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        self._seen.append((sample.host_time, sample.position))
-        if len(self._seen) <= self._window:
+        self._recent.append((sample.host_time, sample.position))
+        if len(self._recent) <= self._window:
             return np.zeros(len(sample.position))
-        time, position = self._seen[0]
-        gone = max((sample.host_time - time) * 1e-9, self._window * self._cycle)
-        return np.abs(sample.position - position) / gone
+        time, position = self._recent[0]
+        duration = max((sample.host_time - time) * 1e-9, self._window * self._cycle)
+        return np.abs(sample.position - position) / duration
 
 
 class Silence(Monitor):
-    """A joint without fresh samples, or whose position is not a number, for too many cycles in a row."""
+    """Stops if a joint has no fresh sample or position for too many consecutive cycles."""
 
     def __init__(self, joints: Sequence[str], cycles: int) -> None:
         self._joints, self._cycles = joints, max(cycles, 1)
@@ -244,12 +250,12 @@ class Silence(Monitor):
 
 
 class Stale(Monitor):
-    """Too many of the last second's samples in which a joint was silent, though never for long.
+    """Stops if a joint was silent in too many samples of the last second, however briefly each time.
 
     Args:
         cycle: Time between samples [s].
-        share: Share of a second's samples that may be [-].
-        least: Number of them that is borne at any rate.
+        share: Allowed share of the last second's samples [-].
+        least: Number of such samples that is always allowed.
     """
 
     def __init__(self, cycle: float, share: float, least: int) -> None:
@@ -266,22 +272,21 @@ class Stale(Monitor):
             return None
         text = (
             f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit "
-            f"{100 * self._share:.0f} %: look at cable, termination and load of the bus"
+            f"{100 * self._share:.0f} %. Check cable, termination and load of the bus"
         )
         return Stop(StopLevel.BRAKE, "stale samples", text, "", share, self._share, "")
 
 
 class Lateness(Monitor):
-    """Cycles that went by without a command: one long stall, or too many of the last second's.
+    """Stops after a long time without commands, or if too many cycles of the last second had none.
 
-    A controller that did not ask has missed one too, though the loop came round. After a stall in which an
-    arm that gets no commands has come to rest, a controlled stop would set it in motion again, so that it is
-    a quick stop.
+    A cycle in which the controller did not ask for a command counts as missed too. A long stall
+    causes a quick stop: without commands the arm has stopped, and a controlled stop would move it again.
 
     Args:
         cycle: Time between exchanges [s].
-        stall: Longest time without one [s].
-        share: Share of a second's cycles that may be missed [-].
+        stall: Maximum time without an exchange [s].
+        share: Allowed share of missed cycles in the last second [-].
     """
 
     def __init__(self, cycle: float, stall: float, share: float) -> None:
@@ -293,11 +298,11 @@ class Lateness(Monitor):
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         if sent is None and sample.sent:
             return None
-        gone = sample.skipped * self._cycle
-        if gone > self._stall:
-            text = f"no cycle for {1e3 * gone:.0f} ms, limit {1e3 * self._stall:.0f} ms"
-            level = StopLevel.QUICK if gone > RESTED else StopLevel.BRAKE
-            return Stop(level, "stall", text, "", gone, self._stall, "s")
+        stalled = sample.skipped * self._cycle
+        if stalled > self._stall:
+            text = f"no cycle for {1e3 * stalled:.0f} ms, limit {1e3 * self._stall:.0f} ms"
+            level = StopLevel.QUICK if stalled > RESTED else StopLevel.BRAKE
+            return Stop(level, "stall", text, "", stalled, self._stall, "s")
         self._sum += sample.skipped + (not sample.sent) - self._missed[0]
         self._missed.append(sample.skipped + (not sample.sent))
         missed = self._sum / len(self._missed)

@@ -1,6 +1,6 @@
-"""Signs: what the arm does, held against what a stop should make it do by then.
+"""Signs: comparisons of the arm's motion with the motion that a stop should allow by then.
 
-Time is the host's: a controller whose clock stands still would stop every escalation with it.
+Times are by the host's clock: if the controller's clock stopped, escalation would stop with it.
 """
 
 from collections import deque
@@ -15,41 +15,41 @@ from exidyn.identification.arm.robot import Limits
 from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue, stopping_distance
 from .monitors import TrackingError
 from .standstill import EMERGENCY, RESTING, Drift, Standstill, unknown_at_end
-from .stop import UnitOf, turning
+from .stop import UnitOf, revolute_unit
 from .watch import WatchLimits
 
 WINDOW = 0.05
-"""Time over which a speed is a mean [s]."""
+"""Averaging window of speeds [s]."""
 MOVING = 0.1
-"""Speed above which a joint counts as moving [rad/s]: three steps of 1.5 mrad in the window, the coarsest
-encoder of a serial servo; slower than that, a way is seen."""
-FAR = 0.1
-"""Way that no load, spring or swing explains [rad]: six degrees."""
-FURTHER = 0.2
-"""Way that no arm on soft springs swings in which a quick stop has ended [rad]: twice that."""
-FLANGE = 0.01
-"""Way of the flange that counts as motion [m], in one direction and after the arm should have come to rest:
-what a person who holds on to it notices, and more than what a position loop still settles then."""
-TWICE = 2.0
-"""Of the tracking limit, while a brake may still make an error smaller [-]."""
-LIMP = 0.05
-"""Share of the largest torque below which a drive does not drive [-]: what friction alone takes."""
-FEWEST = 3
-"""Samples at least that show a sign, however long they are apart."""
+"""Speed above which a joint counts as moving [rad/s]: three steps per window of the coarsest encoder
+(1.5 mrad) of a serial servo. Slower motion is detected by its distance."""
+CREEP_LIMIT = 0.1
+"""Distance that no load, spring or swing explains [rad]: six degrees."""
+SWING_LIMIT = 0.2
+"""Distance beyond any swing of an arm on soft springs after a quick stop [rad]: twice `CREEP_LIMIT`."""
+FLANGE_LIMIT = 0.01
+"""Distance of the flange that counts as motion [m], in one direction and after the arm should be at rest: a
+person who holds the flange would notice it, and a settling position loop moves less."""
+BRAKING_FACTOR = 2.0
+"""Multiple of the tracking limit allowed during a controlled stop, which may still reduce the error [-]."""
+LIMP_SHARE = 0.05
+"""Share of the maximum torque below which a drive is considered off [-]: friction alone takes that much."""
+MIN_SAMPLES = 3
+"""Minimum number of samples that show a sign, however far apart they are."""
 
 
 class Signs:
-    """Looks at every cycle.
+    """Detects signs that a stop does not work, in every cycle.
 
     Args:
-        joints: Names.
+        joints: Names of the joints.
         limits: Limits of the robot, finite in velocity and acceleration.
-        current: Largest current, shape (n,) [A]; infinite where unknown.
-        watch: What is in order.
-        cycle: Time between samples [s].
-        unit_of: Unit of a joint.
-        tracking: What the watch of the run sees of the tracking error; else it is computed here.
-        flange: Where the flange is, shape (3,) [m], at a position (n,); None where that is not known.
+        current: Maximum current, shape (n,) [A]; infinite where unknown.
+        watch: Limits of the run's monitors.
+        cycle: Sampling period [s].
+        unit_of: Function that returns the unit of a joint.
+        tracking: Tracking error of the run's watch; created here if None.
+        flange: Function that returns the flange position, shape (3,) [m], from joint positions (n,), or None.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Signs:
         current: np.ndarray,
         watch: WatchLimits,
         cycle: float,
-        unit_of: UnitOf = turning,
+        unit_of: UnitOf = revolute_unit,
         tracking: TrackingError | None = None,
         flange: Callable[[np.ndarray], np.ndarray] | None = None,
     ) -> None:
@@ -73,25 +73,25 @@ class Signs:
         self._tracking = tracking or TrackingError(memory)
         self._window = max(round(WINDOW / cycle), 2)
         self._least, self._silence = self._window * cycle, watch.silent_cycles(cycle)
-        self._seen = deque[tuple[float, np.ndarray]](maxlen=self._window + 1)
+        self._recent = deque[tuple[float, np.ndarray]](maxlen=self._window + 1)
         self._commanded = deque[np.ndarray](maxlen=memory + self._window)
         self._drift = Drift(n, cycle, flange)
         self._unknown = np.full(n, np.nan)
-        self._velocity = self._error = self._first = self._rest = self._before = self._unknown
+        self._velocity = self._error = self._first = self._rest = self._initial_speed = self._unknown
         self._last_command: Command | None = None
-        self._nowhere = self._way = np.zeros(n)
-        self._stood: np.ndarray | None = None
-        self._place: np.ndarray | None = None
+        self._zero = self._distance = np.zeros(n)
+        self._rest_position: np.ndarray | None = None
+        self._position: np.ndarray | None = None
         self._state, self._entered = State.LISTENING, 0.0
-        self._since = {sign: _Lasting(n) for sign in WATCHED[self._state]}
+        self._durations = {sign: _Duration(n) for sign in WATCHED[self._state]}
         self._limits = {
-            Sign.ADRIFT: np.full(n, FAR),
-            Sign.BEHIND: np.full(n, TWICE * watch.tracking),
+            Sign.ADRIFT: np.full(n, CREEP_LIMIT),
+            Sign.BEHIND: np.full(n, BRAKING_FACTOR * watch.tracking),
             Sign.AWAY: np.full(n, watch.tracking),
             Sign.OUTWARD: np.full(n, watch.outside),
-            Sign.GOES_ON: np.full(n, FURTHER),
-            Sign.CREEPS: np.full(n, FAR),
-            Sign.FLANGE_CREEPS: np.full(n, FLANGE),
+            Sign.MOVES_ON: np.full(n, SWING_LIMIT),
+            Sign.CREEPS: np.full(n, CREEP_LIMIT),
+            Sign.FLANGE_CREEPS: np.full(n, FLANGE_LIMIT),
         }
         self._measures: dict[Sign, Callable[[Sample], np.ndarray]] = {
             Sign.ADRIFT: lambda sample: np.abs(sample.position - self._first),
@@ -99,13 +99,13 @@ class Signs:
             Sign.BEHIND: lambda sample: self._error,
             Sign.AWAY: lambda sample: self._error,
             Sign.OUTWARD: self._outward,
-            Sign.GOES_ON: self._goes_on,
-            Sign.CREEPS: lambda sample: self._way,
+            Sign.MOVES_ON: self._moves_on,
+            Sign.CREEPS: lambda sample: self._distance,
             Sign.FLANGE_CREEPS: self._flange_creeps,
         }
 
     def look(self, sample: Sample, sent: Command | None, state: State) -> dict[Sign, Sight]:
-        """The signs of a state that are seen in this cycle, in which a command was sent."""
+        """Signs of a state that are seen in a cycle with this sample and sent command."""
         time = 1e-9 * sample.host_time
         self._measure(sample, sent, time)
         if state is not self._state:
@@ -113,22 +113,22 @@ class Signs:
         signs = WATCHED[state]
         if not signs:
             return {}
-        self._settle(state, time)
-        self._creep(sample)
-        seen = {sign: self._seen_for(sign, sample, time) for sign in signs}
-        return {sign: sight for sign, sight in seen.items() if sight is not None}
+        self._note_rest_position(state, time)
+        self._measure_creep(sample)
+        sights = {sign: self._sight(sign, sample, time) for sign in signs}
+        return {sign: sight for sign, sight in sights.items() if sight is not None}
 
     @property
     def calm(self) -> bool:
-        """Whether no joint is seen to move and no sign is seen, be it for how short."""
-        if len(self._seen) <= self._window or np.any(np.abs(self._velocity) > MOVING):
+        """Whether no joint moves and no sign is seen, however briefly."""
+        if len(self._recent) <= self._window or np.any(np.abs(self._velocity) > MOVING):
             return False
-        if any(lasting.count.any() for lasting in self._since.values()):
+        if any(duration.count.any() for duration in self._durations.values()):
             return False
-        return bool(np.all(np.abs(self._drift.speed()) <= RESTING))  # not while it is unknown
+        return bool(np.all(np.abs(self._drift.speed()) <= RESTING))  # false while the speed is unknown
 
     def at_end(self) -> Standstill:
-        """Whether the arm stands, by the last samples."""
+        """Determine from the last samples whether the arm stands."""
         silent = self._drift.silent(self._silence)
         speed = np.where(silent, np.nan, np.abs(self._drift.speed()))
         if np.any(speed > RESTING):
@@ -143,7 +143,7 @@ class Signs:
         return self._standing()
 
     def _standing(self) -> Standstill:
-        """Say whether an arm that stands does so where it was commanded last, but for the way of a stop."""
+        """Standstill of an arm at rest: at its last command, up to the stopping distance, or elsewhere."""
         last = self._last_command
         if last is None:
             return Standstill(False, "the arm stands")
@@ -155,32 +155,33 @@ class Signs:
             return Standstill(False, "the arm stands")
         unit, name = self._unit_of(joint, "rad"), self._joints[joint]
         text = (
-            f"the arm stands, and {name} {away[joint]:.3g} {unit} from where it was commanded last, limit "
-            f"{limit[joint]:.3g}: it went there after that command, did not follow it, or its position is "
-            "wrong. Look at the arm before the next run"
+            f"the arm stands, but {name} is {away[joint]:.3g} {unit} from its last command, limit "
+            f"{limit[joint]:.3g} {unit}: it moved after that command, did not follow it, or its position is "
+            "wrong. Check the arm before the next run"
         )
         return Standstill(False, text, name, away=float(away[joint]))
 
     def _enter(self, state: State, time: float) -> None:
-        """Begin with the signs of another state."""
+        """Start to look for the signs of another state."""
         if state is State.QUICK:
-            known = np.abs(self._velocity)
-            self._before = np.where(np.isnan(known), self._fastest, known)
-        self._state, self._entered, self._stood = state, time, None
-        self._since = {sign: self._since.get(sign) or _Lasting(len(self._joints)) for sign in WATCHED[state]}
+            speed = np.abs(self._velocity)
+            self._initial_speed = np.where(np.isnan(speed), self._fastest, speed)
+        self._state, self._entered, self._rest_position = state, time, None
+        self._durations = {
+            sign: self._durations.get(sign) or _Duration(len(self._joints)) for sign in WATCHED[state]
+        }
 
-    def _settle(self, state: State, time: float) -> None:
-        """Remember where the arm stands once it should stand."""
+    def _note_rest_position(self, state: State, time: float) -> None:
+        """Store the position of the arm once it should be at rest."""
         since = time - self._entered - SETTLED
-        if self._stood is None and since > 0.0:
-            if state is not State.QUICK or overdue(self._before, self._deceleration, since).all():
-                self._stood = self._drift.mean()
+        if self._rest_position is None and since > 0.0:
+            if state is not State.QUICK or overdue(self._initial_speed, self._deceleration, since).all():
+                self._rest_position = self._drift.mean()
 
-    def _seen_for(self, sign: Sign, sample: Sample, time: float) -> Sight | None:
+    def _sight(self, sign: Sign, sample: Sample, time: float) -> Sight | None:
         value = self._measures[sign](sample)
         limit = self._limits[sign]
-        lasting = self._since[sign]
-        seconds = lasting.add(time, value, limit)
+        seconds = self._durations[sign].add(time, value, limit)
         if seconds is None:
             return None
         j = int(np.argmax(seconds))
@@ -192,24 +193,24 @@ class Signs:
     def _measure(self, sample: Sample, sent: Command | None, time: float) -> None:
         position = sample.position
         self._drift.add(time, position)
-        self._seen.append((time, position))
+        self._recent.append((time, position))
         self._velocity = self._unknown
-        if len(self._seen) > self._window:
-            before, stood = self._seen[0]
-            self._velocity = (position - stood) / max(time - before, self._least)
+        if len(self._recent) > self._window:
+            start_time, start = self._recent[0]
+            self._velocity = (position - start) / max(time - start_time, self._least)
         self._error = self._tracking.of(sample, sent)
         if sent is not None:
             self._last_command = sent
             self._commanded.append(np.abs(sent.velocity))
         if self._state is State.LISTENING:
             self._first = np.where(np.isnan(self._first), position, self._first)
-            # An arm may begin outside, and come back in.
+            # An arm may start outside its limits and move back inside.
             self._lower, self._upper = np.fmin(self._lower, position), np.fmax(self._upper, position)
 
     def _faster(self, sample: Sample) -> np.ndarray:
-        """Speed of a joint that is not where it was commanded, beside what was commanded at most lately.
+        """Speed of each joint that is away from its command; the limit follows from recent commanded speeds.
 
-        A soft arm that swings around where it is held is where it was commanded.
+        A soft arm that swings around its commanded position is not away from it.
         """
         commanded = np.max(self._commanded, axis=0) if self._commanded else np.zeros(len(self._joints))
         self._limits[Sign.FASTER] = MOVING + self._watch.speed * commanded
@@ -218,68 +219,68 @@ class Signs:
         return speed
 
     def _outward(self, sample: Sample) -> np.ndarray:
-        """How far beyond its limits a joint is that moves away from them."""
+        """Distance beyond the position limits of each joint that moves further outward."""
         below, above = self._lower - sample.position, sample.position - self._upper
         beyond = np.where(self._velocity < -MOVING, below, np.where(self._velocity > MOVING, above, 0.0))
         return np.asarray(beyond + 0.0 * self._velocity)
 
-    def _goes_on(self, sample: Sample) -> np.ndarray:
-        """Way since a quick stop should have ended, of a joint that is not slowing down as it should."""
-        since, speed = self._seen[-1][0] - self._entered, np.abs(self._velocity)
+    def _moves_on(self, sample: Sample) -> np.ndarray:
+        """Distance since a quick stop should have ended, for joints that do not slow down as required."""
+        since, speed = self._recent[-1][0] - self._entered, np.abs(self._velocity)
         if not overdue(np.zeros(1), np.ones(1), since)[0]:  # the drives may not have reacted yet
-            self._before = np.fmax(self._before, speed)
-        due = overdue(self._before, self._deceleration, since)
+            self._initial_speed = np.fmax(self._initial_speed, speed)
+        due = overdue(self._initial_speed, self._deceleration, since)
         self._rest = np.where(due & np.isnan(self._rest), sample.position, self._rest)
-        way = np.where(due, np.abs(sample.position - self._rest), 0.0)
-        left = allowed_speed(self._before, self._deceleration, since) + MOVING
-        driven = (speed > left) & ~self._limp(sample)
-        return np.where(np.isnan(speed), np.nan, np.where(driven, way, 0.0))
+        distance = np.where(due, np.abs(sample.position - self._rest), 0.0)
+        allowed = allowed_speed(self._initial_speed, self._deceleration, since) + MOVING
+        driven = (speed > allowed) & ~self._limp(sample)
+        return np.where(np.isnan(speed), np.nan, np.where(driven, distance, 0.0))
 
-    def _creep(self, sample: Sample) -> None:
-        """Find the way of joints that go on in one direction since they should have come to rest."""
-        self._way, self._place = self._nowhere, self._stood
-        if self._stood is None:
+    def _measure_creep(self, sample: Sample) -> None:
+        """Measure the distance of joints that still move in one direction after they should be at rest."""
+        self._distance, self._position = self._zero, self._rest_position
+        if self._rest_position is None:
             return
         creeping = self._drift.directed() & ~self._limp(sample)
         if any_of(creeping):
-            self._place = np.where(creeping, self._drift.mean(), self._stood)
-            self._way = np.nan_to_num(np.abs(self._place - self._stood))
+            self._position = np.where(creeping, self._drift.mean(), self._rest_position)
+            self._distance = np.nan_to_num(np.abs(self._position - self._rest_position))
 
     def _flange_creeps(self, sample: Sample) -> np.ndarray:
-        """Way of the flange since the arm should have come to rest, of the joint that has gone furthest."""
-        if self._way is self._nowhere or self._stood is None or self._place is None:
-            return self._nowhere
-        value = np.zeros(len(self._joints))
-        value[int(np.argmax(self._way))] = self._drift.flange_way(self._stood, self._place)
+        """Distance of the flange since the arm should be at rest, attributed to the joint that moved most."""
+        if self._distance is self._zero or self._rest_position is None or self._position is None:
+            return self._zero
+        value, start, end = np.zeros(len(self._joints)), self._rest_position, self._position
+        value[int(np.argmax(self._distance))] = self._drift.flange_distance(start, end)
         return value
 
     def _limp(self, sample: Sample) -> np.ndarray:
-        """Joints that move by their weight, shape (n,): a drive has stopped itself, and these have no torque.
+        """Whether each joint falls by its weight, shape (n,): a drive has a fault, and the joint no torque.
 
-        To take the torque away would not stop them, and would let the others drop too.
+        Removing the torque would not stop these joints, and would make the others drop too.
         """
         if not sample.fault:
             return np.zeros(len(self._joints), bool)
-        by_current = np.isfinite(self._current) & (np.abs(sample.current) < LIMP * self._current)
-        by_torque = np.isfinite(self._torque) & (np.abs(sample.torque) < LIMP * self._torque)
+        by_current = np.isfinite(self._current) & (np.abs(sample.current) < LIMP_SHARE * self._current)
+        by_torque = np.isfinite(self._torque) & (np.abs(sample.torque) < LIMP_SHARE * self._torque)
         return by_current | by_torque
 
 
-class _Lasting:
-    """For how long each joint has been beyond a limit; a cycle that shows nothing of it is no break."""
+class _Duration:
+    """Measures how long each joint has exceeded a limit; cycles with unknown values do not interrupt it."""
 
     def __init__(self, joints: int) -> None:
         self.count = np.zeros(joints, int)
-        self._began = np.zeros(joints)
+        self._start = np.zeros(joints)
         self._counting = False
 
     def add(self, time: float, value: np.ndarray, limit: np.ndarray) -> np.ndarray | None:
-        """Seconds, shape (n,); -1 where it is not, or in fewer samples than count; None for no joint."""
+        """Duration, shape (n,) [s]; -1 within the limit or with too few samples; None for no joint beyond."""
         beyond = value > limit
         if not self._counting and not any_of(beyond):
             return None
         known = ~np.isnan(value)
-        self._began = np.where(beyond & (self.count == 0), time, self._began)
+        self._start = np.where(beyond & (self.count == 0), time, self._start)
         self.count = np.where(beyond, self.count + 1, np.where(known, 0, self.count))
         self._counting = bool(self.count.any())
-        return np.where(self.count >= FEWEST, time - self._began, -1.0)
+        return np.where(self.count >= MIN_SAMPLES, time - self._start, -1.0)

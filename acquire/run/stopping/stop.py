@@ -1,4 +1,4 @@
-"""Stop: why a run ends before its time, what a person asks for, and what was asked of the driver."""
+"""Stop: reasons why a run ends early, stops requested by a person, and stops requested from the driver."""
 
 import signal
 from collections.abc import Callable
@@ -9,25 +9,25 @@ from typing import Any
 from exidyn.drivers import Driver, StopLevel
 
 WORDS = {StopLevel.BRAKE: "controlled stop", StopLevel.QUICK: "quick stop", StopLevel.OFF: "power off"}
-"""Stops as a person reads them."""
+"""Names of stops in messages."""
 
 FAULT, SILENT = "drive fault", "silence"
-"""Kinds of stops: a drive has stopped itself and says why, a joint is not heard."""
+"""Kinds of stops: a drive has stopped itself and reports why; a joint is silent."""
 BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
-"""What is taken for a request, where the operating system has it."""
+"""Signals that request a stop, if the operating system has them."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """One reason to stop.
+    """A reason to stop.
 
     Attributes:
-        level: How hard.
-        kind: A word: what was watched, or who asked.
-        text: In a sentence, with joint, value and limit.
+        level: How hard to stop.
+        kind: Kind of stop: the monitored quantity or the requester.
+        text: Description with joint, value and limit, in a sentence.
         joint: Name of the joint; empty for all or none.
-        value: What was measured or asked for, in `unit`; NaN where there is none.
-        limit: What the value was held against.
+        value: Measured or commanded value, in `unit`; NaN if there is none.
+        limit: Limit of the value, in `unit`.
         unit: Unit of value and limit.
     """
 
@@ -41,11 +41,11 @@ class Stop:
 
     @property
     def announcement(self) -> str:
-        """The stop as it is printed during the run."""
+        """Text printed during the run."""
         return f"{WORDS[self.level]}: {self.text}"
 
     def details(self) -> dict[str, object]:
-        """For the recording: what is known of it, by name."""
+        """Known fields for the recording, by name."""
         known = {"joint": self.joint, "value": self.value, "limit": self.limit, "unit": self.unit}
         return {
             "stop": self.kind,
@@ -54,82 +54,82 @@ class Stop:
         }
 
 
-def harder(one: Stop | None, other: Stop | None) -> Stop | None:
-    """The reason that counts: the first one, unless the second asks for more."""
-    if one is None or other is None:
-        return one or other
-    return other if other.level > one.level else one
+def harder(first: Stop | None, second: Stop | None) -> Stop | None:
+    """The harder of two stops; the first if both are equally hard."""
+    if first is None or second is None:
+        return first or second
+    return second if second.level > first.level else first
 
 
 UnitOf = Callable[[int, str], str]
-"""The unit of one joint, by its column, given that of revolute joints; `Robot.unit`."""
+"""Unit of a joint, from its index and the unit of revolute joints, such as `Robot.unit`."""
 
 
-def turning(joint: int, unit: str) -> str:
-    """The unit of a joint of an arm that has only revolute ones."""
+def revolute_unit(joint: int, unit: str) -> str:
+    """Unit of a joint of an arm with revolute joints only."""
     return unit
 
 
 class StopRequests:
-    """A context manager that turns signals into reasons to stop. For the main thread.
+    """A context manager, for the main thread, that turns signals into reasons to stop.
 
-    Until the request is read, nothing moves, and a driver may be waiting for a person: then the first
-    request interrupts, as Ctrl-C usually does. A recorder and a view have process groups of their own, so
-    Ctrl-C does not reach them.
+    Until the first call of `look`, nothing moves, and a driver may be waiting for a person; so the first
+    request interrupts, as Ctrl-C usually does. Recorder and view have their own process groups, which Ctrl-C
+    does not reach.
     """
 
     def __init__(self) -> None:
         self.stop: Stop | None = None
         self._looked = False
-        self._before: dict[int, Any] = {}
+        self._old_handlers: dict[int, Any] = {}
 
     def __enter__(self) -> "StopRequests":
         for number in (getattr(signal, name) for name in BRAKING if hasattr(signal, name)):
             if number == getattr(signal, "SIGHUP", None) and signal.getsignal(number) == signal.SIG_IGN:
-                continue  # nohup: the run is to outlive the terminal
-            self._before[number] = signal.signal(number, self._ask)
+                continue  # nohup: the run must outlive the terminal
+            self._old_handlers[number] = signal.signal(number, self._request)
         return self
 
     def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
+        for number, handler in self._old_handlers.items():
             signal.signal(number, handler)
 
     def look(self) -> Stop | None:
-        """What is asked for; from the first look on nothing is interrupted."""
+        """The requested stop, if any; after the first call, requests no longer interrupt."""
         self._looked = True
         return self.stop
 
-    def _ask(self, number: int, frame: FrameType | None) -> None:
-        again = self.stop is not None and number == signal.SIGINT
+    def _request(self, number: int, frame: FrameType | None) -> None:
+        repeated = self.stop is not None and number == signal.SIGINT
         name = signal.Signals(number).name
-        level = StopLevel.QUICK if again else StopLevel.BRAKE
-        words = "Ctrl-C again: quick stop" if again else f"asked to stop ({name})"
+        level = StopLevel.QUICK if repeated else StopLevel.BRAKE
+        words = "Ctrl-C again: quick stop" if repeated else f"asked to stop ({name})"
         if self.stop is None or level > self.stop.level:
             self.stop = Stop(level, "asked", words)
         if not self._looked:
-            self._looked = True  # what is done on the way out must not be interrupted too
+            self._looked = True  # the cleanup must not be interrupted too
             raise KeyboardInterrupt
 
 
-def after_failure(level: StopLevel, why: Exception) -> Stop | None:
-    """What to ask at once of a driver that could not do what was asked; None where nothing is left."""
+def after_failure(level: StopLevel, error: Exception) -> Stop | None:
+    """The next harder stop after the driver failed at a level; None if there is none."""
     if level == StopLevel.OFF:
         return None
-    return Stop(StopLevel(level + 1), "stop failed", f"the driver failed at {level.name}: {why}")
+    return Stop(StopLevel(level + 1), "stop failed", f"the driver failed at {level.name}: {error}")
 
 
 class Stops:
     """The stops of one run.
 
     Args:
-        driver: Open.
-        report: Called with every stop and failure: kind of event, text and details.
-        say: Called with each text that is to be printed during the run.
+        driver: Open driver.
+        report: Function called with kind, text and details of each stop and failure.
+        say: Function that prints a text during the run.
 
     Attributes:
-        reason: Why the run ends before its time; None as long as it does not.
-        escalated: What was asked for because a stop did not work, in order.
-        level: Hardest level asked for so far; 0 for none.
+        reason: Stop that ends the run early; None if there is none so far.
+        escalated: Harder stops requested because a stop did not work, in order.
+        level: Hardest level requested so far; 0 for none.
     """
 
     def __init__(
@@ -145,55 +145,55 @@ class Stops:
 
     @property
     def by_controller(self) -> bool:
-        """Whether the stop is left to the controller, so that commands have ended."""
+        """Whether the controller makes the stop, so that commands have ended."""
         return self.level > StopLevel.BRAKE
 
-    def begin(self, found: Stop) -> bool:
-        """Stop for a reason, unless as hard a stop is under way; whether it is not."""
-        if found.level <= self.level:
+    def begin(self, stop: Stop) -> bool:
+        """Stop for a reason unless an equally hard stop is under way; return whether a stop has begun."""
+        if stop.level <= self.level:
             return False
-        self.reason = found
-        self._ask(found)
+        self.reason = stop
+        self._request(stop)
         return True
 
-    def escalate(self, found: Stop) -> None:
-        """Stop harder, for the stop under way does not work."""
-        if found.level <= self.level:
+    def escalate(self, stop: Stop) -> None:
+        """Stop harder because the stop under way does not work."""
+        if stop.level <= self.level:
             return
         if self.reason is None:
-            self.reason = found
+            self.reason = stop
         else:
-            self.escalated.append(found)
-        self._ask(found)
+            self.escalated.append(stop)
+        self._request(stop)
 
     def explain(self, fault: str) -> None:
-        """Name the cause of a silence that the controller has reported since, such as a loss of power."""
+        """Add the cause of a silence if the controller reports one later, such as a loss of power."""
         if self.reason is None or self.reason.kind != SILENT:
             return
-        self.reason = replace(self.reason, kind=FAULT, text=f"{fault}. Before that {self.reason.text}")
-        self._say(f"the reason of the stop: {fault}")
+        self.reason = replace(self.reason, kind=FAULT, text=f"{fault}. Before that, {self.reason.text}")
+        self._say(f"reason of the stop: {fault}")
         self._report("cause", fault, self.reason.details())
 
-    def _ask(self, stop: Stop) -> None:
+    def _request(self, stop: Stop) -> None:
         self.level = stop.level
         self._say(stop.announcement)
-        failure = self._sent(stop.level)
+        failure = self._send(stop.level)
         self._report("stop", stop.text, stop.details())
         if failure is None:
             return
         if harder_stop := after_failure(stop.level, failure):
             self.escalate(harder_stop)
         else:
-            text = f"the driver failed at {stop.level.name}, and nothing is left: {failure}"
+            text = f"the driver failed at {stop.level.name}, the hardest stop: {failure}"
             self._say(text)
             self._report("warning", text, {})
 
-    def _sent(self, level: StopLevel) -> Exception | None:
-        """Hand a level on to the driver; what went wrong. A brake is made by commands."""
+    def _send(self, level: StopLevel) -> Exception | None:
+        """Request a stop from the driver and return its error, if any; commands make a controlled stop."""
         if level == StopLevel.BRAKE:
             return None
         try:
             self._driver.stop(level)
-        except Exception as error:  # whatever it is, the next level must be asked for
+        except Exception as error:  # whatever it is, the next level must be requested
             return error
         return None

@@ -1,4 +1,4 @@
-"""Watch: all monitors of a run, and their limits; and the last look at a command before it is sent."""
+"""Watch: all monitors of a run with their limits, and the final check of each command."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -12,44 +12,43 @@ from exidyn.identification.arm.robot import Limits, Robot
 
 from . import monitors
 from .monitors import Monitor
-from .stop import Stop, UnitOf, harder, turning
+from .stop import Stop, UnitOf, harder, revolute_unit
 
 CLOCK_WINDOW = 2.0
-"""Time over which the controller's clock is held against the host's, over the longest stall that is borne
-[-]."""
+"""Window for comparing the controller's clock with the host's, as a multiple of the maximum stall [-]."""
 CLOCK_RATE = 0.5
-"""Of the host's rate, below which the controller's clock does not keep time [-]: clocks differ by 1e-4, and a
-sample that is late by the longest stall makes two thirds of the window."""
+"""Minimum rate of the controller's clock, as a share of the host's [-]: rates differ by 1e-4, and a sample
+that is late by the maximum stall lowers the share to two thirds."""
 CLOCK_CYCLES = 5
-"""Cycles in a row after which that is sure."""
+"""Consecutive cycles below this rate that stop the arm."""
 SLACK = 1.05
-"""Share of the velocity and acceleration limits up to which differences of commands may go: what a tick's
-rounding and a limit that is reached between two ticks can make of them."""
-SLOWEST = 1e-6
-"""Step below which a command counts as standing still [rad]: a tenth of what encoders see."""
+"""Share of the velocity and acceleration limits that differences of commands may reach [-]: it allows for
+rounding and for extremes between two samples."""
+STEP_TOLERANCE = 1e-6
+"""Step below which commands count as at rest [rad]: a tenth of an encoder step."""
 
 
 @dataclass(frozen=True)
 class WatchLimits:
-    """What is still in order while the arm moves.
+    """Limits of the monitors while the arm moves.
 
     Attributes:
-        tracking: Distance from what was commanded [rad] or [m]: two degrees, many times what a sound drive
-            is behind, and what a link of one metre moves by 35 mm.
-        tracking_time: How long it may be further [s].
-        outside: How far beyond its position limits a joint may be [rad] or [m], whatever `tracking` is: what
-            a sound drive is behind.
-        delay: Time within which a command takes effect [s]; no motion of that time is a tracking error.
-        effort: Share of the torque limits, or of the currents that make them, above which to stop [-].
-        effort_time: How long it may be above [s]; gears bear short peaks.
-        temperature: Highest of a motor [degC]; what most windings bear, less a margin.
-        speed: Share of the velocity limits above which to stop [-].
-        silence: How long a joint may be silent [s].
-        least_silence: Cycles of silence that are borne at any rate.
-        stall: Longest time without a cycle [s].
-        missed: Share of a second's cycles that may be missed [-].
-        stale: Share of a second's samples in which a joint may be silent [-]: filled in between the others, a
-            tenth does not change what is identified.
+        tracking: Maximum tracking error [rad] or [m]: two degrees, which is many times the lag of a sound
+            drive and moves the end of a 1 m link by 35 mm.
+        tracking_time: Maximum time beyond `tracking` or `outside` [s].
+        outside: Maximum distance beyond the position limits [rad] or [m], independent of `tracking`: the lag
+            of a sound drive.
+        delay: Time within which a command takes effect [s]; motion in this time is not a tracking error.
+        effort: Maximum torque over the torque limit, or current over the current that makes it [-].
+        effort_time: Maximum time beyond `effort` [s]; gears withstand short peaks.
+        temperature: Maximum motor temperature [degC]: what most windings withstand, less a margin.
+        speed: Maximum speed over the velocity limit [-].
+        silence: Maximum time for which a joint may be silent [s].
+        least_silence: Number of silent cycles that is allowed at any sampling rate.
+        stall: Maximum time without a cycle [s].
+        missed: Maximum share of missed cycles in a second [-].
+        stale: Maximum share of samples in a second in which a joint is silent [-]: interpolating a tenth of
+            the samples does not change estimates.
     """
 
     tracking: float = 0.035
@@ -67,7 +66,7 @@ class WatchLimits:
     stale: float = 0.1
 
     def silent_cycles(self, cycle: float) -> int:
-        """For how many cycles in a row a joint may be silent, given the time of one [s]."""
+        """Maximum number of consecutive silent cycles, from the cycle time [s]."""
         return max(round(self.silence / cycle), self.least_silence)
 
 
@@ -75,10 +74,10 @@ class Watch:
     """All monitors at once.
 
     Args:
-        robot: The arm, which has limits.
-        info: Cycle of the controller.
-        limits: What is in order.
-        current: Largest current, shape (n,) [A], in place of what makes the largest torque.
+        robot: Robot with its limits.
+        info: Metadata of the driver, with the cycle time.
+        limits: Limits of the monitors.
+        current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
     """
 
     def __init__(
@@ -90,10 +89,10 @@ class Watch:
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         """The most severe reason to stop after this cycle, or None."""
-        found: Stop | None = None
+        stop: Stop | None = None
         for monitor in self._monitors:
-            found = harder(found, monitor.look(sample, sent))
-        return found
+            stop = harder(stop, monitor.look(sample, sent))
+        return stop
 
 
 def _monitors(
@@ -104,17 +103,19 @@ def _monitors(
     tracking_error: monitors.TrackingError,
 ) -> tuple[monitors.Monitor, ...]:
     joints, limits, cycle, unit = robot.joints, robot.limits, info.cycle, robot.unit
-    far, outside = np.full(robot.dof, watch.tracking), np.full(robot.dof, watch.outside)
+    tracking, outside = np.full(robot.dof, watch.tracking), np.full(robot.dof, watch.outside)
     with np.errstate(divide="ignore"):
         by_torque = watch.effort * limits.torque / np.abs(robot.drive_gain)
     speed = watch.speed * np.maximum(limits.velocity, -limits.velocity_lower)
-    long, effort = round(watch.tracking_time / cycle), round(watch.effort_time / cycle)
+    tracking_cycles, effort = round(watch.tracking_time / cycle), round(watch.effort_time / cycle)
     return (
         monitors.DriveFault(),
         monitors.Silence(joints, watch.silent_cycles(cycle)),
         ControllerClock(cycle, watch.stall),
-        monitors.Tracking(joints, far, long, tracking_error, unit),
-        monitors.Outside(joints, limits.position_lower, limits.position_upper, outside, long, unit),
+        monitors.Tracking(joints, tracking, tracking_cycles, tracking_error, unit),
+        monitors.Outside(
+            joints, limits.position_lower, limits.position_upper, outside, tracking_cycles, unit
+        ),
         monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),
         monitors.Current(joints, by_torque if current is None else current, effort),
         monitors.Torque(joints, watch.effort * limits.torque, effort, unit),
@@ -125,9 +126,9 @@ def _monitors(
 
 
 class ControllerClock(Monitor):
-    """The controller's clock, which goes on while samples come; all times of the recording are by it.
+    """Monitors the controller's clock, the time base of the recording: it must advance while samples come.
 
-    `cycle` is the time between exchanges, `stall` the longest time without one [s].
+    `cycle` is the time between exchanges, `stall` the maximum time without an exchange [s].
     """
 
     def __init__(self, cycle: float, stall: float) -> None:
@@ -136,34 +137,34 @@ class ControllerClock(Monitor):
         self._count = 0
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        if sample.stale.size and not any_of(~sample.stale):  # nothing came, so no time either
+        if sample.stale.size and not any_of(~sample.stale):  # no sample, so no new time
             return None
         self._times.append((sample.host_time, sample.controller_time))
         if len(self._times) < (self._times.maxlen or 0):
             return None
-        (began, zero), (now, time) = self._times[0], self._times[-1]
-        host, controller = 1e-9 * (now - began), 1e-9 * (time - zero)
+        (host_start, controller_start), (host_end, controller_end) = self._times[0], self._times[-1]
+        host, controller = 1e-9 * (host_end - host_start), 1e-9 * (controller_end - controller_start)
         self._count = self._count + 1 if controller < CLOCK_RATE * host else 0
         if self._count < CLOCK_CYCLES:
             return None
         text = (
-            f"the controller's clock went on by {controller:.3f} s in {host:.3f} s while samples came: their "
-            "times cannot be trusted. Restart the controller"
+            f"the controller's clock advanced by {controller:.3f} s in {host:.3f} s: the times of its "
+            "samples cannot be trusted. Restart the controller"
         )
         return Stop(StopLevel.QUICK, "controller clock", text, "", controller, CLOCK_RATE * host, "s")
 
 
 class CommandCheck:
-    """Looks at each command and the two before it; what is not in order is not sent, and nothing is clamped.
+    """Checks each command against the two before it; an invalid command is not sent, and none is clamped.
 
     Args:
-        joints: Names.
-        limits: Limits of the robot; infinite ones are not looked at.
+        joints: Names of the joints.
+        limits: Limits of the robot; infinite limits are not checked.
         cycle: Time between commands [s].
-        start: Where the arm stood before the first, shape (n,) [rad] or [m].
-        window_lower: Lowest position that the controller takes, shape (n,) [rad] or [m].
-        window_upper: Highest position, shape (n,) [rad] or [m].
-        unit_of: Unit of a joint.
+        start: Position of the arm before the first command, shape (n,) [rad] or [m].
+        window_lower: Lowest position that the controller accepts, shape (n,) [rad] or [m].
+        window_upper: Highest position that the controller accepts, shape (n,) [rad] or [m].
+        unit_of: Function that returns the unit of a joint.
     """
 
     def __init__(
@@ -174,45 +175,48 @@ class CommandCheck:
         start: np.ndarray,
         window_lower: np.ndarray | None = None,
         window_upper: np.ndarray | None = None,
-        unit_of: UnitOf = turning,
+        unit_of: UnitOf = revolute_unit,
     ) -> None:
         self._joints, self._unit_of = joints, unit_of
         lower = np.maximum(limits.position_lower, -np.inf if window_lower is None else window_lower)
         upper = np.minimum(limits.position_upper, np.inf if window_upper is None else window_upper)
-        # Let back in from where it stands, should that be outside, but no further out.
-        self._lower, self._upper = np.minimum(lower, start) - SLOWEST, np.maximum(upper, start) + SLOWEST
-        self._step = SLACK * np.maximum(limits.velocity, -limits.velocity_lower) * cycle + SLOWEST
+        # An arm that stands outside its limits may move back inside, but not further out.
+        self._lower, self._upper = (
+            np.minimum(lower, start) - STEP_TOLERANCE,
+            np.maximum(upper, start) + STEP_TOLERANCE,
+        )
+        self._step = SLACK * np.maximum(limits.velocity, -limits.velocity_lower) * cycle + STEP_TOLERANCE
         most = np.maximum(limits.acceleration, -limits.acceleration_lower)
-        self._change = SLACK * most * cycle**2 + SLOWEST
+        self._change = SLACK * most * cycle**2 + STEP_TOLERANCE
         self._cycle = cycle
         self._before, self._step_before = start, np.zeros(len(start))
 
     def look(self, command: Command) -> Stop | None:
-        """Why a command must not be sent; None if it may, and then the next is held against it."""
+        """The reason not to send a command; None if it is valid, and then the next is compared with it."""
         position = command.position
         if position.shape != self._before.shape or not np.isfinite(position).all():
             return self._stop("command", 0, float("nan"), 0.0, "rad", "is not a number")
         step = position - self._before
-        found = self._beyond(position, step)
-        if found is None:
+        violation = self._violation(position, step)
+        if violation is None:
             self._before, self._step_before = position, step
-        return found
+        return violation
 
-    def _beyond(self, position: np.ndarray, step: np.ndarray) -> Stop | None:
+    def _violation(self, position: np.ndarray, step: np.ndarray) -> Stop | None:
         beyond = (position < self._lower) | (position > self._upper)
         if any_of(beyond):
             j = int(np.argmax(beyond))
             limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
-            return self._stop("command position", j, position[j], limit, "rad", "is beyond the limit of")
+            return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
         if any_of(np.abs(step) > self._step):
             j = int(np.argmax(np.abs(step) - self._step))
             value, limit = step[j] / self._cycle, self._step[j] / self._cycle
-            return self._stop("command velocity", j, value, limit, "rad/s", "is beyond the limit of")
+            return self._stop("command velocity", j, value, limit, "rad/s", "exceeds the limit of")
         change = step - self._step_before
         if any_of(np.abs(change) > self._change):
             j = int(np.argmax(np.abs(change) - self._change))
             value, limit = change[j] / self._cycle**2, self._change[j] / self._cycle**2
-            return self._stop("command acceleration", j, value, limit, "rad/s^2", "is beyond the limit of")
+            return self._stop("command acceleration", j, value, limit, "rad/s^2", "exceeds the limit of")
         return None
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:

@@ -85,7 +85,7 @@ def _head(path: Path, info: Info, arm: BenchArm) -> Callable[[Sample], bytes]:
         warnings=info.warnings,
         state=info.state,
     )
-    begun = head.written()
+    begun = head.prepare_frame()
     return lambda sample: begun(sample.host_time, sample.controller_time)
 
 

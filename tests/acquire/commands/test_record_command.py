@@ -42,9 +42,9 @@ SERVOS = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1,
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--output", "robot.toml"], "robot.toml exists, and recordings are not written over"),
+        (["--output", "robot.toml"], "robot.toml exists, and recordings are not overwritten"),
         (["--output", "there/run.mcap"], "there is no folder there"),
-        (["--output", "run.txt"], "recordings end in .mcap. Call it run.mcap"),
+        (["--output", "run.txt"], "recordings end in .mcap. Use run.mcap"),
         (["--save", "there/run.rrd"], "there is no folder"),
         (["--serve", "nowhere"], "--serve nowhere"),
         ([*SERVOS, "--yes"], f"only if {UNATTENDED}=yes"),
@@ -149,7 +149,7 @@ RUNS_AWAY = ["--set", "faults=runaway joint2 2 at 0.5; deaf at start; stop fails
 def test_an_arm_that_cannot_be_stopped_is_told_of_whatever_the_tolerance(arguments, capsys):
     assert main([*arguments, *RUNS_AWAY, "--tracking", "50", "--json", "run.json"]) == UNSAFE
     printed = capsys.readouterr()
-    assert "joint2 STILL MOVES at 2 rad/s after torque off was asked for" in printed.out
+    assert "joint2 STILL MOVES at 2 rad/s after torque off was requested" in printed.out
     assert printed.err.splitlines()[-1].endswith("PRESS THE EMERGENCY STOP")
     outcome = read_recording("run.mcap").outcome
     assert outcome["moving"] == "True"

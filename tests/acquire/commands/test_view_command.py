@@ -18,8 +18,8 @@ from exidyn.acquire.files.diagnosis_files import NAME, read_traces, write_diagno
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
-from exidyn.acquire.views.parts import COLOURS
-from exidyn.acquire.views.suspects import MOST, lasting, moments
+from exidyn.acquire.views.parts import COLORS
+from exidyn.acquire.views.suspects import MAX_MOMENTS, moments, windowed_rms
 from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.fit.fit_file import read_fit, write_fit
@@ -152,7 +152,7 @@ def test_a_finding_shows_where_its_torque_is_large(diagnosed):
         begins = seconds(diagnosed, f"/runs/{trace.name}/moments/{NAMED}")
         rising = trace.time[np.flatnonzero(np.diff(bar.astype(int), prepend=0) == 1)]
         np.testing.assert_allclose(begins, rising, atol=2e-9)
-        assert len(begins) <= MOST
+        assert len(begins) <= MAX_MOMENTS
 
 
 def test_a_ball_is_on_the_joint_while_its_finding_shows(diagnosed):
@@ -169,7 +169,9 @@ def test_a_ball_is_on_the_joint_while_its_finding_shows(diagnosed):
 def test_what_has_no_name_is_shown_on_its_joint(diagnosed):
     trace = small().evidence.traces[0]
     slides = trace.weight[:, 0] > 0
-    found = numbers(diagnosed, f"/runs/{trace.name}/residuals/Left on joint 1 (shoulder)/1 before")
+    found = numbers(
+        diagnosed, f"/runs/{trace.name}/residuals/Unexplained torque of joint 1 (shoulder)/1 before"
+    )
     np.testing.assert_allclose(found[slides], trace.before[slides, 0], atol=1e-5)
 
 
@@ -211,7 +213,7 @@ def test_moments_are_few_and_where_a_torque_is_spent():
     assert one.over_noise == pytest.approx(8.0, rel=0.1)
     spikes = np.where(np.arange(len(time)) % 80 < 4, 5.0, 0.0)
     found = moments(time, spikes)
-    assert len(found) == MOST
+    assert len(found) == MAX_MOMENTS
     assert found == sorted(found)
     assert moments(time, np.zeros_like(time)) == []
 
@@ -219,7 +221,7 @@ def test_moments_are_few_and_where_a_torque_is_spent():
 def test_lasting_residuals_are_means_of_what_slides():
     time = np.arange(0.0, 10.0, 0.05)
     weight = np.stack([time > 5.0, np.zeros(len(time))], axis=1).astype(float)
-    found = lasting(time, np.full((len(time), 2), 3.0), weight)
+    found = windowed_rms(time, np.full((len(time), 2), 3.0), weight)
     np.testing.assert_allclose(found[time > 5.5, 0], 3.0)
     assert np.all(np.isnan(found[time < 4.5, 0]))
     assert np.all(np.isnan(found[:, 1]))
@@ -247,7 +249,7 @@ def test_traces_are_those_of_the_evidence(files):
     [
         (["missing.mcap"], "missing.mcap does not exist"),
         (["fit.json", "diagnosis.json"], "give one fit or one diagnosis at a time"),
-        (["diagnosis.json", "run.mcap"], "brings its runs"),
+        (["diagnosis.json", "run.mcap"], "contains its runs"),
         (["list.json"], "neither a fit nor a diagnosis"),
         (["other.json"], "has format 9; this version reads 2; update exidyn"),
         (["half.json"], "is not JSON, or was cut off"),
@@ -317,7 +319,7 @@ def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
                     pictures.append(browser.picture())
                 except AssertionError:  # as long as the page is being exchanged for the one asked for
                     return False
-                return coloured(pictures[-1])[COLOURS.index(BEFORE)] > 100
+                return coloured(pictures[-1])[COLORS.index(BEFORE)] > 100
 
             found = wait_for(drawn, 150.0)
             (tmp_path / "browser.png").write_bytes(pictures[-1])
@@ -334,7 +336,7 @@ def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
 def test_colours_of_joints_are_those_of_the_live_view(files, tmp_path):
     chunks = saved(files, tmp_path, "run.mcap")
     ((first, second),) = chunks["/run/position/measured", "SeriesLines:colors"][0].to_pylist()
-    expected = [int.from_bytes(bytes([*colour, 255])) for colour in COLOURS[:2]]
+    expected = [int.from_bytes(bytes([*colour, 255])) for colour in COLORS[:2]]
     assert [first, second] == expected
 
 
@@ -350,4 +352,4 @@ def test_a_viewer_that_takes_too_long_is_reported_in_one_line(files, monkeypatch
     monkeypatch.setattr("rerun.RecordingStream.flush", late)
     assert main(["view", str(files / "run.mcap"), "--save", str(tmp_path / "run.rrd")]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith("exidyn: the viewer has not taken everything within 60 s: Flush timed out.")
+    assert line.startswith("exidyn: the viewer did not receive all data within 60 s: Flush timed out.")

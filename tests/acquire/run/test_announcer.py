@@ -56,7 +56,7 @@ def test_a_loop_that_does_not_come_round_is_told_once(monkeypatch):
     monkeypatch.setattr(announcer, "LOOK", 0.01)
     terminal = Terminal()
     with Announcer(terminal.show, "blocked") as said:
-        said.come_round()
+        said.begin_cycle()
         assert terminal.wait_for("blocked")
     assert terminal.texts == ["blocked"]
 
@@ -68,7 +68,7 @@ def test_no_loop_is_blocked_before_it_begins_or_after_it_has_ended(monkeypatch):
     with Announcer(terminal.show, "blocked") as said:
         said.say("before")
         terminal.wait_for("before")
-        said.leave()
+        said.stop_watching()
         said.say("after")
         terminal.wait_for("after")
         time.sleep(0.05)

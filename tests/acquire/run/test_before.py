@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.before import checked
+from exidyn.acquire.run.before import check_plan
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.recordings.recording import KnownPayload
@@ -26,40 +26,40 @@ def robot(**limits):
 
 
 def test_a_plan_for_the_robot_at_hand_may_run():
-    found = checked(plan(), MODEL)
+    found = check_plan(plan(), MODEL)
     assert not found.warnings
     assert np.array_equal(found.limits.jerk, LIMITS.jerk)
 
 
 def test_another_robot_is_refused():
     with pytest.raises(NotAllowed, match="kr270"):
-        checked(plan(), read_model("kr270"))
+        check_plan(plan(), read_model("kr270"))
 
 
 def test_other_limits_are_refused_and_named():
     with pytest.raises(NotAllowed, match="limit velocity of joint1"):
-        checked(plan(), robot(velocity=0.5 * LIMITS.velocity))
+        check_plan(plan(), robot(velocity=0.5 * LIMITS.velocity))
 
 
 def test_a_plan_beyond_the_limits_is_refused_but_may_be_slow_enough():
     narrow = robot(velocity=0.2 * LIMITS.velocity, velocity_lower=-0.2 * LIMITS.velocity)
     fast = Plan.of(motion(), narrow, tick=0.002)
     with pytest.raises(NotAllowed, match="slower .exidyn record --speed"):
-        checked(fast, narrow)
-    assert checked(fast, narrow, speed=0.1).plan.trajectory.duration == 10 * motion().duration
+        check_plan(fast, narrow)
+    assert check_plan(fast, narrow, speed=0.1).plan.trajectory.duration == 10 * motion().duration
 
 
 def test_torque_counts_with_what_hangs_on_the_flange():
     heavy = KnownPayload("L", known_parameters(60.0, (0.0, 0.0, 0.3), (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)))
     with pytest.raises(NotAllowed, match="torque"):
-        checked(plan(), MODEL, payload=heavy)
+        check_plan(plan(), MODEL, payload=heavy)
 
 
 def test_limits_not_given_are_finite_and_bear_the_motion():
     without_limits = robot(
         acceleration=np.full(6, np.inf), acceleration_lower=np.full(6, -np.inf), jerk=np.full(6, np.inf)
     )
-    found = checked(Plan.of(motion(), without_limits, tick=0.002), without_limits).limits
+    found = check_plan(Plan.of(motion(), without_limits, tick=0.002), without_limits).limits
     reached = motion().extremes()
     assert np.all(np.isfinite(found.acceleration) & np.isfinite(found.jerk))
     assert np.all(found.acceleration >= reached.acceleration.upper)
@@ -68,7 +68,7 @@ def test_limits_not_given_are_finite_and_bear_the_motion():
 
 def test_another_model_of_the_same_arm_is_a_warning():
     other = replace(MODEL, effects=MODEL.effects[:-1])
-    assert "torques" in checked(plan(), other).warnings[0]
+    assert "torques" in check_plan(plan(), other).warnings[0]
 
 
 LIMITED = ("position_lower", "position_upper", "velocity", "velocity_lower", "acceleration",
@@ -106,7 +106,7 @@ FAST = {
 def test_limits_raised_in_the_file_change_nothing(quantity):
     fast = FAST[quantity]
     with pytest.raises(NotAllowed, match=f"edited by hand.*joint1: {quantity} at "):
-        checked(edited(fast, **times(fast, 50.0)), MODEL)
+        check_plan(edited(fast, **times(fast, 50.0)), MODEL)
 
 
 @pytest.mark.parametrize("name", ["velocity_lower", "acceleration_lower"])
@@ -115,8 +115,8 @@ def test_a_backward_limit_of_the_robot_counts_at_every_speed(name):
     planned = swing(0.4 * LIMITS.velocity[0], 1.0 / (2 * np.pi), slow)
     raised = edited(planned, **times(planned, 50.0, (name,)))
     with pytest.raises(NotAllowed, match=f"joint1: {name.removesuffix('_lower')} at .* is -"):
-        checked(raised, slow)
-    share = checked(raised, slow, speed=0.2)
+        check_plan(raised, slow)
+    share = check_plan(raised, slow, speed=0.2)
     used = {use.name: use for use in limit_use(share.plan)}[name.removesuffix("_lower")]
     assert np.array_equal(used.lower, getattr(slow.robot.limits, name))
 
@@ -124,15 +124,15 @@ def test_a_backward_limit_of_the_robot_counts_at_every_speed(name):
 def test_torque_limits_raised_in_the_file_do_not_count_with_a_payload():
     heavy = KnownPayload("L", known_parameters(60.0, (0.0, 0.0, 0.3), (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)))
     with pytest.raises(NotAllowed, match="torque"):
-        checked(edited(plan(), **times(plan(), 50.0)), MODEL, payload=heavy)
+        check_plan(edited(plan(), **times(plan(), 50.0)), MODEL, payload=heavy)
 
 
 def test_a_motion_within_the_robots_limits_runs_with_warnings_and_percentages_of_the_robot():
-    ready = checked(edited(plan(), **times(plan(), 50.0)), MODEL)
+    ready = check_plan(edited(plan(), **times(plan(), 50.0)), MODEL)
     without_checksum, wider = ready.warnings
     assert "no checksum" in without_checksum
     assert "exceed those of cobot, which count" in wider
-    honest = checked(plan(), MODEL)
+    honest = check_plan(plan(), MODEL)
     for here, there in zip(limit_use(ready.plan), limit_use(honest.plan), strict=True):
         assert np.array_equal(here.share, there.share, equal_nan=True)
     assert np.array_equal(ready.torque.use.share, honest.torque.use.share)
@@ -143,7 +143,7 @@ def test_a_file_with_a_new_checksum_widens_nothing_either():
     fast = FAST["velocity"]
     forged = replace(fast, limits=replace(fast.limits, **times(fast, 50.0)))
     with pytest.raises(NotAllowed, match="joint1: velocity at"):
-        checked(parse_plan(plan_text(forged)), MODEL)
+        check_plan(parse_plan(plan_text(forged)), MODEL)
 
 
 def test_limits_narrowed_in_the_file_hold_the_motion_and_are_named():
@@ -151,9 +151,9 @@ def test_limits_narrowed_in_the_file_hold_the_motion_and_are_named():
     narrow = LIMITS.velocity.copy()
     narrow[2] = 0.5 * reached[2]
     with pytest.raises(NotAllowed, match=r"own file, narrower in velocity of joint3 \(.*joint3: velocity at"):
-        checked(edited(plan(), velocity=narrow), MODEL)
+        check_plan(edited(plan(), velocity=narrow), MODEL)
     narrow[2] = 1.5 * reached[2]
-    ready = checked(edited(plan(), velocity=narrow), MODEL)
+    ready = check_plan(edited(plan(), velocity=narrow), MODEL)
     assert any("narrower than those of cobot" in sentence for sentence in ready.warnings)
     assert ready.plan.limits.velocity[2] == narrow[2]
     assert np.array_equal(ready.limits.velocity, LIMITS.velocity)  # a stop may use all that the robot can
@@ -162,15 +162,15 @@ def test_limits_narrowed_in_the_file_hold_the_motion_and_are_named():
 def test_limits_of_the_file_apart_from_those_of_the_robot_are_refused():
     far = edited(plan(), position_lower=LIMITS.position_upper + 1.0, position_upper=LIMITS.position_upper + 2)
     with pytest.raises(BadLimits, match="limits of cobot together with those in the plan's file"):
-        checked(far, MODEL)
+        check_plan(far, MODEL)
 
 
 def test_units_that_are_not_those_of_the_robot_are_refused():
     with pytest.raises(NotAllowed, match="states units m, rad"):
-        checked(replace(plan(), units=("m", *["rad"] * 5)), MODEL)
+        check_plan(replace(plan(), units=("m", *["rad"] * 5)), MODEL)
 
 
 def test_a_plan_for_a_robot_of_the_same_name_with_wider_limits_is_refused():
     fast = robot(velocity=2.0 * LIMITS.velocity)
     with pytest.raises(NotAllowed, match="limit velocity of joint1 is"):
-        checked(Plan.of(motion(), fast, tick=0.002), MODEL)
+        check_plan(Plan.of(motion(), fast, tick=0.002), MODEL)

@@ -64,7 +64,7 @@ def test_a_recording_without_it_is_read_as_before(tmp_path):
 def test_a_cycle_with_another_number_of_them_is_refused(tmp_path):
     frames = [cycle(0, state=STATE[0]), cycle(1, state=np.zeros(3)), cycle(2, state=STATE[2])]
     sink = record(tmp_path / "run.mcap", [head(state=WORDS).frame(), *frames, end()])
-    assert "3 numbers of its state, expected 2" in sink.failure
+    assert "3 state values, expected 2" in sink.failure
     assert len(read_recording(tmp_path / "run.mcap").controller) == 2
 
 

@@ -85,7 +85,9 @@ def test_late_cycles_delay_the_motion_and_do_not_make_it_jump():
 def test_asked_to_stop_it_brakes_within_the_limits_and_records_the_rest():
     driver, sink = Following(), Listening()
     asked = Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
-    outcome = perform(driver, job(), [sink], asked=lambda: asked if len(driver.commands) > 150 else None)
+    outcome = perform(
+        driver, job(), [sink], stop_request=lambda: asked if len(driver.commands) > 150 else None
+    )
     stages = list(dict.fromkeys(STAGES[cycle.stage] for cycle in sink.cycles()))
     assert outcome.stop is asked
     assert stages == ["listening", "running", "braking", "holding"]
@@ -102,7 +104,7 @@ def test_a_second_request_is_left_to_the_controller():
         reached = [level for number, level in levels.items() if len(driver.commands) > number]
         return Stop(max(reached), "asked", "") if reached else None
 
-    outcome = perform(driver, job(), asked=asked)
+    outcome = perform(driver, job(), stop_request=asked)
     assert outcome.stop.level == StopLevel.QUICK
     assert driver.stops == [StopLevel.QUICK]
     assert len(driver.commands) < 170
@@ -188,7 +190,7 @@ def test_a_motion_wider_than_the_controllers_window_is_not_begun():
     window = np.full(6, np.radians(5.0))
     driver = Following(window_lower=-window, window_upper=window)
     outcome = perform(driver, job())
-    assert "the controller takes -5.00 to 5.00" in outcome.stop.text
+    assert "the controller accepts -5.00 to 5.00" in outcome.stop.text
     assert not driver.commands
 
 
@@ -232,7 +234,7 @@ def test_whatever_else_fails_in_the_loop_stops_the_arm_and_is_recorded(where, mo
 
     if where == "watch":
         monkeypatch.setattr(performing.Watch, "look", fail_late)
-    outcome = perform(driver, job(), [sink], asked=fail_late if where == "asked" else lambda: None)
+    outcome = perform(driver, job(), [sink], stop_request=fail_late if where == "asked" else lambda: None)
     assert outcome.stop.kind == "program failed"
     assert driver.stops == [StopLevel.QUICK]
     assert driver.closed == 1
@@ -316,7 +318,7 @@ def test_asked_to_stop_while_the_way_is_planned_nothing_is_commanded(monkeypatch
     planned_slowly(monkeypatch)
     driver = Following()
     asked = Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
-    outcome = perform(driver, job(), asked=lambda: asked if driver.number > 60 else None)
+    outcome = perform(driver, job(), stop_request=lambda: asked if driver.number > 60 else None)
     assert outcome.stop is asked
     assert not driver.commands
     assert driver.closed == 1
@@ -332,7 +334,7 @@ def test_an_arm_that_moves_while_the_way_is_planned_is_not_commanded(monkeypatch
     driver._change = sag
     outcome = perform(driver, job())
     assert outcome.stop.kind == "start"
-    assert "joint2 has moved by 0.0200 rad while the way was planned" in outcome.stop.text
+    assert "joint2 moved by 0.0200 rad while the approach was planned" in outcome.stop.text
     assert not driver.commands
 
 
@@ -417,7 +419,7 @@ def test_a_driver_that_is_not_ready_is_listened_to_and_where_the_arm_stands_is_j
 
 def test_a_driver_that_is_not_ready_can_be_stopped():
     driver, asked = Preparing(), Stop(StopLevel.BRAKE, "asked", "Ctrl-C")
-    outcome = perform(driver, job(), asked=lambda: asked if driver.number > 20 else None)
+    outcome = perform(driver, job(), stop_request=lambda: asked if driver.number > 20 else None)
     assert outcome.stop is asked
     assert driver.number < 20 + 0.7 / CYCLE  # watched for half a second, in which it rests, and never moved
     assert not driver.commands

@@ -163,7 +163,7 @@ def test_frames_that_make_no_sense_are_counted_and_the_rest_is_kept(tmp_path):
     assert np.array_equal(recording.signals["position"].values, NUMBERS[:2, 0])
     assert recording.outcome["unreadable_frames"] == str(len(bad) + 1)
     [warning] = recording.events
-    assert warning.text.startswith("a frame could not be read: nothing has explained the run")
+    assert warning.text.startswith("a frame could not be read: the first frame is not a head")
     assert warning.time >= 0.0
 
 
@@ -205,7 +205,7 @@ def test_a_killed_recorder_leaves_a_readable_file_up_to_just_before(tmp_path, vi
     assert left.recording.warnings[0].startswith("file ends abruptly")
     assert left.lost_ms < 500.0  # how much less benchmarks/record_kill.py measures
     if "loop" not in victims:
-        assert left.printed.startswith("failure its process has ended")
+        assert left.printed.startswith("failure its process ended")
 
 
 def test_a_killed_loop_loses_nothing(tmp_path):
@@ -248,7 +248,7 @@ def test_a_full_disk_stops_the_run_and_still_takes_how_it_ended(small_disk):
         sink.put(head().frame())
         count = record_until_failure(sink, 20_000, after=500)
         assert "disk error: No space left on device" in sink.failure
-        sink.put(event(count, "stop", "the recording cannot go on"))
+        sink.put(event(count, "stop", "the recording cannot continue"))
         sink.put(end(stop="recorder"))
     assert sink.outcome.endswith(f"cycles in {path}")
     recording = read_recording(path)

@@ -22,7 +22,7 @@ def read(frame):
 def test_only_two_numbers_are_left_to_write_when_the_first_sample_is_there(monkeypatch):
     written, real = [], recorder.model_text
     monkeypatch.setattr(recorder, "model_text", lambda model: written.append(model) or real(model))
-    begun = replace(head(), epoch=0, zero=0).written()
+    begun = replace(head(), epoch=0, zero=0).prepare_frame()
     assert len(written) == 1
     frames = [begun(10**18 + number, -number) for number in range(3)]
     assert len(written) == 1

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.acquire.run.before import StartRules, gentle, plan_start
+from exidyn.acquire.run.before import StartRules, plan_start, scaled_limits
 from exidyn.acquire.run.errors import CannotStart
 from exidyn.acquire.run.player import Player
 from exidyn.drivers import Info
@@ -44,7 +44,7 @@ def test_within_the_tolerance_it_just_goes_there():
 def test_from_further_away_it_goes_slowly_if_it_may():
     found = way(START - 0.4, approach=True)
     speed = found.extremes().velocity.upper
-    assert np.all(speed < 1.001 * gentle(LIMITS, 0.2).velocity)
+    assert np.all(speed < 1.001 * scaled_limits(LIMITS, 0.2).velocity)
     with pytest.raises(CannotStart, match="--approach"):
         way(START - 0.4)
 
@@ -52,7 +52,7 @@ def test_from_further_away_it_goes_slowly_if_it_may():
 def test_a_sliding_joint_is_away_in_metres():
     player = Player(motion(), LIMITS, CYCLE)
     measured = START - 0.4 * np.eye(6)[0]
-    with pytest.raises(CannotStart, match=r"begins at -?\d+\.\d+ m; allowed are 0\.0087 m\."):
+    with pytest.raises(CannotStart, match=r"begins at -?\d+\.\d+ m; limit 0\.0087 m\."):
         plan_start(player, measured, ROBOT.joints, LIMITS, StartRules(), INFO, lambda j, unit: SLIDING[unit])
 
 

@@ -38,5 +38,5 @@ def test_rounds_that_are_no_course_are_refused(tmp_path):
     with pytest.raises(NotAFile, match="round-01 ended the study, but round-02 follows"):
         require_course(tmp_path, [("round-01", ended), ("round-02", goes_on)])
     other = goes_on | {"left_over_noise": {"wrist": 1.0}}
-    with pytest.raises(NotAFile, match="round-01 and round-02 are of different joints"):
+    with pytest.raises(NotAFile, match="round-01 and round-02 have different joints"):
         require_course(tmp_path, [("round-01", goes_on), ("round-02", other)])

@@ -81,5 +81,5 @@ def test_the_folder_of_another_robot_is_refused(tmp_path):
     require_same_robot(tmp_path, model)
     require_same_robot(tmp_path, model)
     other = replace(model, robot=replace(model.robot, drive_gain_tolerance=np.full(2, 0.3)))
-    with pytest.raises(DifferentRobot, match="begin in another folder"):
+    with pytest.raises(DifferentRobot, match="Start in another folder"):
         require_same_robot(tmp_path, other)

@@ -36,7 +36,7 @@ class Steps:
 class Small(Study):
     """Believes by the number of runs alone."""
 
-    def _believed(self, every, part):
+    def _diagnose_and_choose(self, every, part):
         self.source.step(("diagnosis", len(every)))
         verdict = "run" if len(every) < 3 else "undecidable"
         (part / CHOICE).write_text(json_text(choice(verdict, 10.0 * len(every))))
@@ -79,13 +79,13 @@ def test_the_notebook_says_what_was_believed_asked_and_learned(tmp_path):
     study(tmp_path, Steps()).run()
     page = (tmp_path / NOTEBOOK).read_text()
     assert "Joint 2 has a spring." in page
-    assert "A swept sine: of all runs on offer it takes most off" in page
+    assert "A swept sine: of all available runs it is expected to give the most" in page
     assert "Hang the body on the flange." in page
-    assert "Expected information 0.90 bit, realised 0.50 bit." in page
+    assert "Expected information 0.90 bit, realized 0.50 bit." in page
     assert "No motion settles it." in page
     assert page.count('<section id="round-') == 3
-    assert "what is open over motion" in page
-    assert "what is left over noise, of each joint" in page
+    assert "open questions over motion" in page
+    assert "residual over noise floor of each joint" in page
 
 
 def test_the_notebook_says_why_every_run_was_stopped(tmp_path, monkeypatch):

@@ -23,7 +23,7 @@ from exidyn.acquire.run.pipe import SinkFailed
 from exidyn.acquire.run.recorder import RunHead
 from exidyn.acquire.views.live_log import finite_limits, usual_cycle
 from exidyn.acquire.views.live_view import CannotShow, Targets, start_view
-from exidyn.acquire.views.parts import COLOURS, COLUMNS, RED
+from exidyn.acquire.views.parts import COLORS, COLUMNS, RED
 from exidyn.acquire.views.view_process import ABANDONED
 from exidyn.acquire.views.viewers import open_window
 from exidyn.identification.arm.newton_euler import link_frames, link_poses
@@ -216,7 +216,7 @@ def test_finite_limits_are_drawn_in_the_colour_of_their_joint(chunks, model):
     current = numbers(chunks, "/current/limit").reshape(-1, 12)
     np.testing.assert_allclose(current[0, 6:], limits.torque / np.abs(model.robot.drive_gain))
     (colours,) = chunks["/position/limit", "SeriesLines:colors"][0].to_pylist()
-    red, green, blue = COLOURS[2]
+    red, green, blue = COLORS[2]
     assert colours[2] >> 8 == colours[8] >> 8 == (red << 16) + (green << 8) + blue
     assert seconds(chunks, "/velocity/limit")[-1] > SECONDS - 0.5
 
@@ -397,7 +397,7 @@ def test_killed_window_takes_nothing_along(run, tmp_path, monkeypatch):
 def coloured(picture):
     """How many pixels of a picture have the colour of each joint, or nearly."""
     pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB")).astype(int)
-    return [int(np.sum(np.abs(pixels - colour).max(axis=2) < 12)) for colour in COLOURS]
+    return [int(np.sum(np.abs(pixels - colour).max(axis=2) < 12)) for colour in COLORS]
 
 
 def test_browser_shows_the_run(tmp_path):

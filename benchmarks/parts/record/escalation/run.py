@@ -149,7 +149,7 @@ def ran(case: Case, arm: Callable[[bool], Plant] = heavy) -> Ran:
         return Stop(level, "asked", "asked to stop") if level is not None and due else None
 
     driver.stop = noted  # type: ignore[method-assign]
-    outcome = perform(driver, _job(), [kept], asked=person)
+    outcome = perform(driver, _job(), [kept], stop_request=person)
     fault = kept.times[0] if begins < 0.0 else kept.first_command + begins
     return Ran(
         _waited(kept.events, fault),

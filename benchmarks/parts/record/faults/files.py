@@ -20,10 +20,10 @@ import numpy as np
 from common import imports_as_here
 
 from exidyn.acquire import command_line
-from exidyn.acquire.run.before import checked
+from exidyn.acquire.run.before import check_plan
 from exidyn.acquire.run.pipe import PipeSink, Sink
 from exidyn.acquire.run.recorder import part_of
-from exidyn.acquire.run.run_file import KEPT_BACK
+from exidyn.acquire.run.run_file import RESERVE
 from exidyn.acquire.views.live_view import Targets, start_view
 from exidyn.drivers import StopLevel
 from exidyn.identification.errors import ExidynError
@@ -92,7 +92,7 @@ def disk_full() -> Row:
     """A file system that is full in the middle of the run; in a name space of its own."""
     name, must = "disk full (tmpfs)", "BRAKE; the stop itself still fits into what was kept back"
     with tempfile.TemporaryDirectory() as folder:
-        mount = f"mount -t tmpfs -o size={KEPT_BACK + ROOM} none {folder}"
+        mount = f"mount -t tmpfs -o size={RESERVE + ROOM} none {folder}"
         mine = "-m" if os.geteuid() == 0 else "-rm"  # a mapped root has no real-time scheduling
         command = [
             "unshare",
@@ -204,7 +204,7 @@ FATES = ("refused", "unharmed")
 def fate(path: Path, plan: Plan) -> str:
     """What becomes of a plan; something else than one of `FATES` is wrong."""
     try:
-        found = checked(read_plan(path), MODEL)
+        found = check_plan(read_plan(path), MODEL)
     except ExidynError:
         return _refusal(path)
     except Exception as error:

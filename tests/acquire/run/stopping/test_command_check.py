@@ -59,7 +59,7 @@ def test_the_controllers_window_counts_too():
 def test_a_command_of_a_sliding_joint_is_refused_in_metres(start, unit):
     found = check(unit_of=lambda joint, turning: SLIDING[turning]).look(command(start))
     assert found.unit == unit
-    assert f" {unit} is beyond" in found.text
+    assert f" {unit} exceeds" in found.text
 
 
 @pytest.mark.parametrize(("share", "kind"), [(1.04, None), (1.06, "command velocity")])

@@ -275,7 +275,7 @@ def test_an_arm_that_stands_elsewhere_is_told_with_joint_and_distance():
     standstill = at_rest((0.0, 0.98), (0.0, 0.0))
     assert standstill.stands
     assert not standstill.expected
-    assert "two 0.98 rad from where it was commanded last, limit 0.035" in standstill.text
+    assert "two is 0.98 rad from its last command, limit 0.035" in standstill.text
     assert standstill.details()["away"] == pytest.approx(0.98)
 
 

@@ -93,7 +93,7 @@ def test_one_that_fails_at_all_of_them_is_recorded_and_closed():
     assert driver.stops == [QUICK, OFF]
     assert driver.closed == 1
     assert outcome.stop.kind == "drive fault"
-    assert any("the driver failed at OFF, and nothing is left: unplugged" in event for event in sink.events())
+    assert any("the driver failed at OFF, the hardest stop: unplugged" in event for event in sink.events())
 
 
 def test_a_link_that_is_lost_in_a_brake_is_a_quick_stop():
@@ -105,7 +105,7 @@ def test_a_link_that_is_lost_in_a_brake_is_a_quick_stop():
 
     driver._change = change
     asked = Stop(BRAKE, "asked", "Ctrl-C")
-    outcome = perform(driver, job(), asked=lambda: asked if len(driver.commands) > 150 else None)
+    outcome = perform(driver, job(), stop_request=lambda: asked if len(driver.commands) > 150 else None)
     assert driver.stops == [QUICK]
     assert outcome.stop.kind == "link lost"
 
@@ -136,7 +136,7 @@ def test_the_brake_of_a_person_and_the_end_of_a_run_are_watched_too(number):
 
     driver._change = change
     asked = Stop(BRAKE, "asked", "Ctrl-C")
-    perform(driver, job(), [sink], asked=lambda: asked if len(driver.commands) > number else None)
+    perform(driver, job(), [sink], stop_request=lambda: asked if len(driver.commands) > number else None)
     assert driver.stops == [QUICK, OFF]
     assert [event["details"]["level"] for event in stops_recorded(sink)] == ["BRAKE", "QUICK", "OFF"]
 
