@@ -117,7 +117,7 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
 
 def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
     """The path of the flange as a line, obstacles and walls as sheets, in the frame of the base."""
-    size = float(np.max(np.abs(space.way), initial=reach(model)))
+    size = float(np.max(np.abs(space.path), initial=reach(model)))
     sheets = {name: hull_mesh(points) for name, points in space.solids}
     sheets |= {wall.name: _sheet(wall, size) for wall in space.walls}
     for name, (points, triangles) in sheets.items():
@@ -126,7 +126,7 @@ def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
             vertex_positions=points, triangle_indices=triangles, albedo_factor=(*RED, 130 if solid else 40)
         )
         _log_at_base(stream, model, name, mesh)
-    line = rr.LineStrips3D([space.way], colors=PATH, radii=rr.Radius.ui_points(1.0))
+    line = rr.LineStrips3D([space.path], colors=PATH, radii=rr.Radius.ui_points(1.0))
     _log_at_base(stream, model, "path of the flange", line)
 
 
