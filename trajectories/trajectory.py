@@ -59,7 +59,7 @@ class States(NamedTuple):
     jerk: np.ndarray
 
     def motion(self, payload: str = "") -> Motion:
-        """These states as the `Motion` that effects take, without jerk."""
+        """Motion with these states, as effects take it."""
         return Motion.of(self.time, self.position, self.velocity, self.acceleration, payload=payload)
 
     def state(self, row: int) -> State:

@@ -19,7 +19,7 @@ from .poses import cover, joint_poses, moves, reach, slopes
 TRIED = 200
 """Number of random positions: the standard error of a share of 95 % is then 1.5 %."""
 SHARE = 0.95
-"""Share of random positions above which two bodies that are near each other are so by design."""
+"""Share of random positions in which two bodies must be near each other to count as near by design."""
 BY_DESIGN = 0.025
 """Gap below which two bodies count as near each other [m]: the gap of a housing around its joint."""
 

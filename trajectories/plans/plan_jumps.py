@@ -37,7 +37,7 @@ def jumps(plan: Plan, spacing: float) -> list[str]:
 
 
 def _unexplained(trajectory: Trajectory, spacing: float) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Name of each quantity, its changes beyond what the jerk explains, shape (t, n), and times, (t,) [s]."""
+    """Name of a quantity, its changes beyond what jerk explains, shape (t, n), and times, shape (t,) [s]."""
     time = trajectory.every(spacing).time
     states = trajectory.at(np.append(time, trajectory.duration))
     step = np.diff(states.time)[:, None]

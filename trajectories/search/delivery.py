@@ -108,8 +108,8 @@ class Delivery:
         assert self._goal.spread is not None
         return self._goal, self._goal.spread.factor < before.factor
 
-    def offer_sometimes(self, problem: Problem) -> Callable[[Search], None]:
-        """A callback for improvements of a search that offers some of them, within `ASIDE` of its time."""
+    def offer_callback(self, problem: Problem) -> Callable[[Search], None]:
+        """A callback that offers improvements of a search, within a share `ASIDE` of its time."""
 
         def receive(search: Search) -> None:
             if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.seconds:
@@ -124,8 +124,8 @@ class Delivery:
 
 def fine_motion(series: Sequence[Fourier]) -> Motion:
     """The motions of all series at samples `FINE` apart, joined into one."""
-    time = np.arange(0.0, series[0].period, FINE)
-    motions = [fourier.at(time).motion() for fourier in series]
+    instants = np.arange(0.0, series[0].period, FINE)
+    motions = [fourier.at(instants).motion() for fourier in series]
     states = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
     position, velocity, acceleration = (np.concatenate(parts) for parts in zip(*states, strict=True))
     return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

@@ -25,7 +25,7 @@ POLL = 0.2
 _stopping: Any = None
 """In a process of the pool: the event that requests the end."""
 _begun: Any = None
-"""In a process of the pool: begin of the first task on the clock that all processes share [s]; 0 before."""
+"""In a process of the pool: start of the first task on the clock that all processes share [s]; 0 before."""
 _reporter: Callable[[Any], None] = lambda _: None  # noqa: E731
 """Receiver of a task's reports."""
 
@@ -48,7 +48,7 @@ def run_all(
     Args:
         work: Function to call; other processes must be able to import it.
         tasks: Arguments of each call.
-        seconds: Time for all tasks, from the begin of the first, as processes take seconds to start [s].
+        seconds: Time for all tasks, from the start of the first, as processes take seconds to start [s].
         executor: Executor of the tasks; by default a pool of processes, or this process for one task or core.
         note: Called in this process.
         receive: Called in this process with the values that tasks `report`, except those of an executor.
@@ -115,7 +115,7 @@ def _gather(
     listen: Callable[[], None] = lambda: None,
     begun: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Pass on results as they arrive; stop when the time is over, which counts from the first begin."""
+    """Pass on results as they arrive; stop when the time is over, which counts from the first start."""
     end, pending, stopped = inf, set(futures), False
     try:
         while pending:

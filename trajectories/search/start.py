@@ -61,7 +61,7 @@ def one_start(
         start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
     except Infeasible as reason:  # no pose keeps all clearances
         return str(reason)
-    coarse, note = FIRST * seconds - delivery.seconds, delivery.offer_sometimes(problem)
+    coarse, note = FIRST * seconds - delivery.seconds, delivery.offer_callback(problem)
     search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature)
     delivery.offer(start if search.unknowns is None else problem.coefficients(search.unknowns))
     if search.unknowns is not None:
@@ -89,7 +89,7 @@ def _settle(
         limits = tightened(limits, violations)
         tighter = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
         tighter = replace(tighter, scale=problem.scale)  # the curvature was learned in these units
-        note, curvature = delivery.offer_sometimes(tighter), search.curvature
+        note, curvature = delivery.offer_callback(tighter), search.curvature
         search = solve(tighter, tighter.unknowns(best), remaining, stop, note, curvature=curvature)
         if search.unknowns is not None:
             best = tighter.coefficients(search.unknowns)
