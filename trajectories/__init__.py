@@ -1,1 +1,1 @@
-"""Motions for identification."""
+"""Trajectories for identification."""

@@ -1,15 +1,15 @@
-"""The errors of `trajectories`, each a fact with a value, a limit and what to try.
+"""The errors of `trajectories`. Each message states a fact, a value, a limit and what to try.
 
 ExidynError
-└── TrajectoryError        no trajectory can be what was asked for
-    ├── BadLimits          limits that no arm can move within, or that are not given
-    ├── Infeasible         nothing keeps to all limits from this start, in this region
-    ├── NotContinuous      parts of a motion that do not join
-    ├── NothingToIdentify  the model has no parameter that motion could show
-    ├── NotComparable      hypotheses that cannot be weighed against each other
-    ├── NotATrajectory     a trajectory file that is not one, or of another version
-    ├── OutsideTrajectory  a time before the start or after the end
-    └── UnknownChoice      a criterion, family or format that there is not
+└── TrajectoryError        no trajectory meets the request
+    ├── BadLimits          limits are missing, or no arm can move within them
+    ├── Infeasible         no motion from this start, in this region, keeps to all limits
+    ├── NotContinuous      parts of a motion do not join
+    ├── NothingToIdentify  the model has no parameter that a motion could excite
+    ├── NotComparable      hypotheses cannot be compared
+    ├── NotATrajectory     the file is no trajectory file, or has another version
+    ├── OutsideTrajectory  a time is before the start or after the end
+    └── UnknownChoice      a criterion, family or format is unknown
 """
 
 import re
@@ -21,39 +21,39 @@ from exidyn.identification.errors import ExidynError, listed
 
 
 class TrajectoryError(ExidynError, ValueError):
-    """No trajectory can be what was asked for."""
+    """No trajectory meets the request."""
 
 
 class BadLimits(TrajectoryError):
-    """Limits that no arm can move within, or that are not given."""
+    """Limits are missing, or no arm can move within them."""
 
 
 class Infeasible(TrajectoryError):
-    """Nothing keeps to all limits from this start, in this region."""
+    """No motion from this start, in this region, keeps to all limits."""
 
 
 class NotContinuous(TrajectoryError):
-    """Parts of a motion that do not join in position, velocity or acceleration."""
+    """Parts of a motion do not join in position, velocity or acceleration."""
 
 
 class NothingToIdentify(TrajectoryError):
-    """The model has no parameter that motion could show."""
+    """The model has no parameter that a motion could excite."""
 
 
 class NotComparable(TrajectoryError):
-    """Hypotheses that cannot be weighed against each other."""
+    """Hypotheses cannot be compared."""
 
 
 class NotATrajectory(TrajectoryError):
-    """A trajectory file that is not one, or of another version."""
+    """The file is no trajectory file, or has another version."""
 
 
 class OutsideTrajectory(TrajectoryError):
-    """A time before the start or after the end of a trajectory."""
+    """A time is before the start or after the end of a trajectory."""
 
 
 class UnknownChoice(TrajectoryError, LookupError):
-    """A criterion, family or format that there is not; the message lists the valid ones."""
+    """A criterion, family or format is unknown; the message lists the valid ones."""
 
     def __init__(self, kind: str, name: str, valid: Iterable[str], meant: str = "") -> None:
         super().__init__(
@@ -62,12 +62,12 @@ class UnknownChoice(TrajectoryError, LookupError):
 
 
 NUMBERED = re.compile(r"\bjoint (\d+)(?=: )")
-"""How modules that know limits alone, and no robot, begin a sentence about a joint."""
+"""How a message about a joint begins in modules that have limits but no robot."""
 
 
 @contextmanager
 def in_words_of(robot: Robot) -> Iterator[None]:
-    """Errors from inside name the robot's joints, and metres and newtons where one slides."""
+    """Make errors raised inside name the robot's joints, with meters and newtons for prismatic joints."""
     try:
         yield
     except (BadLimits, Infeasible) as error:
@@ -75,7 +75,7 @@ def in_words_of(robot: Robot) -> Iterator[None]:
 
 
 def named(text: str, robot: Robot) -> str:
-    """Text with the robot's joint names for their numbers."""
+    """Text with joint numbers replaced by the robot's joint names."""
     before, *parts = NUMBERED.split(text)
     named_parts = [before]
     for number, sentence in zip(parts[::2], parts[1::2], strict=True):
@@ -85,6 +85,6 @@ def named(text: str, robot: Robot) -> str:
         elif robot.revolute[joint]:
             named_parts.append(robot.joints[joint] + sentence)
         else:
-            metres = re.sub(r"\brad\b", "m", re.sub(r"\bN m\b", "N", sentence))
-            named_parts.append(robot.joints[joint] + metres)
+            in_meters = re.sub(r"\brad\b", "m", re.sub(r"\bN m\b", "N", sentence))
+            named_parts.append(robot.joints[joint] + in_meters)
     return "".join(named_parts)

@@ -1,4 +1,4 @@
-"""Random motion that is not optimised: for examples, tests, and to compare with."""
+"""Random motion that is not optimized, for examples, tests and comparisons."""
 
 from dataclasses import dataclass
 
@@ -12,14 +12,14 @@ from exidyn.identification.arm.robot import Limits
 class RampedFourier:
     """Position centre + sum over harmonics k of sine_k sin(k w s) + cosine_k cos(k w s).
 
-    The phase s starts and ends at rest: it speeds up over `ramp`, and the arm waits for `rest` before
-    and after, so that a recording also holds the noise of a still arm.
+    The phase s starts and ends at rest: it speeds up over `ramp`, and the arm rests for `rest` before
+    and after, so that a recording also contains the noise of a still arm.
 
     Attributes:
         period: Base period [s].
-        centre: Shape (n,) [rad].
-        sine: Shape (n, harmonics) [rad].
-        cosine: Shape (n, harmonics) [rad].
+        centre: Center of the motion, shape (n,) [rad].
+        sine: Sine coefficients, shape (n, harmonics) [rad].
+        cosine: Cosine coefficients, shape (n, harmonics) [rad].
         duration: Time from start to end, rests included [s].
         ramp: Time to speed up and to slow down [s].
         rest: Time at rest at either end [s].
@@ -34,7 +34,7 @@ class RampedFourier:
     rest: float = 1.0
 
     def at(self, time: np.ndarray) -> Motion:
-        """Motion at given times, shape (t,) [s]."""
+        """Motion at times of shape (t,) [s]."""
         phase, rate, change = self._phase(time)
         angle = 2 * np.pi / self.period * np.arange(1, self.sine.shape[1] + 1)
         wave, turn = np.sin(np.outer(phase, angle)), np.cos(np.outer(phase, angle))
@@ -46,27 +46,27 @@ class RampedFourier:
         return Motion.of(time, position, velocity, acceleration)
 
     def _phase(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Phase [s] and its first two derivatives; its rate goes 0, 1, 0 by quintic ramps."""
+        """Phase [s] and its first two derivatives; its rate ramps from 0 to 1 and back along quintics."""
         moving = self.duration - 2 * self.rest
         since = np.clip(time - self.rest, 0.0, moving)
         up, down = np.clip(since / self.ramp, 0, 1), np.clip((moving - since) / self.ramp, 0, 1)
-        phase = self.ramp * (_gone(up) - 0.5) + np.maximum(since - self.ramp, 0.0)
-        phase -= np.where(down < 1, (1 - down) * self.ramp - self.ramp * (0.5 - _gone(down)), 0.0)
-        rate = _level(up) * _level(down)
-        change = (_slope(up) * (up < 1) - _slope(down) * (down < 1)) / self.ramp
+        phase = self.ramp * (_step_integral(up) - 0.5) + np.maximum(since - self.ramp, 0.0)
+        phase -= np.where(down < 1, (1 - down) * self.ramp - self.ramp * (0.5 - _step_integral(down)), 0.0)
+        rate = _step(up) * _step(down)
+        change = (_step_slope(up) * (up < 1) - _step_slope(down) * (down < 1)) / self.ramp
         return phase + 0.5 * self.ramp, rate, change
 
 
-def _level(share: np.ndarray) -> np.ndarray:
+def _step(share: np.ndarray) -> np.ndarray:
     """Smooth step from 0 to 1 with zero slope and curvature at both ends."""
     return share**3 * (10 - 15 * share + 6 * share**2)
 
 
-def _slope(share: np.ndarray) -> np.ndarray:
+def _step_slope(share: np.ndarray) -> np.ndarray:
     return 30 * share**2 * (1 - share) ** 2
 
 
-def _gone(share: np.ndarray) -> np.ndarray:
+def _step_integral(share: np.ndarray) -> np.ndarray:
     """Integral of the smooth step."""
     return share**4 * (2.5 - 3 * share + share**2)
 
@@ -74,7 +74,7 @@ def _gone(share: np.ndarray) -> np.ndarray:
 def random_fourier(
     limits: Limits, duration: float, period: float = 10.0, harmonics: int = 5, seed: int = 0
 ) -> RampedFourier:
-    """A Fourier motion with random coefficients that keeps to 90 % of the limits; not optimised."""
+    """A Fourier motion with random coefficients that keeps to 90 % of the limits; not optimized."""
     random = np.random.default_rng(seed)
     lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
     n = len(lower)

@@ -117,7 +117,7 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
 
 def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
     """Log the path of the flange as a line, and obstacles and walls as meshes, in the base frame."""
-    size = float(np.max(np.abs(space.way), initial=reach(model)))
+    size = float(np.max(np.abs(space.path), initial=reach(model)))
     meshes = {name: hull_mesh(points) for name, points in space.solids}
     meshes |= {wall.name: _square(wall, size) for wall in space.walls}
     for name, (points, triangles) in meshes.items():
@@ -126,7 +126,7 @@ def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
             vertex_positions=points, triangle_indices=triangles, albedo_factor=(*RED, 130 if solid else 40)
         )
         _log_at_base(stream, model, name, mesh)
-    line = rr.LineStrips3D([space.way], colors=PATH, radii=rr.Radius.ui_points(1.0))
+    line = rr.LineStrips3D([space.path], colors=PATH, radii=rr.Radius.ui_points(1.0))
     _log_at_base(stream, model, "path of the flange", line)
 
 

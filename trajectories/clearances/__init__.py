@@ -1,1 +1,1 @@
-"""Collisions and regions: what must keep clear of what."""
+"""Collision and region constraints."""

@@ -1,4 +1,4 @@
-"""Clearance: how much room is left before something collides or leaves its region."""
+"""Clearance: margins to collision and to the walls of regions."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -10,109 +10,112 @@ import numpy as np
 from ..trajectory import States, Trajectory
 
 RESOLUTION = 0.5e-3
-"""How much nearer than what it found a check may miss [m]: far below what a collision mesh is true to."""
+"""Amount by which the true smallest margin may be below the computed one [m]: far below a mesh's error."""
 
 
 class Approach(NamedTuple):
-    """The nearest that a trajectory comes, between samples too.
+    """The nearest approach of a trajectory, between samples too.
 
     Attributes:
-        margin: Smallest margin found [m]; below 0 where it is not allowed.
-        time: When [s].
+        margin: Smallest margin found [m]; negative if it is not allowed.
+        time: Time of the nearest approach [s].
         name: Name of the row.
-        bound: Proved: no margin is below this at any time [m].
-        kept: Distance at a margin of 0 [m].
+        bound: Proven lower bound of all margins at all times [m].
+        required_distance: Distance at a margin of 0 [m].
     """
 
     margin: float
     time: float
     name: str
     bound: float
-    kept: float = 0.0
+    required_distance: float = 0.0
 
     @property
     def distance(self) -> float:
         """Smallest distance found [m]."""
-        return self.margin + self.kept
+        return self.margin + self.required_distance
 
     @property
     def collides(self) -> bool:
-        """Whether bodies touch, or a point leaves its region, whatever distance was to be kept."""
+        """Whether bodies touch, or a point leaves its region, regardless of the required distance."""
         return self.distance < -2 * RESOLUTION
 
     @property
     def allowed(self) -> bool:
-        """Whether no margin is anywhere more than twice the resolution, 1 mm, below 0."""
+        """Whether no margin falls more than twice the resolution, 1 mm, below 0."""
         return self.bound >= -2 * RESOLUTION
 
 
 @dataclass(frozen=True, eq=False)
 class Clearance(ABC):
-    """Margins that must stay at or above 0; m rows, one for each thing to keep clear of."""
+    """Margins that must stay at or above 0, in m rows, one for each pair of bodies or wall."""
 
     @property
     @abstractmethod
     def names(self) -> list[str]:
-        """What each row keeps apart, or inside."""
+        """Name of each row."""
 
     @property
-    def kept(self) -> float:
+    def required_distance(self) -> float:
         """Distance at a margin of 0 [m]."""
         return 0.0
 
     @abstractmethod
     def margins(self, position: np.ndarray) -> np.ndarray:
-        """Margin at positions of shape (t, n) [rad] or [m]; shape (t, m) [m]."""
+        """Margins, shape (t, m) [m], at positions of shape (t, n) [rad] or [m]."""
 
     @abstractmethod
     def gradient(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Margins, shape (t, m) [m], and their change with each joint, shape (t, m, n) [m/rad]."""
+        """Margins, shape (t, m) [m], and their derivatives by joint position, shape (t, m, n) [m/rad]."""
 
     @abstractmethod
     def reach(self, travel: np.ndarray) -> np.ndarray:
-        """The most that each margin can change a unit of each joint's motion, shape (m, n) [m/rad].
+        """Largest change of each margin per unit of each joint's motion, shape (m, n) [m/rad].
 
         Args:
-            travel: Largest distance from zero of the joints that slide, shape (n,) [m].
+            travel: Largest distance from zero of the prismatic joints, shape (n,) [m].
         """
 
     def some_margins(self, position: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-        """The `wanted` margins, a bool of shape (t, m), and infinity elsewhere; shape (t, m) [m]."""
+        """Margins where `wanted`, bool of shape (t, m), and infinity elsewhere; shape (t, m) [m]."""
         return np.where(wanted, self.margins(position), np.inf)
 
     def worst(self, trajectory: Trajectory) -> Approach:
-        """The nearest approach on a trajectory, proved for every time."""
-        return nearest(self, trajectory)._replace(kept=self.kept)
+        """The nearest approach of a trajectory, with a bound proven for all times."""
+        return nearest(self, trajectory)._replace(required_distance=self.required_distance)
 
 
 def nearest_words(approaches: Sequence[Approach]) -> str:
-    """How near a motion comes to what it must keep clear of, in words; empty if to nothing."""
+    """The nearest approaches of a motion in words; empty if nothing must be kept clear of."""
     return "; ".join(
-        f"{one.name} {1e3 * one.distance:.0f} mm at {one.time:.1f} s" for one in approaches if one.name
+        f"{approach.name} {1e3 * approach.distance:.0f} mm at {approach.time:.1f} s"
+        for approach in approaches
+        if approach.name
     )
 
 
 def beyond_words(approaches: Sequence[Approach]) -> list[str]:
-    """What a motion comes too near to, a sentence each."""
+    """A sentence for each approach that is too near."""
     return [
-        f"{one.name}: {1e3 * one.distance:.0f} mm at {one.time:.2f} s; {1e3 * one.kept:.0f} mm must be kept"
-        for one in approaches
-        if not one.allowed
+        f"{approach.name}: {1e3 * approach.distance:.0f} mm at {approach.time:.2f} s; at least "
+        f"{1e3 * approach.required_distance:.0f} mm are required"
+        for approach in approaches
+        if not approach.allowed
     ]
 
 
 FIRST_STEP = 0.1
-"""Time between the first samples [s]; where that is too wide they are halved, where not it is saved."""
+"""Interval between the first samples [s]; intervals that are too wide are halved."""
 SHARE = 0.1
-"""Of a large margin, how much may be missed: 9 cm of room for 10 is as good an answer."""
+"""Share of a large margin by which it may be wrong: 9 cm instead of 10 is as good an answer."""
 
 
 def nearest(clearance: Clearance, trajectory: Trajectory) -> Approach:
     """Smallest margin by branch and bound over time.
 
-    While a joint travels by s, a margin changes by at most reach times s. Between two samples with
-    margins a and b it is therefore never below (a + b - sum of reach times travel) / 2. Intervals where
-    that does not settle the matter are halved, each for the rows that are still open.
+    While a joint travels by s, a margin changes by at most reach times s. Between two samples with margins a
+    and b, it is therefore never below (a + b - sum of reach times travel) / 2. Intervals for which this bound
+    is not sufficient are halved, for their open rows only.
     """
     names = clearance.names
     if not names:
@@ -121,25 +124,26 @@ def nearest(clearance: Clearance, trajectory: Trajectory) -> Approach:
     count = int(np.ceil(trajectory.duration / FIRST_STEP)) + 1
     states = trajectory.at(np.linspace(0.0, trajectory.duration, max(count, 2)))
     samples = _Ends.of(states, clearance.margins(states.position))
-    found = samples.lowest(names)
+    smallest = samples.lowest(names)
     left, right = samples.rows(slice(0, -1)), samples.rows(slice(1, None))
     while True:
         lowest = bounds.lowest(left, right)
-        is_open = lowest < found.margin - max(RESOLUTION, SHARE * found.margin)
-        found = found._replace(bound=min(found.bound, float(np.min(lowest[~is_open], initial=np.inf))))
+        is_open = lowest < smallest.margin - max(RESOLUTION, SHARE * smallest.margin)
+        proven = float(np.min(lowest[~is_open], initial=np.inf))
+        smallest = smallest._replace(bound=min(smallest.bound, proven))
         left, right = left.take(is_open), right.take(is_open)
         if not len(left.time):
-            return found
+            return smallest
         states = trajectory.at(0.5 * (left.time + right.time))
         wanted = np.isfinite(left.margin)
         middle = _Ends.of(states, clearance.some_margins(states.position, wanted))
-        bound = min(found.bound, float(np.min(middle.margin)))
-        found = min(found, middle.lowest(names))._replace(bound=bound)
+        bound = min(smallest.bound, float(np.min(middle.margin)))
+        smallest = min(smallest, middle.lowest(names))._replace(bound=bound)
         left, right = left.join(middle), middle.join(right)
 
 
 class _Ends(NamedTuple):
-    """One end of k intervals: time (k,), speed (k, n), margin (k, m), infinite where it is settled."""
+    """One end of k intervals: time (k,), speed (k, n) and margin (k, m), infinite for rows that are done."""
 
     time: np.ndarray
     speed: np.ndarray
@@ -147,32 +151,32 @@ class _Ends(NamedTuple):
 
     @classmethod
     def of(cls, states: States, margin: np.ndarray) -> "_Ends":
-        # a margin that could not be measured counts as none at all
+        # a margin that could not be computed counts as minus infinity
         return cls(states.time, np.abs(states.velocity), np.where(np.isnan(margin), -np.inf, margin))
 
     def lowest(self, names: list[str]) -> Approach:
-        """The smallest margin, as far as these samples show."""
+        """The smallest margin of these samples."""
         row, column = np.unravel_index(np.argmin(self.margin), self.margin.shape)
         smallest = float(self.margin[row, column])
         return Approach(smallest, float(self.time[row]), names[column], smallest)
 
-    def rows(self, kept: slice | np.ndarray) -> "_Ends":
-        return _Ends(*(part[kept] for part in self))
+    def rows(self, selected: slice | np.ndarray) -> "_Ends":
+        return _Ends(*(part[selected] for part in self))
 
     def take(self, is_open: np.ndarray) -> "_Ends":
         """The intervals with an open row."""
-        kept = np.any(is_open, axis=1)
-        return _Ends(self.time, self.speed, np.where(is_open, self.margin, np.inf)).rows(kept)
+        selected = np.any(is_open, axis=1)
+        return _Ends(self.time, self.speed, np.where(is_open, self.margin, np.inf)).rows(selected)
 
     def join(self, other: "_Ends") -> "_Ends":
         return _Ends(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
 class _Bounds(NamedTuple):
-    """What a whole trajectory keeps to.
+    """Bounds that hold over the entire trajectory.
 
     Attributes:
-        reach: Shape (m, n) [m/rad].
+        reach: Largest change of each margin per unit of joint motion, shape (m, n) [m/rad].
         velocity: Largest speed of each joint, shape (n,) [rad/s].
         acceleration: Largest acceleration either way, shape (n,) [rad/s^2].
     """
@@ -185,14 +189,14 @@ class _Bounds(NamedTuple):
     def of(cls, clearance: Clearance, trajectory: Trajectory) -> "_Bounds":
         extremes = trajectory.extremes()
         position, velocity, acceleration = (
-            np.maximum(np.abs(found.lower), np.abs(found.upper)) for found in extremes[:3]
+            np.maximum(np.abs(reached.lower), np.abs(reached.upper)) for reached in extremes[:3]
         )
         return cls(clearance.reach(position), velocity, acceleration)
 
     def lowest(self, left: _Ends, right: _Ends) -> np.ndarray:
-        """No margin is below this between the ends, shape (k, m) [m]."""
+        """Lower bound of the margins between the ends, shape (k, m) [m]."""
         step = (right.time - left.time)[:, None]
-        # speed at either end plus acceleration times time since; the smaller of the two, integrated
+        # speed at either end plus acceleration times elapsed time; the smaller of the two, integrated
         from_ends = 0.5 * step * (left.speed + right.speed) + 0.25 * step**2 * self.acceleration
         travel = np.minimum(self.velocity * step, from_ends)
         return 0.5 * (left.margin + right.margin - travel @ self.reach.T)

@@ -1,4 +1,4 @@
-"""Collision: distances between the arm's own bodies and to obstacles, and which pairs need no watching."""
+"""Collision: distances between the arm's bodies and to obstacles, and the pairs that are not checked."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -17,58 +17,58 @@ from .configurations import random_positions
 from .poses import cover, joint_poses, moves, reach, slopes
 
 TRIED = 200
-"""Random positions: the share of them is then known to 1.5 % where it is 95 %."""
+"""Number of random positions: the standard error of a share of 95 % is then 1.5 %."""
 SHARE = 0.95
-"""Of random positions, in which two bodies that are together by design are near each other."""
+"""Share of random positions in which two bodies must be near each other to count as near by design."""
 BY_DESIGN = 0.025
-"""Gap under which two bodies count as together [m]: what a housing leaves around its joint."""
+"""Gap below which two bodies count as near each other [m]: the gap of a housing around its joint."""
 
 
 class ExcludedPair(NamedTuple):
-    """Two bodies that are not watched.
+    """Two bodies whose distance is not checked.
 
     Attributes:
         first: Name of a body: its link and a number.
-        second: Name of the other.
-        reason: Why.
-        near: Share of random positions in which they are near each other; NaN where it was not tried.
+        second: Name of the other body.
+        reason: Reason for the exclusion.
+        near_share: Share of random positions in which they are near each other; NaN if not computed.
     """
 
     first: str
     second: str
     reason: str
-    near: float = np.nan
+    near_share: float = np.nan
 
 
 def choose_pairs(
     robot: Robot, geometry: pin.GeometryModel, required: float, ignored: Collection[tuple[str, str]]
 ) -> tuple[pin.GeometryModel, list[ExcludedPair]]:
-    """A copy of the geometry with the pairs to watch, and the pairs left out.
+    """A copy of the geometry with the pairs to check, and the excluded pairs.
 
-    Bodies fixed to each other are no pair at all. Links next to each other are left out, and so are
-    bodies that are nearer than the required distance, or 25 mm, in more than 95 % of random positions:
-    they are together by design, as the third joint of a wrist is with the first. From obstacles only bodies
-    are left out that no more than one joint moves, as the column of an arm on its table.
+    Bodies fixed to each other form no pair. Adjacent links are excluded. So are bodies that are nearer than
+    the required distance, or 25 mm, in more than 95 % of random positions: they are near each other by
+    design, like the first and third joint of a wrist. A pair with an obstacle is excluded only if at most one
+    joint moves the body, such as the column of an arm on its table.
 
     Raises:
-        RobotError: The geometry is of another robot, or a link to be ignored has no body.
+        RobotError: The geometry belongs to another robot, or a link to ignore has no body.
     """
     _check(robot, geometry)
-    bodies, watched = geometry.geometryObjects, geometry.copy()
-    watched.removeAllCollisionPairs()
-    asked, excluded = _asked(robot, geometry, ignored), []
+    bodies, checked = geometry.geometryObjects, geometry.copy()
+    checked.removeAllCollisionPairs()
+    ignored_links, excluded = _ignored_links(robot, geometry, ignored), []
     for first, second in combinations(range(len(bodies)), 2):
-        one, other = bodies[first], bodies[second]
-        links = frozenset((_link(robot, one), _link(robot, other)))
-        if one.parentJoint == other.parentJoint:
+        body, other = bodies[first], bodies[second]
+        links = frozenset((_link(robot, body), _link(robot, other)))
+        if body.parentJoint == other.parentJoint:
             continue
-        if links in asked:
-            excluded.append(ExcludedPair(one.name, other.name, "asked for"))
-        elif _adjacent(robot, geometry, one, other):
-            excluded.append(ExcludedPair(one.name, other.name, "neighbours"))
+        if links in ignored_links:
+            excluded.append(ExcludedPair(body.name, other.name, "ignored"))
+        elif _adjacent(robot, geometry, body, other):
+            excluded.append(ExcludedPair(body.name, other.name, "adjacent"))
         else:
-            watched.addCollisionPair(pin.CollisionPair(first, second))
-    return watched, excluded + _remove_together(robot, watched, max(required, BY_DESIGN))
+            checked.addCollisionPair(pin.CollisionPair(first, second))
+    return checked, excluded + _remove_together(robot, checked, max(required, BY_DESIGN))
 
 
 def _check(robot: Robot, geometry: pin.GeometryModel) -> None:
@@ -78,16 +78,16 @@ def _check(robot: Robot, geometry: pin.GeometryModel) -> None:
         if not fits or model.frames[body.parentFrame].parentJoint != body.parentJoint:
             raise RobotError(
                 f"{robot.name}: body '{body.name}' belongs to frame {body.parentFrame} of joint "
-                f"{body.parentJoint}, which this robot does not have; read robot and geometry from one file"
+                f"{body.parentJoint}, which this robot does not have. Read robot and geometry from one file"
             )
 
 
 def _link(robot: Robot, body: pin.GeometryObject) -> str:
-    """Name of the link; an obstacle's own, which belongs to none."""
+    """Name of the body's link, or of the obstacle itself, which belongs to no link."""
     return str(robot.kinematics.frames[body.parentFrame].name if body.parentFrame else body.name)
 
 
-def _asked(
+def _ignored_links(
     robot: Robot, geometry: pin.GeometryModel, ignored: Collection[tuple[str, str]]
 ) -> set[frozenset[str]]:
     links = sorted({_link(robot, body) for body in geometry.geometryObjects})
@@ -100,12 +100,12 @@ def _asked(
 
 
 def _adjacent(
-    robot: Robot, geometry: pin.GeometryModel, one: pin.GeometryObject, other: pin.GeometryObject
+    robot: Robot, geometry: pin.GeometryModel, first: pin.GeometryObject, second: pin.GeometryObject
 ) -> bool:
-    """Whether one link carries the other with no third body on the way."""
+    """Whether one link carries the other with no body in between."""
     frames = robot.kinematics.frames
     with_body = {body.parentFrame for body in geometry.geometryObjects}
-    for upper, lower in ((one, other), (other, one)):
+    for upper, lower in ((first, second), (second, first)):
         at = lower.parentFrame
         while at > 0:
             at = frames[at].parentFrame
@@ -116,47 +116,48 @@ def _adjacent(
     return False
 
 
-def _may_part(robot: Robot, geometry: pin.GeometryModel, pair: tuple[int, int]) -> bool:
-    """Whether a pair is of an obstacle and a body that several joints move, and so can be elsewhere."""
+def _can_separate(robot: Robot, geometry: pin.GeometryModel, pair: tuple[int, int]) -> bool:
+    """Whether a pair consists of an obstacle and a body that several joints can move away from it."""
     bodies, parents = [geometry.geometryObjects[place] for place in pair], robot.kinematics.parents
     moved = any(body.parentJoint and parents[body.parentJoint] for body in bodies)
     return moved and any(body.parentFrame == 0 for body in bodies)
 
 
-def _remove_together(robot: Robot, watched: pin.GeometryModel, gap: float) -> list[ExcludedPair]:
-    """Take out pairs that are together by design, and name them."""
-    data, placed = robot.kinematics.createData(), watched.createData()
-    pairs = [(pair.first, pair.second) for pair in watched.collisionPairs]
-    near = np.zeros(len(pairs), int)
+def _remove_together(robot: Robot, checked: pin.GeometryModel, gap: float) -> list[ExcludedPair]:
+    """Remove pairs that are near each other by design, and return them."""
+    data, placed = robot.kinematics.createData(), checked.createData()
+    pairs = [(pair.first, pair.second) for pair in checked.collisionPairs]
+    near_counts = np.zeros(len(pairs), int)
     for position in random_positions(robot, TRIED):
-        pin.computeDistances(robot.kinematics, data, watched, placed, position)
-        near += np.array([result.min_distance < gap for result in placed.distanceResults], bool)
+        pin.computeDistances(robot.kinematics, data, checked, placed, position)
+        near_counts += np.array([result.min_distance < gap for result in placed.distanceResults], bool)
     excluded = []
-    for pair, count in zip(pairs, near, strict=True):
-        if count > SHARE * TRIED and not _may_part(robot, watched, pair):
-            first, second = (watched.geometryObjects[body].name for body in pair)
+    for pair, count in zip(pairs, near_counts, strict=True):
+        if count > SHARE * TRIED and not _can_separate(robot, checked, pair):
+            first, second = (checked.geometryObjects[body].name for body in pair)
             excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design", float(count) / TRIED))
-            watched.removeCollisionPair(pin.CollisionPair(*pair))
+            checked.removeCollisionPair(pin.CollisionPair(*pair))
     return excluded
 
 
 REQUIRED = 0.02
-"""Distance kept between bodies by default [m]: tracking error, and what a mesh leaves out."""
+"""Default required distance between bodies [m], for tracking error and details that meshes omit."""
 TOLERANCE = 1e-10
-"""Of distances [m]. Coal's 1e-6 costs no less and leaves nearest points, and so gradients, in warning."""
+"""Tolerance of distances [m]. Coal's default of 1e-6 is no faster, and makes nearest points inaccurate, and
+with them the gradients."""
 
 
 @dataclass(frozen=True, eq=False)
 class Collision(Clearance):
-    """Distances between bodies of one arm, less the distance they must keep.
+    """Distances between bodies of one arm, less the required distance.
 
-    Meshes count as their convex hulls, so bodies are never nearer than computed.
+    Meshes are replaced by their convex hulls, so bodies are never nearer than computed.
 
     Attributes:
         kinematics: Pinocchio model with n joints.
-        geometry: Bodies, and the m pairs that are watched.
-        required: Distance that each pair must keep [m].
-        excluded: Pairs that are not watched, and why.
+        geometry: Bodies, and the m pairs that are checked.
+        required: Required distance of each pair [m].
+        excluded: Pairs that are not checked, and why.
     """
 
     kinematics: pin.Model
@@ -172,22 +173,22 @@ class Collision(Clearance):
         required: float = REQUIRED,
         ignored: Collection[tuple[str, str]] = (),
     ) -> "Collision":
-        """All pairs that can collide, but for neighbours.
+        """Collision with all pairs that can collide, except adjacent links.
 
         Args:
-            robot: Whose joints carry the bodies.
-            geometry: As `read_geometry` gives it for the same robot.
-            required: Distance to keep [m].
-            ignored: Names of two links each that need not be watched.
+            robot: Robot whose joints carry the bodies.
+            geometry: Geometry that `read_geometry` returns for this robot.
+            required: Required distance [m].
+            ignored: Pairs of link names that are not checked.
 
         Raises:
-            RobotError: The geometry is of another robot, or an ignored link has none.
+            RobotError: The geometry belongs to another robot, or an ignored link has no body.
         """
-        watched, excluded = choose_pairs(robot, geometry, required, ignored)
-        return cls(robot.kinematics, watched, required, tuple(excluded))
+        checked, excluded = choose_pairs(robot, geometry, required, ignored)
+        return cls(robot.kinematics, checked, required, tuple(excluded))
 
     @property
-    def kept(self) -> float:
+    def required_distance(self) -> float:
         return self.required
 
     @property
@@ -197,21 +198,21 @@ class Collision(Clearance):
 
     @property
     def _pairs(self) -> np.ndarray:
-        """Places of both bodies of each pair, shape (m, 2)."""
+        """Indices of both bodies of each pair, shape (m, 2)."""
         return np.array([[p.first, p.second] for p in self.geometry.collisionPairs], int).reshape(-1, 2)
 
     def distances(self, position: np.ndarray) -> np.ndarray:
-        """Distance of each pair, negative by the depth where they overlap; shape (t, m) [m]."""
-        found = np.empty((len(position), len(self.geometry.collisionPairs)))
+        """Distance of each pair, shape (t, m) [m]; minus the penetration depth if they overlap."""
+        distances = np.empty((len(position), len(self.geometry.collisionPairs)))
         for row, results in enumerate(self._measured(position)):
-            found[row] = [result.min_distance for result in results]
-        return found
+            distances[row] = [result.min_distance for result in results]
+        return distances
 
     def distances_and_gradient(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances, shape (t, m) [m], and their change with each joint, shape (t, m, n) [m/rad].
+        """Distances, shape (t, m) [m], and their derivatives by joint position, shape (t, m, n) [m/rad].
 
-        A distance changes by the velocity of the nearest points along the normal; where bodies overlap
-        the same holds of the points where they are deepest.
+        The derivative is the relative velocity of the nearest points along the normal, or of the points of
+        deepest penetration if the bodies overlap.
         """
         count = len(self.geometry.collisionPairs)
         distance = np.empty((len(position), count))
@@ -234,31 +235,31 @@ class Collision(Clearance):
 
     def some_margins(self, position: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         data, placed = self.kinematics.createData(), _workspace(self.geometry)
-        found = np.full(wanted.shape, np.inf)
-        for row, one in enumerate(position):
-            pin.updateGeometryPlacements(self.kinematics, data, self.geometry, placed, one)
+        margins = np.full(wanted.shape, np.inf)
+        for row, configuration in enumerate(position):
+            pin.updateGeometryPlacements(self.kinematics, data, self.geometry, placed, configuration)
             for pair in np.flatnonzero(wanted[row]):
                 result = pin.computeDistance(self.geometry, placed, int(pair))
-                found[row, pair] = result.min_distance - self.required
-        return found
+                margins[row, pair] = result.min_distance - self.required
+        return margins
 
     def reach(self, travel: np.ndarray) -> np.ndarray:
         joints = joints_of(self.kinematics)
         covers = [cover(body) for body in self.geometry.geometryObjects]
-        # either body may be seen as the one at rest; the bound that is tighter holds
+        # either body may be regarded as the one at rest; the tighter bound holds
         far = np.array([[reach(joints, j, c, travel) for j in range(len(joints))] for c in covers])
         nearer = np.min(far[self._pairs], axis=1)
         return nearer * np.abs(self._between(joints))
 
     def _between(self, joints: list[Joint]) -> np.ndarray:
-        """1 where a joint moves a pair's second body only, -1 the first only, 0 both; shape (m, n)."""
+        """1 if a joint moves only the second body of a pair, -1 only the first, 0 both or neither; (m, n)."""
         bodies = self.geometry.geometryObjects
         carried = np.array([moves(joints, body.parentJoint - 1) for body in bodies], int)
         first, second = np.moveaxis(carried.reshape(-1, len(joints))[self._pairs], 1, 0)
         return second - first
 
     def _measured(self, position: np.ndarray) -> Iterator[pin.StdVec_DistanceResult]:
-        """Results of all pairs, sample by sample; each is overwritten by the next."""
+        """Results of all pairs, sample by sample; the next sample overwrites them."""
         data, placed = self.kinematics.createData(), _workspace(self.geometry)
         for row in position:
             pin.computeDistances(self.kinematics, data, self.geometry, placed, row)

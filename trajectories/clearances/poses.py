@@ -1,4 +1,4 @@
-"""Where joints are, how a point answers to each joint, and how far from its axis a body can get."""
+"""Joint frames, the velocity of points per joint, and the largest distance of bodies from joint axes."""
 
 from typing import Any, NamedTuple
 
@@ -12,9 +12,9 @@ class Poses(NamedTuple):
     """Frames that the joints move, in the base frame.
 
     Attributes:
-        rotation: Shape (t, n, 3, 3).
-        origin: Shape (t, n, 3) [m].
-        axis: Direction that each joint revolute about or slides along, shape (t, n, 3).
+        rotation: Rotation of each frame, shape (t, n, 3, 3).
+        origin: Origin of each frame, shape (t, n, 3) [m].
+        axis: Direction of each revolute or prismatic joint axis, shape (t, n, 3).
     """
 
     rotation: np.ndarray
@@ -48,19 +48,19 @@ def _turned(joint: Joint, angle: np.ndarray) -> np.ndarray:
 
 
 def slopes(joints: list[Joint], poses: Poses, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    r"""How far a point moves along a direction as each joint alone moves, were it fixed to its link.
+    r"""Derivative of a point's position along a direction by each joint, as if the joint carried the point.
 
     For a joint about axis a through o this is :math:`d \cdot (a \times (p - o))`
-    :math:`= (p \times d) \cdot a - d \cdot (a \times o)`: two matrix products a sample.
+    :math:`= (p \times d) \cdot a - d \cdot (a \times o)`: two matrix products per sample.
 
     Args:
         joints: The n joints.
-        poses: Where they are.
-        point: In the base frame, shape (t, m, 3) [m].
-        direction: In the base frame, shape (t, m, 3) [-].
+        poses: Poses of the joints.
+        point: Points in the base frame, shape (t, m, 3) [m].
+        direction: Directions in the base frame, shape (t, m, 3) [-].
 
     Returns:
-        Shape (t, m, n) [m/rad], or [m/m] where the joint slides.
+        Derivatives, shape (t, m, n) [m/rad], or [m/m] for a prismatic joint.
     """
     revolute = np.array([joint.revolute for joint in joints])
     along = np.swapaxes(poses.axis, 1, 2)
@@ -70,7 +70,7 @@ def slopes(joints: list[Joint], poses: Poses, point: np.ndarray, direction: np.n
 
 
 def moves(joints: list[Joint], body: int) -> np.ndarray:
-    """Which joints carry a body, shape (n,) of bool; body -1 is the base, j what joint j moves."""
+    """Which joints carry a body, bool of shape (n,); body -1 is the base, body j the link of joint j."""
     carried = np.zeros(len(joints), bool)
     while body >= 0:
         carried[body] = True
@@ -79,13 +79,13 @@ def moves(joints: list[Joint], body: int) -> np.ndarray:
 
 
 class Cover(NamedTuple):
-    """Points whose convex hull holds a body, or its core where it is that and a radius all around.
+    """Points whose convex hull contains a body, or the core of a body that is a core with a radius.
 
-    A distance from a ball is that from its centre less a constant, so its radius changes no bound.
+    The distance from a ball is that from its center less a constant, so its radius changes no bound.
 
     Attributes:
-        body: The joint that carries it, -1 for the base.
-        points: In that joint's frame, shape (k, 3) [m].
+        body: Index of the joint that carries the body, -1 for the base.
+        points: Points in that joint's frame, shape (k, 3) [m].
     """
 
     body: int
@@ -93,7 +93,7 @@ class Cover(NamedTuple):
 
 
 FAR = 1e6
-"""A point of a half-space, which has no end [m]: of a pair's two bounds that of the other body then holds."""
+"""Coordinate of a point of an unbounded half-space [m]: the bound of the pair's other body is tighter."""
 
 
 def cover(body: pin.GeometryObject) -> Cover:
@@ -123,40 +123,40 @@ def _box(shape: Any) -> np.ndarray:
 def reach(joints: list[Joint], joint: int, cover: Cover, travel: np.ndarray) -> float:
     """Largest distance of a body's points from a joint's axis over all positions [m].
 
-    The path from the axis to the body through the joints between is at most this long: on each link
-    from where it is entered to where it is left. So the body moves past the axis, as seen from the other
-    side of the joint, at no more than this times the joint's velocity.
+    This is the length of the path from the axis to the body through the joints in between: on each link, from
+    the joint at which the path enters to that at which it leaves. So the body moves relative to the axis, as
+    seen from the other side of the joint, at no more than this length times the joint's velocity.
 
     Args:
         joints: The n joints.
-        joint: Whose axis.
-        cover: The body.
-        travel: Largest distance from zero of the joints that slide, shape (n,) [m].
+        joint: Index of the joint.
+        cover: Cover of the body.
+        travel: Largest distance from zero of the prismatic joints, shape (n,) [m].
 
     Returns:
-        1 for a joint that slides: what it moves is as fast as itself.
+        The distance; 1 for a prismatic joint, whose body is as fast as the joint.
     """
-    own = joints[joint]
-    if not own.revolute:
+    pivot = joints[joint]
+    if not pivot.revolute:
         return 1.0
     down = bool(moves(joints, cover.body)[joint])
-    entry, axis = (np.zeros(3), own.axis)
+    entry, axis = (np.zeros(3), pivot.axis)
     if not down:
-        entry, axis = own.placement.translation, own.placement.rotation @ own.axis
-    here, length = joint if down else own.parent, 0.0
+        entry, axis = pivot.placement.translation, pivot.placement.rotation @ pivot.axis
+    current, length = joint if down else pivot.parent, 0.0
     across: np.ndarray | None = axis
-    for step in _path(joints, here, cover.body):
-        deeper = step >= 0 and joints[step].parent == here
-        crossed = step if deeper else here
+    for step in _path(joints, current, cover.body):
+        deeper = step >= 0 and joints[step].parent == current
+        crossed = step if deeper else current
         hinge = joints[crossed].placement.translation
         length += _gap(entry, across, (hinge if deeper else np.zeros(3))[None])
         length += 0.0 if joints[crossed].revolute else float(travel[crossed])
-        here, entry, across = step, (np.zeros(3) if deeper else hinge), None
+        current, entry, across = step, (np.zeros(3) if deeper else hinge), None
     return length + _gap(entry, across, cover.points)
 
 
 def _path(joints: list[Joint], start: int, end: int) -> list[int]:
-    """Bodies from `start`, which is left out, to `end`."""
+    """Bodies on the path from `start`, which is excluded, to `end`."""
     up, down = _to_base(joints, start), _to_base(joints, end)
     while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
         up.pop()

@@ -1,4 +1,4 @@
-"""Region: where a point of the arm may be, as the `[[region]]` rows of a TOML file give it."""
+"""Region: where a point of the arm may be, from the `[[region]]` rows of a TOML file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ class HalfSpace(NamedTuple):
     """Points p of the base frame with normal . p <= offset.
 
     Attributes:
-        normal: Unit vector out of the allowed side, shape (3,).
+        normal: Unit vector that points out of the allowed side, shape (3,).
         offset: Offset of the wall from the base along the normal [m].
-        name: What it is called in messages.
+        name: Name in messages.
     """
 
     normal: np.ndarray
@@ -34,7 +34,7 @@ class HalfSpace(NamedTuple):
 
     @classmethod
     def of(cls, normal: np.ndarray, offset: float) -> "HalfSpace":
-        """With a normal of any length, which is scaled to 1; the offset is in metres as it is.
+        """Half-space from a normal of any length, which is normalized, and an offset [m], which is not.
 
         Raises:
             BadLimits: The normal has no direction.
@@ -42,7 +42,8 @@ class HalfSpace(NamedTuple):
         length = float(np.linalg.norm(normal))
         if not np.isfinite(length) or length == 0 or not np.isfinite(offset):
             raise BadLimits(
-                f"half-space: normal {list(normal)}, offset {offset}: give a direction and a length"
+                f"half-space: normal {list(normal)}, offset {offset}; expected a nonzero normal and a finite "
+                "offset"
             )
         return cls(
             np.asarray(normal, float) / length, offset, f"wall {[float(x) for x in normal]} <= {offset:g} m"
@@ -50,10 +51,10 @@ class HalfSpace(NamedTuple):
 
 
 def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
-    """Half-spaces of a box in the base frame from corner to corner, shape (3,) [m]; infinite is no wall.
+    """Half-spaces of a box in the base frame between two corners, shape (3,) [m]; infinite means no wall.
 
     Raises:
-        BadLimits: It holds no point.
+        BadLimits: The box is empty.
     """
     walls = []
     for place, name in enumerate("xyz"):
@@ -69,15 +70,15 @@ def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
 
 @dataclass(frozen=True, eq=False)
 class Region(Clearance):
-    """A ball around a point of the arm, and the walls that it must stay behind.
+    """A ball around a point of the arm, and the walls behind which it must stay.
 
     Attributes:
         kinematics: Pinocchio model with n joints.
-        point: Name of what is kept inside.
-        body: The joint that carries it, -1 for the base.
-        place: Its place in that joint's frame, shape (3,) [m].
+        point: Name of the point.
+        body: Index of the joint that carries the point, -1 for the base.
+        place: Position of the point in that joint's frame, shape (3,) [m].
         radius: Radius of the ball [m].
-        walls: In the base frame, one a row.
+        walls: Walls in the base frame, one for each row.
     """
 
     kinematics: pin.Model
@@ -99,20 +100,20 @@ class Region(Clearance):
         """Region of a point in the frame of the flange, or of a joint, link or frame by name.
 
         Args:
-            robot: Whose point it is.
+            robot: Robot with the point.
             point: "flange", or the name of a joint, link or frame.
-            walls: As `box` and `HalfSpace.of` give them.
+            walls: Walls from `box` and `HalfSpace.of`.
             offset: Offset of the point in that frame, shape (3,) [m].
             radius: Radius of the ball around it [m].
 
         Raises:
             RobotError: The robot has no such frame.
-            BadLimits: There is no wall, or a negative radius.
+            BadLimits: There is no wall, or the radius is negative.
         """
         if not walls or not radius >= 0 or not np.all(np.isfinite([radius, *offset])):
             raise BadLimits(
-                f"region of {point}: {len(walls)} walls, radius {radius} m, offset {list(offset)} m; give at "
-                "least one wall that is not infinitely far, and a radius of at least 0"
+                f"region of {point}: {len(walls)} walls, radius {radius} m, offset {list(offset)} m; "
+                "expected at least one wall at a finite distance, and a radius of at least 0"
             )
         body, frame = _frame(robot, point)
         place = frame.rotation @ np.asarray(offset, float) + frame.translation
@@ -123,7 +124,7 @@ class Region(Clearance):
         return [f"{self.point} {wall.name}" for wall in self.walls]
 
     def points(self, position: np.ndarray) -> np.ndarray:
-        """Where the point is in the base frame, shape (t, 3) [m]."""
+        """Position of the point in the base frame, shape (t, 3) [m]."""
         if self.body < 0:
             return np.broadcast_to(self.place, (len(position), 3))
         poses = joint_poses(joints_of(self.kinematics), position)
@@ -150,14 +151,14 @@ class Region(Clearance):
         return np.array([wall.normal for wall in self.walls])
 
     def _room(self, point: np.ndarray) -> np.ndarray:
-        """Between the ball around points (t, 3) and each wall, shape (t, m) [m]."""
+        """Distance between the ball around points, shape (t, 3), and each wall, shape (t, m) [m]."""
         return np.array([wall.offset for wall in self.walls]) - point @ self._normals.T - self.radius
 
 
 def _frame(robot: Robot, point: str) -> tuple[int, pin.SE3]:
-    """The joint that carries a named frame, -1 for the base, and its placement there."""
+    """Index of the joint that carries a named frame, -1 for the base, and the frame's placement there."""
     model = robot.kinematics
-    if point == FLANGE:  # before a frame of that name, which a robot file may have moved the flange from
+    if point == FLANGE:  # takes precedence over a frame of that name, from which a file may move the flange
         return robot.dof - 1, robot.flange
     if point in robot.joints:
         return robot.joints.index(point), pin.SE3.Identity()
@@ -173,7 +174,7 @@ WALL_KEYS = ("normal", "offset")
 
 
 def read_regions(rows: object, robot: Robot) -> list[Region]:
-    """Regions of `[[region]]` rows, each for one point.
+    """Regions from `[[region]]` rows, each for one point.
 
     .. code-block:: toml
 
@@ -186,8 +187,8 @@ def read_regions(rows: object, robot: Robot) -> list[Region]:
         half_space = [{ normal = [1, 1, 0], offset = 0.8 }]    # wall 0.8 m from the base that way
 
     Raises:
-        RobotError: A row is wrong; the message names the key, what was found and what is valid.
-        BadLimits: A region without walls, or that holds no point.
+        RobotError: A row is wrong; the message names the key, its value and what is valid.
+        BadLimits: A region has no walls, or is empty.
     """
     return [_region(row, f"region {place + 1}", robot) for place, row in enumerate(tables(rows, "region"))]
 

@@ -1,1 +1,1 @@
-"""Distinguishing models that all explain the data so far."""
+"""Discrimination between models that all explain the data so far."""

@@ -1,4 +1,4 @@
-"""Distinction: how surely a run distinguishes each pair of hypotheses, and what would where no motion can."""
+"""Distinction: how reliably a run distinguishes each pair of hypotheses, and remedies if no motion can."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -15,9 +15,9 @@ from .remedies import REMEDIES, Remedy
 from .separation import Explanation, Hypothesis, Observation, explain, probability, separation_for
 
 STATES = 1000
-"""Random states of the arm that the most informative are chosen from."""
+"""Number of random states of the arm from which the most informative are chosen."""
 STEPS = 30
-"""Of the search for them; nearly every pair is decided by the third."""
+"""Maximum number of steps of that search; nearly every pair is decided by the third."""
 
 
 def most_informative(
@@ -28,38 +28,38 @@ def most_informative(
     rows: float,
     wanted: float = np.nan,
 ) -> tuple[float, float]:
-    """Lower and upper bound of the separation by rows at the most informative states.
+    """Lower and upper bound of the separation that rows at the most informative states achieve.
 
-    No motion is asked to join the states, so that none does better. With weights w over states that sum to
-    the rows, and the rival's best parameters for them, the separation is a lower bound of the best; since
-    any parameters of the rival are an upper bound for every w, so are all rows at the state where these
-    leave the most. Weights are multiplied by what is left until the bounds are on one side of `wanted`.
+    The states need not form a motion, so no motion achieves more. Let weights w over the states sum to the
+    number of rows. With the rival's best parameters for w, the separation is a lower bound of the optimum.
+    Any parameters of the rival give an upper bound: all rows at the state with the largest residual. Weights
+    are multiplied by the squared residual until both bounds are on one side of `wanted`.
 
     Args:
-        true: The hypothesis that is true.
-        rival: The one that explains it.
-        observation: How torque is seen; its rows are not used.
-        limits: Finite ones.
-        rows: Independent rows.
-        wanted: Separation of which only the side matters; NaN where the bounds do.
+        true: Hypothesis that is true.
+        rival: Hypothesis that explains the torque of the true one.
+        observation: How torque is observed; its number of rows is not used.
+        limits: Finite limits.
+        rows: Number of independent rows.
+        wanted: Separation with which the bounds are compared; NaN to compute the bounds themselves.
     """
     motion = states_within(limits, STATES)
     seen, torque = observation.seen(rival, motion), observation.seen(true, motion).torque
     kinds = len(observation.payloads)
     weight, low, high = np.full(STATES, rows / STATES), 0.0, np.inf
     for _ in range(STEPS):
-        found = explain(rival, seen, torque, np.tile(weight, kinds))
-        left = np.sum(found.residual**2, axis=1).reshape(kinds, STATES).sum(axis=0)
-        held = found.separation - float(weight @ left)  # what its priors charge the rival
-        low, high = max(low, found.separation), min(high, rows * float(left.max()) + held)
+        explanation = explain(rival, seen, torque, np.tile(weight, kinds))
+        squared_residual = np.sum(explanation.residual**2, axis=1).reshape(kinds, STATES).sum(axis=0)
+        held = explanation.separation - float(weight @ squared_residual)  # what its priors charge the rival
+        low, high = max(low, explanation.separation), min(high, rows * float(squared_residual.max()) + held)
         if low >= wanted or high < wanted or high - low <= 0.01 * high:
             break
-        weight = rows * weight * left / float(weight @ left)
+        weight = rows * weight * squared_residual / float(weight @ squared_residual)
     return low, high
 
 
 def states_within(limits: Limits, count: int, seed: int = 0) -> Motion:
-    """Random states within limits, near them as often as a sinusoid is, half of them slow."""
+    """Random states within limits, distributed like a sinusoid between them; half of them are slow."""
     random = np.random.default_rng(seed)
 
     def between(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
@@ -77,29 +77,29 @@ def states_within(limits: Limits, count: int, seed: int = 0) -> Motion:
 SURE = 0.95
 """Probability of choosing right from which two models count as distinguished."""
 HOUR = 3600.0
-"""Longest reasonable excitation of an arm [s]: what this leaves open stays open."""
+"""Longest reasonable excitation of an arm [s]: a pair that it cannot distinguish remains open."""
 MOST_RUNS = 128
-"""Of the same motion, beyond which repeating it is not worthwhile."""
+"""Maximum number of runs of the same motion; more are not worthwhile."""
 
 
 class Offer(NamedTuple):
-    """A remedy, and the probability of choosing right when the run is made once more with it [-]."""
+    """A remedy, and the probability of choosing right after repeating the run with it [-]."""
 
     name: str
     probability: float
 
 
 class Distinction(NamedTuple):
-    """What is to be had for one pair of hypotheses.
+    """How well one pair of hypotheses can be distinguished.
 
     Attributes:
-        pair: Their names.
-        probability_before: Probability of choosing right by the data so far [-].
-        probability_after: With one run of the motion as well [-].
-        runs: Repetitions of the motion, doubled until they suffice; None if `MOST_RUNS` do not.
-        probability_hour: Upper bound of what any motion does in an hour [-].
-        possible: Whether that is enough.
-        remedies: What else could be done, the best first; empty where the motion does.
+        pair: Names of the hypotheses.
+        probability_before: Probability of choosing right from the data so far [-].
+        probability_after: Probability of choosing right with one more run of the motion [-].
+        runs: Number of runs, a power of two, that distinguish the pair; None if `MOST_RUNS` are not enough.
+        probability_hour: Upper bound of the probability after an hour of any motion [-].
+        possible: Whether an hour of some motion may be enough.
+        remedies: Remedies, the best first; empty if the motion distinguishes the pair.
     """
 
     pair: tuple[str, str]
@@ -118,18 +118,18 @@ def distinguish(
     seconds: float,
     remedies: Sequence[Remedy] = REMEDIES,
 ) -> list[Distinction]:
-    """What a motion does for every pair of a goal's hypotheses.
+    """How well a motion distinguishes every pair of a goal's hypotheses.
 
     Args:
-        goal: Hypotheses and how torque is seen.
+        goal: Hypotheses, and how torque is observed.
         motion: Motion of one run.
-        limits: Finite ones, within which other motions might be.
-        seconds: Length of the run [s].
-        remedies: What is asked for pairs that the run leaves open.
+        limits: Finite limits of other motions.
+        seconds: Duration of the run [s].
+        remedies: Remedies to evaluate for pairs that the run leaves open.
     """
-    found = goal.explanations(motion)
-    places = combinations(range(len(goal.hypotheses)), 2)
-    return [_distinction(goal, motion, limits, seconds, remedies, found, pair) for pair in places]
+    explanations = goal.explanations(motion)
+    pairs = combinations(range(len(goal.hypotheses)), 2)
+    return [_distinction(goal, motion, limits, seconds, remedies, explanations, pair) for pair in pairs]
 
 
 def _distinction(
@@ -138,14 +138,18 @@ def _distinction(
     limits: Limits,
     seconds: float,
     remedies: Sequence[Remedy],
-    found: dict[Pair, Explanation],
+    explanations: dict[Pair, Explanation],
     pair: Pair,
 ) -> Distinction:
     orders = (pair, pair[::-1])
     before = min(goal.earlier[order] for order in orders)
-    after = probability(min(goal.earlier[order] + found[order].separation for order in orders))
-    hour = min(_most(goal, order, limits, goal.observation.rows * HOUR / seconds) for order in orders)
-    offers = [] if after >= SURE else [_offer(goal, motion, remedy, found, pair) for remedy in remedies]
+    after = probability(min(goal.earlier[order] + explanations[order].separation for order in orders))
+    hour = min(
+        _largest_separation(goal, order, limits, goal.observation.rows * HOUR / seconds) for order in orders
+    )
+    offers = (
+        [] if after >= SURE else [_offer(goal, motion, remedy, explanations, pair) for remedy in remedies]
+    )
     return Distinction(
         (goal.hypotheses[pair[0]].name, goal.hypotheses[pair[1]].name),
         probability(before),
@@ -158,21 +162,21 @@ def _distinction(
 
 
 def _offer(
-    goal: Discriminate, motion: Motion, remedy: Remedy, found: dict[Pair, Explanation], pair: Pair
+    goal: Discriminate, motion: Motion, remedy: Remedy, explanations: dict[Pair, Explanation], pair: Pair
 ) -> Offer:
-    """Both runs together: as it is, then with the remedy."""
+    """The probability after two runs, the first as planned, the second with the remedy."""
     totals = []
     for true, rival in (pair, pair[::-1]):
-        first = found[true, rival]
+        first = explanations[true, rival]
         case = remedy((goal.hypotheses[true], first.hypothesis), motion, goal.observation)
-        seen = [case.observation.seen(one, motion) for one in case.hypotheses]
-        again = explain(case.hypotheses[1], seen[1], seen[0].torque, case.observation.rows / len(motion))
-        totals.append(goal.earlier[true, rival] + first.separation + again.separation)
+        seen = [case.observation.seen(hypothesis, motion) for hypothesis in case.hypotheses]
+        second = explain(case.hypotheses[1], seen[1], seen[0].torque, case.observation.rows / len(motion))
+        totals.append(goal.earlier[true, rival] + first.separation + second.separation)
     return Offer(case.name, probability(min(totals)))
 
 
 def _runs(goal: Discriminate, motion: Motion, pair: Pair) -> int | None:
-    """Runs of the motion, in powers of two, that make the choice sure."""
+    """Number of runs of the motion, a power of two, that distinguish a pair; None if there are too many."""
     wanted, share = separation_for(SURE), goal.observation.rows / len(motion)
     seen = {place: goal.observation.seen(goal.hypotheses[place], motion) for place in pair}
     runs = 1
@@ -188,8 +192,8 @@ def _runs(goal: Discriminate, motion: Motion, pair: Pair) -> int | None:
     return None
 
 
-def _most(goal: Discriminate, order: Pair, limits: Limits, rows: float) -> float:
-    """Upper bound of the separation that so many rows of any motion can reach."""
+def _largest_separation(goal: Discriminate, order: Pair, limits: Limits, rows: float) -> float:
+    """Upper bound of the separation that a number of rows of any motion can reach."""
     true, rival = (goal.hypotheses[place] for place in order)
     earlier = float(goal.earlier[order])
     bounds = most_informative(true, rival, goal.observation, limits, rows, separation_for(SURE) - earlier)
@@ -197,30 +201,39 @@ def _most(goal: Discriminate, order: Pair, limits: Limits, rows: float) -> float
 
 
 def sentences(distinctions: Sequence[Distinction]) -> list[str]:
-    """The same for a person, one paragraph a pair."""
-    return [_sentence(one) for one in distinctions]
+    """A paragraph on each pair."""
+    return [_sentence(distinction) for distinction in distinctions]
 
 
-def _sentence(one: Distinction) -> str:
+def _sentence(distinction: Distinction) -> str:
     text = (
-        f"{one.pair[0]} or {one.pair[1]}: the probability of choosing right is "
-        f"{percent(one.probability_before, 3)} before the run and {percent(one.probability_after, 3)} after."
+        f"{distinction.pair[0]} or {distinction.pair[1]}: the probability of choosing right is "
+        f"{percent(distinction.probability_before, 3)} before the run and "
+        f"{percent(distinction.probability_after, 3)} after."
     )
-    if one.probability_after >= SURE:
+    if distinction.probability_after >= SURE:
         return text
-    if not one.possible:
+    if not distinction.possible:
         text += (
             " No motion distinguishes them: an hour at the most informative states within the limits "
-            f"leaves it at {percent(one.probability_hour, 3)} at most."
+            f"reaches at most {percent(distinction.probability_hour, 3)}."
         )
-    elif one.runs is not None:
-        text += f" About {one.runs} such runs distinguish them."
+    elif distinction.runs is not None:
+        text += f" About {distinction.runs} such runs distinguish them."
     else:
         text += f" More than {MOST_RUNS} such runs would be needed."
-    helping = [f"{o.name} ({percent(o.probability, 3)})" for o in one.remedies if o.probability >= SURE]
-    others = [f"{o.name} ({percent(o.probability, 3)})" for o in one.remedies if o.probability < SURE]
+    helping = [
+        f"{offer.name} ({percent(offer.probability, 3)})"
+        for offer in distinction.remedies
+        if offer.probability >= SURE
+    ]
+    others = [
+        f"{offer.name} ({percent(offer.probability, 3)})"
+        for offer in distinction.remedies
+        if offer.probability < SURE
+    ]
     if helping:
-        text += f" What would: the same run once more, with {' or '.join(helping)}."
+        text += f" To distinguish them, repeat the run with {' or '.join(helping)}."
     if others:
-        text += f" What would not: {', '.join(others)}."
+        text += f" Not sufficient: {', '.join(others)}."
     return text

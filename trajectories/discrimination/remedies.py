@@ -1,7 +1,7 @@
-"""Remedies: what would distinguish two models that a run of the arm as it stands cannot.
+"""Remedies: changes to the setup that distinguish two models if no run of the unchanged arm can.
 
-Each is computed by the same separation as the run itself: the run is made once as it is and once more with
-something changed, and what the rival has learned in the first binds it in the second.
+Each is evaluated by the same separation as the run itself: the run is made once as planned and once with the
+change, and the rival's parameters from the first constrain it in the second.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,18 +20,18 @@ from ..search.unknowns import DriveGains
 from .separation import Hypothesis, Observation
 
 TILT = np.deg2rad(15.0)
-"""Of the base [rad]: a quarter of the weight across, and still within what wedges under a base plate do."""
+"""Tilt of the base [rad]: a quarter of the weight acts across, and wedges under a base plate suffice."""
 BODY = "known body"
 """Name of the run that carries the known payload."""
 PAYLOAD_SHARE = 0.1
-"""Mass of the known payload over that of the links: most arms carry a quarter of their own or more."""
+"""Mass of the known payload over that of the links: most arms can carry a quarter of their mass or more."""
 REACH = np.array([0.05, 0.0, 0.1])
-"""Its centre of mass from the flange [m]: out of the last axis, so that every joint feels it."""
+"""Center of mass of the known payload from the flange [m]: off the last axis, to load every joint."""
 RADIUS = 0.05
-"""Of gyration of the known payload [m]."""
+"""Radius of gyration of the known payload [m]."""
 TWIST_ERROR = 0.006
-"""Of a link-side encoder's reading, over the gear's twist at full torque: 20 bits are 6 microradians, and a
-gear twists a milliradian."""
+"""Error of a link-side encoder over the gear's twist at full torque: 20 bit are 6 microradians, and a gear
+twists by a milliradian."""
 STIFFNESS_TOLERANCE = 0.3
 """Relative standard deviation of a gear's stiffness from its catalogue."""
 
@@ -40,9 +40,9 @@ class Case(NamedTuple):
     """Another run of the same motion.
 
     Attributes:
-        name: What is changed, as "with ..." would be continued.
-        hypotheses: What they are then; the first parameters are those that the hypotheses have now.
-        observation: What is then seen.
+        name: Name of the change, to follow "with".
+        hypotheses: Hypotheses with the change; their first parameters are those of the unchanged hypotheses.
+        observation: Observation with the change.
     """
 
     name: str
@@ -54,13 +54,13 @@ Remedy = Callable[[Sequence[Hypothesis], Motion, Observation], Case]
 
 
 def known_payload(hypotheses: Sequence[Hypothesis], motion: Motion, observation: Observation) -> Case:
-    """A body whose mass, centre of mass and inertia are known; the motion may need smaller torque limits."""
+    """A payload of known mass, center of mass and inertia; the motion may then exceed torque limits."""
     robot = hypotheses[0].model.robot
     links = sum(inertia.mass for inertia in tuple(robot.kinematics.inertias)[1:])
     mass = PAYLOAD_SHARE * links if links > 0 else 1.0  # a kilogram where the links' masses are unknown
     inertia = mass * RADIUS**2
     body = Payload(BODY, known_parameters(mass, REACH.tolist(), (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
-    changed = tuple(one.changed(lambda model: model + body) for one in hypotheses)
+    changed = tuple(hypothesis.changed(lambda model: model + body) for hypothesis in hypotheses)
     return Case(f"a known payload of {mass:.3g} kg", changed, replace(observation, payloads=(BODY,)))
 
 
@@ -75,7 +75,7 @@ def tilted(axis: int) -> Remedy:
             return replace(model, robot=replace(model.robot, kinematics=kinematics))
 
         name = f"the base tilted by {np.rad2deg(TILT):.0f} degrees about {'xyz'[axis]}"
-        return Case(name, tuple(one.changed(tilt) for one in hypotheses), observation)
+        return Case(name, tuple(hypothesis.changed(tilt) for hypothesis in hypotheses), observation)
 
     return case
 
@@ -83,20 +83,21 @@ def tilted(axis: int) -> Remedy:
 def link_encoders(hypotheses: Sequence[Hypothesis], motion: Motion, observation: Observation) -> Case:
     """Encoders behind the gears.
 
-    Beside the motor's, one shows the gear's twist, which is the torque that the gear transmits over a
-    stiffness known but roughly: gravity, inertia and springs, but neither friction nor drive gain. It
-    distinguishes what sits before the gear from what sits behind it, and no two causes on the same side.
+    Together with the motor encoder, a link-side encoder measures the gear's twist, which is the transmitted
+    torque over a roughly known stiffness. It contains gravity, inertia and springs, but neither friction nor
+    drive gain. So it distinguishes causes on the motor side from causes on the link side, but not two causes
+    on the same side.
     """
     full = hypotheses[0].model.robot.limits.torque
     torque = observation.seen(hypotheses[0], motion).torque * observation.noise
     peak = np.where(np.isfinite(full), full, np.max(np.abs(torque), axis=0))
     noise = np.where(peak > 0, TWIST_ERROR * peak, np.inf)  # a joint without torque shows no twist
-    behind = tuple(_behind_gears(one) for one in hypotheses)
+    behind = tuple(_behind_gears(hypothesis) for hypothesis in hypotheses)
     return Case("link-side encoders", behind, replace(observation, noise=noise))
 
 
 def _behind_gears(hypothesis: Hypothesis) -> Hypothesis:
-    """The same parameters, in what the gears transmit, and the stiffness of every gear."""
+    """The hypothesis in terms of transmitted torque, with the compliance of every gear as a parameter."""
     model, count = hypothesis.model, len(hypothesis.values)
     held = {name: Prior(value) for name, value in zip(model.names, hypothesis.values, strict=True)}
     behind = replace(model, effects=tuple(BehindGear(effect) for effect in model.effects), stated=held)
@@ -110,10 +111,10 @@ def _behind_gears(hypothesis: Hypothesis) -> Hypothesis:
 
 @dataclass(frozen=True)
 class BehindGear(Effect):
-    """What a gear transmits of an effect: all of it, or nothing.
+    """The part of an effect that a gear transmits: all of it, or nothing.
 
     Attributes:
-        effect: As the motor feels it.
+        effect: The effect on the motor side.
     """
 
     effect: Effect
@@ -134,11 +135,11 @@ class BehindGear(Effect):
 
 @dataclass(frozen=True, eq=False)
 class Compliances(DriveGains):
-    """Relative errors of the gears' compliances: as a gain's, they scale all that is seen of a joint."""
+    """Relative errors of the gear compliances; like gain errors, they scale a joint's observed torque."""
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"compliance{joint + 1}", "1") for joint in range(robot.dof)]
 
 
 REMEDIES: tuple[Remedy, ...] = (known_payload, tilted(0), tilted(1), link_encoders)
-"""What is asked where a run does not do."""
+"""Remedies that are evaluated if a run does not distinguish a pair."""

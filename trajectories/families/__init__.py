@@ -1,4 +1,4 @@
-"""The list of motions that trajectory files know: one file a family, one line in this table."""
+"""Table of the trajectory families that a file can contain; each family has its own module."""
 
 from ..trajectory import Trajectory
 from .chirp import Chirp
@@ -12,4 +12,4 @@ FAMILIES: dict[str, type[Trajectory]] = {
     "phases": Phases,
     "sequence": Sequence,
 }
-"""Name in a file -> class; what its dataclass holds is what the file holds."""
+"""Class by its name in a file; the fields of the dataclass are the keys in the file."""

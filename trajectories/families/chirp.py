@@ -1,4 +1,4 @@
-"""Chirp: on top of another motion, a sine whose frequency rises; for resonances, backlash and delays."""
+"""Chirp: a sine of rising frequency on top of another motion, for resonances, backlash and delays."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,16 +15,16 @@ class Chirp(Trajectory):
     """A motion with a chirp on some of its joints.
 
     Attributes:
-        base: What the joints do otherwise.
-        joints: Which have the chirp, counted from 0; k of them.
-        largest: Position, velocity, acceleration and jerk of each joint's chirp that a sine of any of its
-            frequencies keeps to, shape (k, 4) [rad, rad/s, rad/s^2, rad/s^3].
+        base: Motion under the chirp.
+        joints: Joints with a chirp, counted from 0; k of them.
+        largest: Largest position, velocity, acceleration and jerk of each joint's chirp for a sine at any of
+            its frequencies, shape (k, 4) [rad, rad/s, rad/s^2, rad/s^3].
         low: Frequency at the start [Hz].
         high: Frequency at the end [Hz].
-        begin: When the chirp begins [s].
-        length: How long it lasts [s].
-        fade: How long it rises, and falls [s].
-        logarithmic: Whether the frequency doubles in equal times; otherwise it rises evenly.
+        begin: Time at which the chirp begins [s].
+        length: Duration of the chirp [s].
+        fade: Duration of the fade-in and of the fade-out [s].
+        logarithmic: Whether the frequency doubles in equal times; otherwise it rises linearly.
     """
 
     base: Trajectory
@@ -48,13 +48,14 @@ class Chirp(Trajectory):
             )
         if not 0.0 < self.low < self.high < np.inf:
             raise BadLimits(
-                f"chirp: from {self.low:g} to {self.high:g} Hz; it must rise, from above 0. Try 1 to 20 Hz"
+                f"chirp: from {self.low:g} to {self.high:g} Hz; the frequency must be above 0 and rise. "
+                "Try 1 to 20 Hz"
             )
         inside = self.begin >= 0.0 and self.begin + self.length <= self.base.duration * (1 + 1e-12)
         if not (inside and 0.0 < self.fade <= 0.5 * self.length):
             raise BadLimits(
-                f"chirp: {self.length:g} s from {self.begin:g} s on, rising and falling for {self.fade:g} s; "
-                f"the motion under it lasts {self.base.duration:g} s, half of the chirp is the longest rise"
+                f"chirp: {self.length:g} s from {self.begin:g} s on, with fades of {self.fade:g} s; it must "
+                f"end within the base motion of {self.base.duration:g} s, and a fade last at most half of it"
             )
 
     @property
@@ -75,18 +76,18 @@ class Chirp(Trajectory):
         return States(states.time, *columns)
 
     def extremes(self) -> Extremes:
-        """Bounds: those of the base and of the chirp added, though they need not meet at one time.
+        """Bounds: the sum of the bounds of base and chirp, which need not coincide in time.
 
-        The times are those of the chirp, where it has any.
+        The times of joints with a chirp are those of the chirp.
         """
-        found = []
+        ranges = []
         for order, under in enumerate(self.base.extremes()):
             lower, upper, lower_time, upper_time = (np.array(part, float) for part in under)
             for joint, (size, when) in zip(self.joints, self._reached, strict=True):
                 lower[joint], upper[joint] = lower[joint] - size[order], upper[joint] + size[order]
                 lower_time[joint] = upper_time[joint] = self.begin + when[order]
-            found.append(Range(lower, upper, lower_time, upper_time))
-        return Extremes(*found)
+            ranges.append(Range(lower, upper, lower_time, upper_time))
+        return Extremes(*ranges)
 
     def frequency(self, time: np.ndarray) -> np.ndarray:
         """Frequency at times during the chirp, shape (t,) [Hz]."""
@@ -97,12 +98,12 @@ class Chirp(Trajectory):
         return np.stack([wave.amplitude(np.asarray(frequency, float)) for wave in self._waves], axis=1)
 
     def scaled(self, share: float) -> "Chirp":
-        """The same with every amplitude times a share."""
+        """This chirp with every amplitude multiplied by a share."""
         return replace(self, largest=share * self.largest)
 
     @property
     def reached(self) -> np.ndarray:
-        """Bounds of the size of each joint's chirp alone, position to jerk, shape (k, 4)."""
+        """Bounds of the absolute values of each joint's chirp alone, position to jerk, shape (k, 4)."""
         return np.array([size for size, _ in self._reached])
 
     @cached_property

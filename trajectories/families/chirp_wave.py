@@ -1,18 +1,17 @@
-r"""Chirp wave: the motion of one joint along a sine whose frequency rises, with bounds that are proved.
+r"""Chirp wave: the motion of one joint along a sine of rising frequency, with proven bounds.
 
 The joint moves by :math:`e(t)\, a(\omega)\, \sin \varphi(t)` with :math:`\dot\varphi = \omega` from low to
-high. The amplitude gives every quantity its share at every frequency,
+high. The amplitude keeps every quantity within its largest value at every frequency,
 
 .. math:: a(\omega) = \Big(\sum_{i=0}^3 (\omega^i / c_i)^4\Big)^{-1/4} \le \min_i c_i / \omega^i,
 
-with the largest position :math:`c_0`, velocity :math:`c_1`, acceleration :math:`c_2` and jerk :math:`c_3`:
-the smallest of the four without its corners, so that all derivatives exist. Where two of the four are
-equal that costs 16 %. The envelope :math:`e` rises and falls with three derivatives that are zero at its
-ends.
+with the largest position :math:`c_0`, velocity :math:`c_1`, acceleration :math:`c_2` and jerk :math:`c_3`.
+This is a smooth minimum of the four, so that all derivatives exist; it is 16 % smaller where two of the four
+are equal. The first three derivatives of the envelope :math:`e` are zero at both ends of its rise and fall.
 
 Derivatives are carried as jets: the coefficients :math:`f^{(k)}(t) / k!` of the Taylor series at each
 instant, shape (order + 1, t). The recurrences are those of Griewank and Walther, Evaluating Derivatives,
-chapter 13; no derivative is ever written out by hand.
+chapter 13; no derivative is written out by hand.
 """
 
 from dataclasses import dataclass
@@ -21,16 +20,16 @@ from math import factorial
 import numpy as np
 
 
-def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Jet of a product."""
-    out = np.zeros(np.broadcast_shapes(one.shape, other.shape))
+    out = np.zeros(np.broadcast_shapes(left.shape, right.shape))
     for k in range(len(out)):
-        out[k] = sum(one[i] * other[k - i] for i in range(k + 1))
+        out[k] = sum(left[i] * right[k - i] for i in range(k + 1))
     return out
 
 
 def power(base: np.ndarray, exponent: float) -> np.ndarray:
-    """Jet of a power with any exponent; the base must not be zero."""
+    """Jet of a power with a real exponent; the base must not be zero."""
     out = np.empty_like(base)
     out[0] = base[0] ** exponent
     for k in range(1, len(out)):
@@ -59,31 +58,31 @@ def sine(angle: np.ndarray) -> np.ndarray:
 
 
 def derivatives(jet: np.ndarray) -> np.ndarray:
-    """The derivatives themselves, same shape."""
+    """Derivatives from the coefficients of a jet, in the same shape."""
     return jet * np.array([factorial(k) for k in range(len(jet))]).reshape(-1, *([1] * (jet.ndim - 1)))
 
 
 SHARP = 4
-"""Power of the mean; the larger, the nearer to the smallest of the four, and the larger its derivatives."""
+"""Exponent of the smooth minimum; a larger one is closer to the minimum and has larger derivatives."""
 STEP = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
-"""Coefficients of the polynomial from 0 to 1 whose first three derivatives are zero at both."""
+"""Coefficients of the polynomial from 0 to 1 whose first three derivatives are zero at both ends."""
 CELLS = 32
-"""Samples a period at the highest frequency from which extremes are bounded; 0.5 % is lost to the proof."""
+"""Samples per period at the highest frequency for bounds of the extremes, which are 0.5 % too large."""
 BOUNDED = 6
 """Coefficients of a jet that a bound needs: the fifth derivative curves the jerk between samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChirpWave:
-    """One joint's chirp, from its own time zero.
+    """One joint's chirp; its time counts from its beginning.
 
     Attributes:
         low: Frequency at the start [Hz].
         high: Frequency at the end, the higher [Hz].
-        length: How long it lasts [s].
-        fade: How long it rises, and falls [s].
-        logarithmic: Whether the frequency doubles in equal times; otherwise it rises evenly.
-        largest: Position, velocity, acceleration and jerk that a sine of any of its frequencies keeps to,
+        length: Duration [s].
+        fade: Duration of the fade-in and of the fade-out [s].
+        logarithmic: Whether the frequency doubles in equal times; otherwise it rises linearly.
+        largest: Largest position, velocity, acceleration and jerk for a sine at any of its frequencies,
             shape (4,) [rad, rad/s, rad/s^2, rad/s^3].
     """
 
@@ -95,11 +94,11 @@ class ChirpWave:
     largest: np.ndarray
 
     def states(self, since: np.ndarray) -> np.ndarray:
-        """Position to jerk at times inside it, shape (t,) [s]; shape (4, t)."""
+        """Position to jerk, shape (4, t), at times during the chirp, shape (t,) [s]."""
         return derivatives(self._jet(since, 4))
 
     def frequency(self, since: np.ndarray) -> np.ndarray:
-        """Frequency at times inside it, shape (t,) [Hz]."""
+        """Frequency at times during the chirp, shape (t,) [Hz]."""
         return self._angular(since, 1)[0] / (2 * np.pi)
 
     def amplitude(self, frequency: np.ndarray) -> np.ndarray:
@@ -107,10 +106,10 @@ class ChirpWave:
         return self._crowding(2 * np.pi * frequency[None])[0] ** (-1 / SHARP)
 
     def reached(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bound of the size of position to jerk, and about when it is reached [s], each of shape (4,).
+        """Bounds of the absolute position to jerk, and approximately when they are reached [s], each (4,).
 
-        Between two samples a distance h apart no quantity is further from zero than at the larger plus
-        h^2 / 8 times the largest second derivative, which `_bound` has for the cell between.
+        Between two samples a distance h apart, no absolute value exceeds the larger of the two by more than
+        h^2 / 8 times the largest second derivative, which `_bound` gives for the cell between them.
         """
         edges = self._edges
         left, right = edges[:-1], edges[1:]
@@ -139,7 +138,7 @@ class ChirpWave:
         return np.concatenate([first[None], angular / np.arange(1, len(angular) + 1)[:, None]])
 
     def _crowding(self, angular: np.ndarray) -> np.ndarray:
-        """Jet of the amplitude to the power of -4: rises with the frequency, all coefficients positive."""
+        """Jet of the amplitude to the power of -4; it rises with frequency, with positive coefficients."""
         raised = product(product(angular, angular), product(angular, angular))
         limits = self.largest**-SHARP
         total = np.zeros_like(angular)
@@ -172,7 +171,7 @@ class ChirpWave:
 
     @property
     def _edges(self) -> np.ndarray:
-        """Cells between which extremes are bounded; where the envelope changes its formula one ends [s]."""
+        """Edges of the cells in which extremes are bounded; one lies at each switch of the envelope [s]."""
         ends = [0.0, self.fade, self.length - self.fade, self.length]
         pieces = []
         for start, end in zip(ends, ends[1:], strict=False):
@@ -181,12 +180,12 @@ class ChirpWave:
         return np.append(np.concatenate(pieces), self.length)
 
     def _bound(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Jet whose coefficients no jet inside a cell exceeds, shape (6, cells).
+        """Upper bound of the jet's coefficients inside each cell, shape (6, cells).
 
-        Majorants, factor by factor: angular frequency, phase and the power of the amplitude have no
-        negative coefficient that grows with time, so the cell's right end has the largest. A sine's
-        coefficients are at most those of the exponential with its value taken as 1; those of a negative
-        power at most those of (least - rest) to that power, of which all are positive.
+        The bound is a majorant, factor by factor. Angular frequency, phase and the power of the amplitude
+        have no negative coefficients and grow with time, so the right end of the cell has the largest. A
+        sine's coefficients are at most those of the exponential whose value is 1. Those of a negative power
+        are at most those of (least - rest) to that power, which are all positive.
         """
         angular = self._angular(right, BOUNDED)
         crowding = -self._crowding(angular)
@@ -197,7 +196,7 @@ class ChirpWave:
         return product(size, exponential(phase))
 
     def _largest_envelope(self, left: np.ndarray) -> np.ndarray:
-        """Largest size of each coefficient of the envelope in each cell, shape (6, cells)."""
+        """Largest absolute value of each coefficient of the envelope in each cell, shape (6, cells)."""
         fading = (left < self.fade) | (left >= self.length - self.fade)
         out = np.zeros((BOUNDED, len(left)))
         out[0] = 1.0

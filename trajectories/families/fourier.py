@@ -1,4 +1,4 @@
-"""Fourier series: the periodic motion of most identification runs."""
+"""Fourier series: the periodic trajectory of most identification runs."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from ..errors import BadLimits
 from ..trajectory import Extremes, Range, States, Trajectory
 
 SHORTEST = 1e-9
-"""Shortest period [s]: the nanosecond in which controllers count time."""
+"""Shortest period [s]: the nanosecond, in which controllers count time."""
 NEGLIGIBLE = 1e-13
-"""Share of the largest coefficient below which a highest harmonic is rounding, and would make the
-polynomial of its extrema degenerate."""
+"""Share of the largest coefficient below which the highest harmonic is rounding and would make the polynomial
+of the extrema degenerate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +20,10 @@ class Fourier(Trajectory):
 
     Attributes:
         period: Base period T [s].
-        centre: Shape (n,) [rad].
-        sine: Shape (n, harmonics) [rad].
-        cosine: Shape (n, harmonics) [rad].
-        periods: How often it is repeated.
+        centre: Center c, shape (n,) [rad].
+        sine: Sine coefficients, shape (n, harmonics) [rad].
+        cosine: Cosine coefficients, shape (n, harmonics) [rad].
+        periods: Number of periods.
     """
 
     period: float
@@ -70,12 +70,12 @@ class Fourier(Trajectory):
         return States(time, self.centre + columns[0], *columns[1:])
 
     def _derivatives(self) -> list[np.ndarray]:
-        """Coefficients of sine and cosine, of the series and its three derivatives, each (n, 2 harmonics)."""
-        found, sine, cosine = [], self.sine, self.cosine
+        """Sine and cosine coefficients of the series and its three derivatives, each (n, 2 harmonics)."""
+        coefficients, sine, cosine = [], self.sine, self.cosine
         for _ in range(4):
-            found.append(np.concatenate([sine, cosine], axis=1))
+            coefficients.append(np.concatenate([sine, cosine], axis=1))
             sine, cosine = -self.frequencies * cosine, self.frequencies * sine
-        return found
+        return coefficients
 
     def extremes(self) -> Extremes:
         ranges = []
@@ -94,14 +94,14 @@ class Fourier(Trajectory):
         return Range(lower, upper, lower_angle * to_time, upper_angle * to_time)
 
     def shifted(self, by: float) -> "Fourier":
-        """The same motion begun `by` seconds later in its period."""
+        """This motion, begun `by` seconds later in its period."""
         angle = self.frequencies * by
         sine = self.sine * np.cos(angle) - self.cosine * np.sin(angle)
         cosine = self.cosine * np.cos(angle) + self.sine * np.sin(angle)
         return Fourier(self.period, self.centre, sine, cosine, self.periods)
 
     def scaled(self, share: float | np.ndarray) -> "Fourier":
-        """The same motion with excursions from its centre times `share`, one for all or shape (n,) [-]."""
+        """This motion with excursions from its center times `share`, a scalar or shape (n,) [-]."""
         column = np.reshape(share, (-1, 1))
         return Fourier(self.period, self.centre, column * self.sine, column * self.cosine, self.periods)
 
@@ -109,11 +109,11 @@ class Fourier(Trajectory):
 def _extremes_of(sine: np.ndarray, cosine: np.ndarray) -> tuple[float, float, float, float]:
     """Smallest and largest value of a trigonometric polynomial without constant, and their angles.
 
-    With z = exp(i angle) its derivative is a polynomial of twice the degree, whose roots on the unit
-    circle are the extrema; all roots' angles are candidates, so that rounding cannot lose one.
+    With z = exp(i angle) its derivative is a polynomial of twice the degree, whose roots on the unit circle
+    are the extrema. The angles of all roots are candidates, so that rounding cannot lose an extremum.
     """
     order = np.arange(1, len(sine) + 1)
-    half = 0.5 * order * (sine + 1j * cosine)  # of the derivative: sum of half * z^k + its conjugate
+    half = 0.5 * order * (sine + 1j * cosine)  # the derivative is the sum of half * z^k and its conjugate
     largest = np.max(np.abs(half), initial=0.0)
     if largest == 0.0:
         return 0.0, 0.0, 0.0, 0.0

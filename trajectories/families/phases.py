@@ -1,4 +1,4 @@
-"""Phases: a motion of constant jerk from switch to switch, as a jerk-limited controller makes it."""
+"""Phases: a motion of piecewise constant jerk, as a jerk-limited controller produces it."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from ..trajectory import Extremes, Range, State, States, Trajectory, lowest_and_
 
 @dataclass(frozen=True, eq=False)
 class Phases(Trajectory):
-    """Pieces of constant jerk, one after another; k of them.
+    """A motion of k pieces of constant jerk.
 
     Attributes:
-        start: When each piece begins, the first at zero, shape (k,) [s].
-        end: When the last piece ends [s].
-        position: At the start of each piece, shape (k, n) [rad].
-        velocity: At the start of each piece, shape (k, n) [rad/s].
-        acceleration: At the start of each piece, shape (k, n) [rad/s^2].
-        jerk: During each piece, shape (k, n) [rad/s^3].
+        start: Time at which each piece begins, the first at zero, shape (k,) [s].
+        end: Time at which the last piece ends [s].
+        position: Position at the start of each piece, shape (k, n) [rad].
+        velocity: Velocity at the start of each piece, shape (k, n) [rad/s].
+        acceleration: Acceleration at the start of each piece, shape (k, n) [rad/s^2].
+        jerk: Jerk during each piece, shape (k, n) [rad/s^3].
     """
 
     start: np.ndarray
@@ -36,22 +36,23 @@ class Phases(Trajectory):
         times = np.append(self.start, self.end)
         if times[0] != 0.0 or not np.all(np.diff(times) >= 0.0) or not np.isfinite(self.end):
             raise BadLimits(
-                f"Phases: pieces begin at {self.start} s and end at {self.end:g} s; they must follow"
+                f"Phases: pieces begin at {self.start} s and end at {self.end:g} s; "
+                "times must start at 0 and not decrease"
             )
 
     @classmethod
     def hold(cls, position: np.ndarray, duration: float) -> "Phases":
-        """Standing still at a position, shape (n,) [rad]."""
+        """Rest at a position, shape (n,) [rad]."""
         return cls.of_jerks(State.at_rest(position), np.array([duration]), np.zeros((1, len(position))))
 
     @classmethod
     def of_jerks(cls, start_state: State, durations: np.ndarray, jerks: np.ndarray) -> "Phases":
-        """What follows from a state under given jerks.
+        """Motion that starts from a state with the jerk of each piece.
 
         Args:
-            start_state: Where it begins.
+            start_state: State at the start.
             durations: Duration of each piece, shape (k,) [s].
-            jerks: Shape (k, n) [rad/s^3].
+            jerks: Jerk of each piece, shape (k, n) [rad/s^3].
         """
         durations = np.asarray(durations, float)
         state, states = start_state, []
@@ -78,7 +79,7 @@ class Phases(Trajectory):
         return self.state_at(self.end)
 
     def at(self, time: np.ndarray) -> States:
-        """States at given times; at a switch the jerk is that of the piece which begins there."""
+        """States at times of shape (t,) [s]; at a switch the jerk is that of the piece that begins there."""
         time = self.inside(time)
         piece = np.searchsorted(self.start, time, side="right") - 1
         jerk = self.jerk[piece]
@@ -87,14 +88,19 @@ class Phases(Trajectory):
         return States(time, *states, jerk)
 
     def extremes(self) -> Extremes:
-        lasts = np.diff(np.append(self.start, self.end))[:, None] + np.zeros((1, self.dof))
-        begin = np.zeros_like(lasts)
-        turns = np.stack([begin, lasts, *_quadratic_roots(0.5 * self.jerk, self.acceleration, self.velocity)])
+        durations = np.diff(np.append(self.start, self.end))[:, None] + np.zeros((1, self.dof))
+        begin = np.zeros_like(durations)
+        turns = np.stack(
+            [begin, durations, *_quadratic_roots(0.5 * self.jerk, self.acceleration, self.velocity)]
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
-            peak = np.stack([begin, lasts, -self.acceleration / self.jerk])
-        turns, peak = (np.where((0.0 < found) & (found < lasts), found, lasts) for found in (turns, peak))
-        turns[0] = peak[0] = 0.0  # each piece begins inside itself, even one of no length
-        ends = np.stack([begin, lasts])
+            peak = np.stack([begin, durations, -self.acceleration / self.jerk])
+        turns, peak = (
+            np.where((0.0 < candidate) & (candidate < durations), candidate, durations)
+            for candidate in (turns, peak)
+        )
+        turns[0] = peak[0] = 0.0  # the start of a piece is a candidate even if its duration is zero
+        ends = np.stack([begin, durations])
         state = (self.position, self.velocity, self.acceleration, self.jerk)
         return Extremes(
             self._range(turns, integrated(turns, *state)[0]),
@@ -104,7 +110,7 @@ class Phases(Trajectory):
         )
 
     def _range(self, since: np.ndarray, value: np.ndarray) -> Range:
-        """Smallest and largest of candidates, both of shape (candidates, k, n); `since` the piece's start."""
+        """Smallest and largest of candidates `since` the start of each piece, both (candidates, k, n)."""
         time = (since + self.start[:, None]).reshape(-1, self.dof)
         value = value.reshape(-1, self.dof)
         return lowest_and_highest(value, value, time, time)
@@ -117,7 +123,7 @@ def integrated(
     acceleration: np.ndarray,
     jerk: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity and acceleration some time after a state, under a constant jerk; any shapes."""
+    """Position, velocity and acceleration a time `since` a state, under constant jerk; shapes broadcast."""
     return (
         position + since * (velocity + since * (acceleration / 2 + since * jerk / 6)),
         velocity + since * (acceleration + since * jerk / 2),
@@ -126,9 +132,9 @@ def integrated(
 
 
 def _quadratic_roots(square: np.ndarray, linear: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Both roots of square x^2 + linear x + constant, NaN or infinite where there is none; shape (2, ...).
+    """Both roots of square x^2 + linear x + constant, shape (2, ...); NaN or infinite if there is none.
 
-    By the sum of two numbers of the same sign, so that nothing cancels where `square` is small or zero.
+    The formula adds two numbers of the same sign, so that nothing cancels if `square` is small or zero.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         discriminant = np.sqrt(linear**2 - 4 * square * constant)

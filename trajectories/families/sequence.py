@@ -1,4 +1,4 @@
-"""Motions made of motions: one after another, or at a share of the speed."""
+"""Motions made of other motions: one after another, or slowed down."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from ..errors import BadLimits, NotContinuous
 from ..trajectory import UNITS, Extremes, Range, State, States, Trajectory, widest
 
 JOIN = 1e-6
-"""Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding: a
-hundredth of what a 16 bit encoder sees, a hundred times what Ruckig misses its target by."""
+"""Step in position [rad], velocity [rad/s] or acceleration [rad/s^2] between two parts that is rounding:
+a hundredth of the resolution of a 16 bit encoder, a hundred times the error of Ruckig at its target."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Sequence(Trajectory):
     """Motions one after another, each of which begins as the one before it ends.
 
     Attributes:
-        parts: At least one.
+        parts: Motions in order, at least one.
     """
 
     parts: tuple[Trajectory, ...]
@@ -41,32 +41,32 @@ class Sequence(Trajectory):
 
     @property
     def begins(self) -> np.ndarray:
-        """When each part begins, and when the last ends, shape (parts + 1,) [s]."""
+        """Times at which each part begins and the last ends, shape (parts + 1,) [s]."""
         return np.concatenate([[0.0], np.cumsum([part.duration for part in self.parts])])
 
     def at(self, time: np.ndarray) -> States:
-        """States at given times; at a join, those of the part which begins there."""
+        """States at times of shape (t,) [s]; at a join, those of the part that begins there."""
         time = self.inside(time)
         begins = self.begins
-        owner = np.clip(np.searchsorted(begins, time, side="right") - 1, 0, len(self.parts) - 1)
+        part = np.clip(np.searchsorted(begins, time, side="right") - 1, 0, len(self.parts) - 1)
         columns = np.empty((4, len(time), self.dof))
-        for index in np.unique(owner):
-            mine = owner == index
-            columns[:, mine] = self.parts[index].at(time[mine] - begins[index])[1:]
+        for index in np.unique(part):
+            inside = part == index
+            columns[:, inside] = self.parts[index].at(time[inside] - begins[index])[1:]
         return States(time, *columns)
 
     def extremes(self) -> Extremes:
-        found = [part.extremes() for part in self.parts]
-        return Extremes(*(widest(ranges, self.begins[:-1]) for ranges in zip(*found, strict=True)))
+        extremes = [part.extremes() for part in self.parts]
+        return Extremes(*(widest(ranges, self.begins[:-1]) for ranges in zip(*extremes, strict=True)))
 
 
 def _require_join(number: int, before: State, after: State) -> None:
-    for name, left, right in zip(State._fields, before, after, strict=True):
-        for joint in np.flatnonzero(~(np.abs(right - left) <= JOIN)):
+    for name, end, start in zip(State._fields, before, after, strict=True):
+        for joint in np.flatnonzero(~(np.abs(start - end) <= JOIN)):
             raise NotContinuous(
-                f"joint {joint + 1}: {name} jumps from {left[joint]:.9g} to {right[joint]:.9g} {UNITS[name]} "
-                f"between parts {number} and {number + 1}; a part must begin as the one before it ends. "
-                "Try a move between"
+                f"joint {joint + 1}: {name} jumps from {end[joint]:.9g} to {start[joint]:.9g} {UNITS[name]} "
+                f"between parts {number} and {number + 1}; a part must begin as the previous part ends. "
+                "Try to insert a move between them"
             )
 
 
@@ -75,8 +75,8 @@ class Slowed(Trajectory):
     """A motion through the same positions in more time.
 
     Attributes:
-        full: The motion at full speed.
-        speed: Share of its speed, above 0 and up to 1 [-].
+        full: Motion at full speed.
+        speed: Share of the full speed, above 0 and up to 1 [-].
     """
 
     full: Trajectory
@@ -84,7 +84,7 @@ class Slowed(Trajectory):
 
     def __post_init__(self) -> None:
         if not 0.0 < self.speed <= 1.0:
-            raise BadLimits(f"a speed of {self.speed:g}; it must be above 0 and at most 1, such as 0.1")
+            raise BadLimits(f"the speed is {self.speed:g}; it must be above 0 and at most 1, such as 0.1")
 
     @property
     def duration(self) -> float:

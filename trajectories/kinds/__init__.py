@@ -1,1 +1,1 @@
-"""Kinds of run beside the optimised one."""
+"""Kinds of run other than the optimized one."""

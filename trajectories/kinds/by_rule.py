@@ -1,4 +1,4 @@
-"""Kinds of run beside the optimised one, one function a kind, and a run of one kind as a plan."""
+"""Kinds of run that follow a rule, not an optimization: a function for each, and `by_rule` for a plan."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,21 +22,22 @@ from .sweeps import constant_velocity_sweeps
 from .with_chirp import with_chirp
 
 POSES = 15
-"""Poses of a static run: gravity has some ten base parameters on six joints, each seen more than once."""
+"""Poses of a static run: gravity has about ten base parameters on six joints, each seen more than once."""
 CALM = 0.5
-"""Share of velocity, acceleration and jerk that the motion under a chirp leaves to it."""
+"""Share of the velocity, acceleration and jerk limits that the motion under a chirp leaves to the chirp."""
 UNDER_CHIRP = 12.0
-"""Length of that motion [s]: long enough for two octaves a chirp needs, short enough to warm nothing up."""
+"""Duration of the motion under a chirp [s]: long enough for the two octaves a chirp needs, short enough not
+to warm up the drives."""
 SEARCH = 12.0
-"""Of search for it [s]: a calm motion need not be the best."""
+"""Search time for the motion under a chirp [s]: it need not be the best."""
 
 
-class Made(NamedTuple):
-    """A run made by rule.
+class RuleRun(NamedTuple):
+    """A run made by a rule.
 
     Attributes:
         trajectory: The motion.
-        notes: What was left out of it and why, a sentence each.
+        notes: Sentences on what was left out, and why.
     """
 
     trajectory: Trajectory
@@ -45,11 +46,11 @@ class Made(NamedTuple):
 
 Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
-Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], Made]
+Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], RuleRun]
 
 
-def _each(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
-    """What is called with a joint before its part is made, and says so."""
+def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
+    """A function that reports progress when the part of a joint begins."""
 
     def begin(joint: int) -> None:
         progress(f"move {model.robot.joints[joint]}, {list(joints).index(joint) + 1} of {len(joints)} joints")
@@ -57,17 +58,19 @@ def _each(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[
     return begin
 
 
-def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
-    """Constant velocities back and forth, joint by joint: friction curves."""
-    pose = _pose(model, wishes, limits)
-    begin = _each(model, joints, progress)
-    return Made(
+def sweeps(
+    model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
+) -> RuleRun:
+    """Constant-velocity sweeps back and forth, joint by joint: friction curves."""
+    pose = _rest_pose(model, wishes, limits)
+    begin = _joint_progress(model, joints, progress)
+    return RuleRun(
         constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
     )
 
 
-def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
-    """Rests at poses reached from both sides: gravity and offsets."""
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> RuleRun:
+    """Rests at poses approached from both sides: gravity and offsets."""
     run = static_poses(
         limits,
         POSES,
@@ -77,31 +80,31 @@ def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], p
         start=wishes.start,
         begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
     )
-    return Made(run.trajectory, tuple(run.notes))
+    return RuleRun(run.trajectory, tuple(run.notes))
 
 
 def single_joint(
     model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
-) -> Made:
-    """One joint at a time, slow and fast: what each does without the others."""
-    pose = _pose(model, wishes, limits)
-    begin = _each(model, joints, progress)
-    return Made(
+) -> RuleRun:
+    """One joint at a time, fast and slow: its dynamics without coupling to the others."""
+    pose = _rest_pose(model, wishes, limits)
+    begin = _joint_progress(model, joints, progress)
+    return RuleRun(
         single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
     )
 
 
-def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Made:
-    """A swept sine on a calm motion of all joints: elasticity, backlash, delay."""
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> RuleRun:
+    """A chirp on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
-    under = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
-    motion = plan(model, under, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
+    base_wishes = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
+    motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
     progress("add the chirp")
-    return Made(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
+    return RuleRun(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
 
 
-def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
-    """Where the other joints rest: the start if one is given, else the middle, or a place that is clear."""
+def _rest_pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
+    """Pose of the resting joints: the start if there is one, else a clear pose or the middle of the range."""
     if wishes.start is not None:
         return wishes.start
     if wishes.clearances:
@@ -110,7 +113,7 @@ def _pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
 
 
 KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": single_joint, "chirp": chirp}
-"""By the name that the command line gives them."""
+"""Kind by its name on the command line."""
 
 
 def by_rule(
@@ -120,23 +123,23 @@ def by_rule(
     joints: Sequence[int] = (),
     progress: Progress = lambda _: None,
 ) -> Plan:
-    """A run of a kind.
+    """Plan of a run of one kind.
 
     Args:
         kind: A name in `KINDS`.
         model: Model of the arm.
-        wishes: What is wanted of it.
-        joints: That move, from 0; all by default.
+        wishes: Planning options.
+        joints: Joints that move, from 0; all by default.
         progress: Called with a sentence at each stage.
     """
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     with in_words_of(model.robot):
-        made = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
+        run = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
     return Plan.of(
-        made.trajectory,
+        run.trajectory,
         model,
         margins=vars(wishes.margins),
         tick=wishes.tick,
-        assumed=(*assumed, *made.notes),
+        assumed=(*assumed, *run.notes),
         details={"kind": kind},
     )

@@ -1,4 +1,4 @@
-"""Rests and the ways between them: what motions that stop now and then are made of."""
+"""Rests and moves between them: the parts of motions that stop now and then."""
 
 from collections.abc import Collection, Iterable
 
@@ -14,61 +14,61 @@ from ..limits.usable_limits import require_jerk, require_tick
 from ..trajectory import State, Trajectory, whole_ticks
 
 STEPS = 240
-"""Samples of a joint's range when what is clear of it is sought: on a whole turn, 1 m from the axis, what
-is proved is 1.3 cm less than what there is."""
+"""Samples of a joint's range in the search for its clear part: over a full turn, 1 m from the axis, the
+proven clearance is 1.3 cm less than the true one."""
 
 
 def pause(pose: np.ndarray, duration: float, tick: float) -> Phases:
-    """Rest at a pose, shape (n,) [rad], for at least a duration [s], until a tick."""
+    """Rest at a pose, shape (n,) [rad], for a duration [s] rounded up to a sampling period."""
     return Phases.hold(pose, whole_ticks(duration, tick))
 
 
-def way(
+def move_clear(
     start: np.ndarray,
     target: np.ndarray,
     limits: Limits,
     tick: float,
     clearances: Iterable[Clearance] = (),
 ) -> Phases:
-    """The fastest way from rest to rest, each of shape (n,) [rad]; no joint goes beyond either end.
+    """The fastest move from rest to rest, both of shape (n,) [rad]; no joint overshoots either pose.
 
     Raises:
-        Infeasible: It collides; the message names with what and by how much.
+        Infeasible: The move collides; the message names the obstacle and the distance.
     """
-    found = move(State.at_rest(start), State.at_rest(target), limits, tick)
-    require_clear("the way between two poses", found, clearances)
-    return found
+    motion = move(State.at_rest(start), State.at_rest(target), limits, tick)
+    require_clear("the move between two poses", motion, clearances)
+    return motion
 
 
-def require_clear(what: str, motion: Trajectory, clearances: Iterable[Clearance]) -> None:
-    """Raise where a motion comes too near to anything, at any time.
+def require_clear(motion_name: str, motion: Trajectory, clearances: Iterable[Clearance]) -> None:
+    """Raise unless a motion keeps every clearance at all times.
 
     Raises:
-        Infeasible: It does.
+        Infeasible: A clearance is not kept.
     """
     for clearance in clearances:
         nearest: Approach = clearance.worst(motion)
         if not nearest.allowed:
             raise Infeasible(
-                f"{what}: {nearest.name} misses its margin by {-nearest.bound:.4g} m after "
-                f"{nearest.time:.3g} s. Try other poses, a smaller range, or a smaller distance to keep"
+                f"{motion_name}: {nearest.name} misses its safety margin by {-nearest.bound:.4g} m after "
+                f"{nearest.time:.3g} s. Try other poses, a smaller range, or a smaller safety margin"
             )
 
 
 def require_clear_pose(pose: np.ndarray, clearances: Iterable[Clearance]) -> None:
-    """Raise where a pose itself, shape (n,) [rad], is too near to anything.
+    """Raise unless a pose, shape (n,) [rad], keeps every clearance.
 
     Raises:
-        Infeasible: It is.
+        Infeasible: A clearance is not kept.
     """
     require_clear("the pose", Phases.hold(pose, 0.0), clearances)
 
 
 def require_limits(limits: Limits, tick: float) -> None:
-    """Raise unless all limits that motions from rest to rest need are given.
+    """Raise unless the limits contain all that motions from rest to rest need.
 
     Raises:
-        BadLimits: A limit but the torque's that is infinite, zero or no number; no tick.
+        BadLimits: A limit other than torque is infinite, zero or NaN, or the sampling period is invalid.
     """
     require_jerk(limits)
     require_tick(tick)
@@ -76,30 +76,30 @@ def require_limits(limits: Limits, tick: float) -> None:
         for joint in np.flatnonzero(~np.isfinite(values)):
             if name != "torque":
                 raise BadLimits(
-                    f"joint {joint + 1}: limit {name} is {values[joint]:g}, and must be finite. "
-                    "Try `usable`, which assumes what is not given"
+                    f"joint {joint + 1}: limit {name} is {values[joint]:g}; it must be finite. "
+                    "Try `usable`, which assumes missing limits"
                 )
 
 
 def require_joints(joints: Collection[int], limits: Limits) -> None:
-    """Raise unless each joint is one of the arm's, counted from 0, and there is one at least.
+    """Raise unless there is at least one joint, and each is a joint of the arm, counted from 0.
 
     Raises:
-        BadLimits: It is not.
+        BadLimits: There is no joint, or a number is out of range.
     """
     count = len(limits.velocity)
     for joint in joints:
         if joint not in range(count):
-            raise BadLimits(f"joint number {joint}; valid are 0 to {count - 1}")
+            raise BadLimits(f"joint number {joint} is out of range; valid are 0 to {count - 1}")
     if len(joints) == 0:
-        raise BadLimits(f"no joint is to move. Try one of 0 to {count - 1}")
+        raise BadLimits(f"no joint is selected. Try one of 0 to {count - 1}")
 
 
 def require_pose(pose: np.ndarray, limits: Limits) -> np.ndarray:
-    """The pose, shape (n,) [rad], as an array of numbers.
+    """The pose as an array of floats, shape (n,) [rad].
 
     Raises:
-        BadLimits: Of another shape.
+        BadLimits: The pose has another shape.
         Infeasible: A joint is outside its limits.
     """
     pose = np.asarray(pose, float)
@@ -117,32 +117,32 @@ def require_pose(pose: np.ndarray, limits: Limits) -> np.ndarray:
 def clear_range(
     limits: Limits, pose: np.ndarray, joint: int, clearances: Iterable[Clearance]
 ) -> tuple[float, float]:
-    """Range of one joint around a pose over which, while the others rest, there is no contact [rad].
+    """Range of one joint around a pose without contact while the other joints rest [rad].
 
-    Proved between the samples too: over a step s a margin falls by at most reach times s, so no margin
-    is below 0 between two samples at which all are at least half of that.
+    The range is proven between samples too. Over a step s a margin falls by at most reach times s. So no
+    margin is negative between two samples if all margins at both are at least half of that.
 
     Raises:
-        Infeasible: The pose itself is too near to anything.
+        Infeasible: The pose itself does not keep a clearance.
     """
     clearances = tuple(clearances)
     require_clear_pose(pose, clearances)
     bounds = limits.position_lower[joint], limits.position_upper[joint]
-    found = [_clear_until(limits, pose, joint, bound, clearances) for bound in bounds]
-    return found[0], found[1]
+    lower, upper = (_clear_until(limits, pose, joint, bound, clearances) for bound in bounds)
+    return lower, upper
 
 
 def _clear_until(
     limits: Limits, pose: np.ndarray, joint: int, bound: float, clearances: tuple[Clearance, ...]
 ) -> float:
-    """The furthest towards a bound that is proved clear."""
+    """The position closest to a bound up to which the range is proven clear."""
     positions = np.tile(pose, (STEPS + 1, 1))
     positions[:, joint] = np.linspace(pose[joint], bound, STEPS + 1)
     step = abs(bound - pose[joint]) / STEPS
     travel = np.maximum(np.abs(limits.position_lower), np.abs(limits.position_upper))
     clear = np.ones(STEPS + 1, bool)
     for clearance in clearances:
-        need = 0.5 * step * clearance.reach(travel)[:, joint]
-        clear &= np.all(clearance.margins(positions) >= need, axis=1)
+        needed = 0.5 * step * clearance.reach(travel)[:, joint]
+        clear &= np.all(clearance.margins(positions) >= needed, axis=1)
     last = STEPS if np.all(clear) else int(np.argmin(clear)) - 1
     return float(positions[max(last, 0), joint])

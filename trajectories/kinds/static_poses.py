@@ -1,9 +1,9 @@
-"""Static poses: what holds the arm up, gravity, springs and offsets, with dry friction averaged out.
+"""Static poses: gravity, springs and offsets, with dry friction averaged out.
 
-A drive at rest holds anything between gravity plus and gravity minus dry friction; where in between, how it
-came to rest decides. So each pose is visited twice, with all joints coming from below and with all from
-above: friction enters the two with opposite signs, the mean is what holds the arm, and half of the
-difference is friction.
+A drive at rest holds any torque between gravity plus and gravity minus dry friction, depending on how it
+came to rest. So each pose is visited twice, once with all joints coming from below and once from above.
+Friction enters the two with opposite signs: the mean is what holds the arm, and half of the difference is
+friction.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -22,25 +22,26 @@ from ..errors import BadLimits, Infeasible, NothingToIdentify
 from ..families.phases import Phases
 from ..families.sequence import Sequence
 from ..trajectory import Trajectory
-from .rests import pause, require_clear_pose, require_limits, require_pose, way
+from .rests import move_clear, pause, require_clear_pose, require_limits, require_pose
 
 APPROACH = 0.05
-"""How far each joint comes from below or above [rad]: six times the 8 mrad over which friction builds up
+"""Distance over which each joint approaches a pose [rad]: six times the 8 mrad over which friction builds up
 after a reversal in a soft gear, and more than any backlash."""
 DWELL = 1.0
 """Rest at each visit [s]."""
 DETOURS = 4
-"""Poses over which a way is tried that collides by itself, the shortest first."""
+"""Number of detours tried when the direct move collides, the shortest first."""
 
 
 class PoseRun(NamedTuple):
-    """A motion from pose to pose; k poses were reached.
+    """A motion from pose to pose that reaches k poses.
 
     Attributes:
-        trajectory: Begins and ends at rest at the same pose.
-        poses: In the order of the visits, shape (k, n) [rad].
-        rests: Begin and end of the rests at each pose, come from below and from above, shape (k, 2, 2) [s].
-        notes: A sentence for each pose that was left out, and each way that goes round.
+        trajectory: Motion that begins and ends at rest at the same pose.
+        poses: Poses in the order of the visits, shape (k, n) [rad].
+        rests: Begin and end of the rests at each pose, approached from below and from above,
+            shape (k, 2, 2) [s].
+        notes: A sentence for each pose that was left out, and for each detour.
     """
 
     trajectory: Sequence
@@ -64,27 +65,27 @@ def static_poses(
     """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
 
     Args:
-        limits: Finite but for the torque.
-        count: How many poses.
-        tick: Cycle of the controller [s].
-        dwell: Rest at each visit [s]; each pose has two.
-        seed: Seed of the random positions from which poses are chosen.
-        clearances: What to keep clear of, in poses and on the ways.
-        model: Nominal; poses are those that show its parameters at rest. Spread out without.
-        start: Where to begin and end, shape (n,) [rad]; the first pose unless given.
-        approach: How far each joint comes from below or above [rad].
-        begin: Called with the number of each pose, and of all, before the way to it is looked for.
+        limits: Limits, finite except for torque.
+        count: Number of poses.
+        tick: Sampling period of the controller [s].
+        dwell: Rest at each visit [s]; each pose has two visits.
+        seed: Seed of the random positions from which the poses are chosen.
+        clearances: Clearances to keep, at the poses and between them.
+        model: Nominal model; the poses excite its parameters at rest. Without it they are spread out.
+        start: Pose to begin and end at, shape (n,) [rad]; the first pose by default.
+        approach: Distance over which each joint comes from below or above [rad].
+        begin: Called with the number of each pose, and of all poses, before the move to it is planned.
 
     Raises:
-        BadLimits: Limits, a tick, a count or an approach that are none.
-        Infeasible: A start outside the limits or not clear, or no pose that can be reached.
-        NothingToIdentify: Nothing in the model acts at rest.
+        BadLimits: The limits, sampling period, count or approach are invalid.
+        Infeasible: The start is outside the limits or not clear, or no pose can be reached.
+        NothingToIdentify: No parameter of the model acts at rest.
     """
     require_limits(limits, tick)
     if count < 1 or not 0.0 < approach < np.inf or not 0.0 <= dwell < np.inf:
         raise BadLimits(
-            f"{count} poses, rests of {dwell:g} s, approach over {approach:g} rad; expected at least one "
-            "pose, a rest of 0 or more and an approach above 0"
+            f"{count} poses, rests of {dwell:g} s and an approach over {approach:g} rad; expected at least "
+            "one pose, a rest of 0 or more and an approach above 0"
         )
     candidates = clear_positions(limits, approach, clearances, seed, count)
     if model is None:
@@ -93,48 +94,48 @@ def static_poses(
         chosen = candidates[informative(candidates, count, limits, model)]
     home = chosen[0] if start is None else require_pose(start, limits)
     require_clear_pose(home, clearances)
-    ways = _Ways(limits, tick, tuple(clearances), np.array([home, *chosen]))
+    router = _Router(limits, tick, tuple(clearances), np.array([home, *chosen]))
     notes: list[str] = []
-    ordered = _said(_nearest_first(home, chosen, limits), begin)
-    visits = ways.visits(home, ordered, dwell, approach, notes)
-    back = ways.home(visits, home, notes)
+    ordered = _announced(_nearest_first(home, chosen, limits), begin)
+    visits = router.visits(home, ordered, dwell, approach, notes)
+    return_moves = router.home(visits, home, notes)
     if not visits:
         raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
-    notes += [f"the way to {_words(visit.pose)} goes round" for visit in visits if visit.round]
-    return _run(visits, back, notes)
+    notes += [f"the move to {_words(visit.pose)} takes a detour" for visit in visits if visit.detour]
+    return _run(visits, return_moves, notes)
 
 
-def _said(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> Iterator[np.ndarray]:
-    """The poses one by one, each said before it is asked for."""
+def _announced(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> Iterator[np.ndarray]:
+    """The poses one by one, each announced to `begin` first."""
     for number, pose in enumerate(poses, 1):
         begin(number, len(poses))
         yield pose
 
 
 class _Visit(NamedTuple):
-    """The way to a pose and both rests there, the last of the parts and the fourth from the last."""
+    """The moves to a pose and both rests there, the last of the parts and the fourth from the last."""
 
     pose: np.ndarray
     parts: list[Phases]
-    round: bool
+    detour: bool
 
 
-class _Ways(NamedTuple):
-    """Ways between rests without a contact; `over` are poses that a way may go round by, (k, n) [rad]."""
+class _Router(NamedTuple):
+    """Finds contact-free moves between rests; `waypoints` are the poses of detours, shape (k, n) [rad]."""
 
     limits: Limits
     tick: float
     clearances: tuple[Clearance, ...]
-    over: np.ndarray
+    waypoints: np.ndarray
 
     def between(self, start: np.ndarray, target: np.ndarray) -> list[Phases]:
-        """One way, or two that go round by a pose; raises Infeasible if all that were tried collide."""
+        """The direct move, or two moves through a waypoint; raises Infeasible if all tried moves collide."""
         try:
             return [self._straight(start, target)]
         except Infeasible:
-            cost = _time(self.limits, start - self.over) + _time(self.limits, self.over - target)
+            cost = _time(self.limits, start - self.waypoints) + _time(self.limits, self.waypoints - target)
             for index in np.argsort(cost)[:DETOURS]:
-                middle = self.over[index]
+                middle = self.waypoints[index]
                 try:
                     return [self._straight(start, middle), self._straight(middle, target)]
                 except Infeasible:
@@ -142,7 +143,7 @@ class _Ways(NamedTuple):
             raise
 
     def visit(self, start: np.ndarray, pose: np.ndarray, dwell: float, approach: float) -> _Visit:
-        """To a pose from below, a rest, to it from above, a rest."""
+        """Approach a pose from below, rest, approach it from above, rest."""
         still = pause(pose, dwell, self.tick)
         there = self.between(start, pose - approach)
         from_below = self._straight(pose - approach, pose)
@@ -152,18 +153,18 @@ class _Ways(NamedTuple):
     def visits(
         self, at: np.ndarray, poses: Iterable[np.ndarray], dwell: float, approach: float, notes: list[str]
     ) -> list[_Visit]:
-        """Visits to all poses that can be reached, in their order; what cannot is noted."""
-        found = []
+        """Visits to all reachable poses, in their order; the others are added to the notes."""
+        visits = []
         for pose in poses:
             try:
-                found.append(self.visit(at, pose, dwell, approach))
+                visits.append(self.visit(at, pose, dwell, approach))
                 at = pose
             except Infeasible as error:
                 notes.append(f"{_words(pose)} was left out: {error}")
-        return found
+        return visits
 
     def home(self, visits: list[_Visit], home: np.ndarray, notes: list[str]) -> list[Phases]:
-        """The way back from the last visit; visits from which there is none are taken off the list."""
+        """Moves from the last visit back home; visits without such a move are removed from the list."""
         while visits:
             try:
                 return self.between(visits[-1].pose, home)
@@ -172,33 +173,33 @@ class _Ways(NamedTuple):
         return []
 
     def _straight(self, start: np.ndarray, target: np.ndarray) -> Phases:
-        return way(start, target, self.limits, self.tick, self.clearances)
+        return move_clear(start, target, self.limits, self.tick, self.clearances)
 
 
 def _nearest_first(home: np.ndarray, poses: np.ndarray, limits: Limits) -> list[np.ndarray]:
-    """Poses in an order in which each is the nearest that is left to the one before."""
-    left, ordered, at = list(poses), [], home
-    while left:
-        nearest = int(np.argmin(_time(limits, np.array(left) - at)))
-        at = left.pop(nearest)
+    """Poses ordered such that each is the nearest remaining one to its predecessor."""
+    remaining, ordered, at = list(poses), [], home
+    while remaining:
+        nearest = int(np.argmin(_time(limits, np.array(remaining) - at)))
+        at = remaining.pop(nearest)
         ordered.append(at)
     return ordered
 
 
 def _time(limits: Limits, travel: np.ndarray) -> np.ndarray:
-    """Time that the slowest joint needs at full speed, of travels of shape (t, n) [rad]; (t,) [s]."""
+    """Time that the slowest joint needs at full speed for travels of shape (t, n) [rad]; shape (t,) [s]."""
     return np.max(np.maximum(travel / limits.velocity, travel / limits.velocity_lower), axis=1)
 
 
-def _run(visits: list[_Visit], back: list[Phases], notes: list[str]) -> PoseRun:
-    """Everything joined, and when the rests are."""
+def _run(visits: list[_Visit], return_moves: list[Phases], notes: list[str]) -> PoseRun:
+    """Join all visits and the return, and record when the rests are."""
     rests, now = [], 0.0
     for visit in visits:
         ends = now + np.cumsum([part.duration for part in visit.parts])
         now = float(ends[-1])
         rests.append([ends[[-5, -4]], ends[[-2, -1]]])
     parts: list[Trajectory] = [part for visit in visits for part in visit.parts]
-    parts = [part for part in [*parts, *back] if part.duration > 0.0]
+    parts = [part for part in [*parts, *return_moves] if part.duration > 0.0]
     return PoseRun(
         Sequence(tuple(parts)), np.array([visit.pose for visit in visits]), np.array(rests), tuple(notes)
     )
@@ -209,38 +210,39 @@ def _words(pose: np.ndarray) -> str:
 
 
 DRAWN = 400
-"""Random positions at a time."""
+"""Random positions in each draw."""
 WANTED = 200
-"""Clear ones that are enough to choose from: the best of 200 are among the best half per cent there are."""
+"""Number of clear positions to choose from: the best of 200 is among the best half percent of all."""
 DRAWS = 10
-"""How often at most; below one clear position in twenty something is wrong with the cell's description."""
+"""Maximum number of draws; if less than one position in twenty is clear, the cell's description is wrong."""
 HALF_TURN = np.pi
-"""Either side of the middle of its range a joint is taken [rad]; a whole turn has all that gravity knows."""
+"""Largest distance of a joint from the middle of its range [rad]; a full turn covers all gravity torques."""
 PRIOR = 1e-6
-"""Information that is assumed of each unknown, as a share of what one pose gives: makes the first choices
-comparable before all unknowns are seen, and weighs nothing after."""
+"""Prior information on each unknown, as a share of the information from one pose: makes the first choices
+comparable before all unknowns are excited, and is negligible afterwards."""
 TEMPERATURE = 20.0
-"""Of every joint [degC]: at rest there is no friction that could depend on it."""
+"""Temperature of every joint [degC]: at rest no friction depends on it."""
 
 
 def clear_positions(
     limits: Limits, margin: float, clearances: Collection[Clearance], seed: int, count: int
 ) -> np.ndarray:
-    """Random positions that are clear of everything, a margin [rad] inside the limits; shape (c, n) [rad].
+    """Random positions that keep all clearances, a margin [rad] inside the limits; shape (c, n) [rad].
 
     Raises:
-        Infeasible: A joint's range is smaller than the margins, or fewer than `count` were found.
+        Infeasible: A joint's range is smaller than the margins, or fewer than `count` positions are clear.
     """
     lower, upper = limits.position_lower + margin, limits.position_upper - margin
     for joint in np.flatnonzero(~(lower < upper)):
         raise Infeasible(
-            f"joint {joint + 1}: {limits.position_lower[joint]:g} to {limits.position_upper[joint]:g} rad, "
-            f"less {margin:g} at both ends to come to a pose from, is nothing. Try a shorter approach"
+            f"joint {joint + 1}: its range, {limits.position_lower[joint]:g} to "
+            f"{limits.position_upper[joint]:g} rad, leaves no room for an approach of {margin:g} rad at both "
+            "ends. Try a shorter approach"
         )
     middle = 0.5 * (lower + upper)
     lower, upper = np.maximum(lower, middle - HALF_TURN), np.minimum(upper, middle + HALF_TURN)
-    random, found = np.random.default_rng(seed), np.empty((0, len(lower)))
-    worst, name = -np.inf, ""
+    random, accepted = np.random.default_rng(seed), np.empty((0, len(lower)))
+    best_margin, best_name = -np.inf, ""
     for _ in range(DRAWS):
         drawn = random.uniform(lower, upper, (DRAWN, len(lower)))
         clear = np.ones(DRAWN, bool)
@@ -248,47 +250,51 @@ def clear_positions(
             margins = clearance.margins(drawn)
             clear &= np.all(margins >= 0.0, axis=1)
             best = int(np.argmax(np.min(margins, axis=1, initial=np.inf)))
-            if margins.size and np.min(margins[best]) > worst:
-                worst, name = float(np.min(margins[best])), clearance.names[int(np.argmin(margins[best]))]
-        found = np.concatenate([found, drawn[clear]])
-        if len(found) >= max(WANTED, count):
-            return found
-    if len(found) < count:
+            if margins.size and np.min(margins[best]) > best_margin:
+                best_margin, best_name = (
+                    float(np.min(margins[best])),
+                    clearance.names[int(np.argmin(margins[best]))],
+                )
+        accepted = np.concatenate([accepted, drawn[clear]])
+        if len(accepted) >= max(WANTED, count):
+            return accepted
+    if len(accepted) < count:
         raise Infeasible(
-            f"{len(found)} of {DRAWS * DRAWN} random poses are clear of everything, and {count} are wanted; "
-            f"the best has {worst:.4g} m of room ({name}). Try fewer poses, or check region and geometry"
+            f"{len(accepted)} of {DRAWS * DRAWN} random poses keep all clearances; {count} are needed. The "
+            f"best has a margin of {best_margin:.4g} m ({best_name}). Try fewer poses, or check the region "
+            "and geometry"
         )
-    return found
+    return accepted
 
 
 def informative(candidates: np.ndarray, count: int, limits: Limits, model: Model) -> np.ndarray:
-    """Indices of the poses that a greedy search for the largest determinant of the information takes, (k,).
+    """Indices of poses that greedily maximize the determinant of the information matrix, shape (k,).
 
-    Greedy is near the best here: the logarithm of the determinant has diminishing returns, so that what is
-    gained is at least 63 % of what the best choice gains (Nemhauser 1978).
+    Greedy is close to optimal here: the log-determinant is submodular, so the gain is at least 63 % of the
+    best possible gain (Nemhauser 1978).
 
     Args:
-        candidates: Shape (c, n) [rad].
-        count: How many to take.
-        limits: Torque limits are the unit of each joint's torque, as a drive's noise grows with its size.
-        model: Its regressor at rest, reduced to what poses can distinguish.
+        candidates: Candidate poses, shape (c, n) [rad].
+        count: Number of poses to choose.
+        limits: Torque limits, which scale each joint's torque, as a drive's noise grows with its size.
+        model: Model whose regressor at rest is reduced to the base parameters that poses can distinguish.
 
     Raises:
-        NothingToIdentify: Nothing acts on this arm at rest.
+        NothingToIdentify: No parameter acts on this arm at rest.
     """
     columns = _resting_columns(candidates, model)
     if np.all(np.isfinite(limits.torque)):
         columns = columns / limits.torque[:, None]
     columns = columns / np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
     information = PRIOR * np.eye(columns.shape[2])
-    taken: list[int] = []
+    chosen: list[int] = []
     for _ in range(min(count, len(candidates))):
         spread = columns @ np.linalg.solve(information, np.swapaxes(columns, 1, 2))
         gain = np.linalg.slogdet(np.eye(columns.shape[1]) + spread)[1]
-        gain[taken] = -np.inf
-        taken.append(int(np.argmax(gain)))
-        information += columns[taken[-1]].T @ columns[taken[-1]]
-    return np.array(taken)
+        gain[chosen] = -np.inf
+        chosen.append(int(np.argmax(gain)))
+        information += columns[chosen[-1]].T @ columns[chosen[-1]]
+    return np.array(chosen)
 
 
 def _resting_columns(positions: np.ndarray, model: Model) -> np.ndarray:
@@ -296,26 +302,26 @@ def _resting_columns(positions: np.ndarray, model: Model) -> np.ndarray:
     still = np.zeros_like(positions)
     warm = np.full_like(positions, TEMPERATURE)
     motion = Motion.of(np.arange(len(positions)) * 1.0, positions, still, still, temperature=warm)
-    # what an effect with a memory does at rest is decided by the way there, not by the pose
+    # the torque of an effect with memory depends on the motion before the rest, not on the pose
     resting = replace(model, effects=tuple(effect for effect in model.effects if effect.pointwise))
     columns = resting.regressor(resting.loaded(motion))
     rows = columns.reshape(-1, columns.shape[2])
     if not np.any(rows):
         raise NothingToIdentify(
-            f"{model.robot.name}: at rest no parameter of the model makes any torque, in no pose; there is "
-            "nothing that static poses could show. Try a motion"
+            f"{model.robot.name}: at rest, no parameter of the model produces torque in any pose, so static "
+            "poses cannot identify it. Try a motion"
         )
     return columns[:, :, from_columns(tuple(resting.parameters), rows).kept]
 
 
 def spread_out(candidates: np.ndarray, count: int, limits: Limits) -> np.ndarray:
-    """Indices of poses each of which is farthest from those before it, as shares of the ranges; (k,)."""
+    """Indices of poses, each farthest from the ones before in shares of the joint ranges, shape (k,)."""
     scaled = candidates / (limits.position_upper - limits.position_lower)
     middle = 0.5 * (limits.position_upper + limits.position_lower)
     away = np.linalg.norm((candidates - middle) / (limits.position_upper - limits.position_lower), axis=1)
-    taken = [int(np.argmax(away))]
+    chosen = [int(np.argmax(away))]
     distance = np.full(len(candidates), np.inf)
     for _ in range(min(count, len(candidates)) - 1):
-        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[taken[-1]], axis=1))
-        taken.append(int(np.argmax(distance)))
-    return np.array(taken)
+        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[chosen[-1]], axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return np.array(chosen)

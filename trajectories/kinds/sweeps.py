@@ -1,4 +1,4 @@
-"""Slow sweeps at constant velocity: the friction curve of a joint, and how it answers to load."""
+"""Slow sweeps at constant velocity: the friction curve of a joint, and how it depends on load."""
 
 from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
@@ -12,23 +12,23 @@ from ..errors import BadLimits, Infeasible
 from ..families.phases import Phases
 from ..families.sequence import Sequence
 from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
-from .rests import clear_range, pause, require_joints, require_limits, require_pose, way
+from .rests import clear_range, move_clear, pause, require_joints, require_limits, require_pose
 
 SLOWEST, FASTEST = 0.01, 0.6
-"""Shares of the velocity limit. A hundredth, some 0.02 rad/s, is on the side of the Stribeck bend (0.1 rad/s,
-give or take a factor of five) where boundary friction rules; at six tenths the film carries, and half of the
-range is still left to cruise on."""
+"""Shares of the velocity limit. A hundredth, about 0.02 rad/s, is below the Stribeck velocity (0.1 rad/s,
+within a factor of five), where boundary friction dominates. At six tenths the lubricant film carries the
+load, and half of the range remains for the cruise."""
 SPEEDS = 6
-"""Evenly spaced in the logarithm: two or three on either side of the bend, wherever it is."""
+"""Number of speeds, evenly spaced in the logarithm: two or three on either side of the Stribeck velocity."""
 CRUISE = 1.0
-"""Least cruise of the speeds that are chosen here [s]: 20 periods of a low-pass at 20 Hz to average over."""
+"""Least cruise at speeds that are chosen here [s]: 20 periods of a 20 Hz low-pass to average over."""
 SHORTEST = 0.25
-"""Least cruise of speeds that were asked for [s]; in less than 5 periods of that filter nothing settles."""
+"""Least cruise at requested speeds [s]: in less than 5 periods of that filter nothing settles."""
 LONGEST = 10.0
-"""Longest cruise [s]: at 0.02 rad/s and a gear of 100, three turns of the motor and so three periods of what
-ripples once a turn."""
+"""Longest cruise [s]: at 0.02 rad/s and a gear ratio of 100, three motor turns, and so three periods of a
+ripple with one period per turn."""
 REST = 0.5
-"""Rest before each pass [s]: what the arm swings after a stop has died out."""
+"""Rest before each pass [s]: long enough for vibrations after a stop to die out."""
 
 
 def constant_velocity_sweeps(
@@ -43,27 +43,28 @@ def constant_velocity_sweeps(
     rest: float = REST,
     begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
-    """Joints one after another go forth and back at constant velocities; begins and ends at rest at a pose.
+    """Sweep joints in turn, forward and backward, at constant velocities, from rest to rest at a pose.
 
-    Friction is half the difference of the torques forth and back at the same place, where gravity is the
-    same. Several poses of the other joints give the same sweep under several loads of the gear.
+    Friction is half the difference of the forward and backward torques at the same position, where gravity
+    is equal. With several poses of the other joints, the sweep is repeated under several gear loads.
 
     Args:
-        limits: Finite but for the torque.
-        joints: Which move, counted from 0.
-        pose: Pose of all joints where none sweeps, shape (n,) [rad], or several one after another, (m, n).
-        tick: Cycle of the controller [s].
-        velocities: Shape (k,), or (joints, k) [rad/s]. Unless given, six of each joint from a hundredth to
-            six tenths of its limit, less where its range is too short to cruise for a second.
-        ranges: Where each of the joints may sweep, shape (joints, 2) [rad]; its limits unless given.
-        clearances: What to keep clear of; the range shrinks to what is.
-        longest: Longest time of each cruise [s]. The duration of a fast sweep follows from its range.
-        rest: Before each pass [s].
-        begin: Called with each joint before its sweeps are made; to keep clear of geometry takes time.
+        limits: Limits, finite except for torque.
+        joints: Joints that sweep, counted from 0.
+        pose: Pose of the joints that do not sweep, shape (n,) [rad], or several poses in turn, shape (m, n).
+        tick: Sampling period of the controller [s].
+        velocities: Velocities, shape (k,) or (joints, k) [rad/s]. By default six for each joint, from a
+            hundredth to six tenths of its limit, or less if its range is too short to cruise for a second.
+        ranges: Range within which each joint may sweep, shape (joints, 2) [rad]; its limits by default.
+        clearances: Clearances to keep; the range shrinks to the clear range.
+        longest: Longest cruise [s]. The duration of a fast sweep follows from its range.
+        rest: Rest before each pass [s].
+        begin: Called with each joint before its sweeps are made, as collision checks take time.
 
     Raises:
-        BadLimits: Limits, joints, velocities or ranges that are none.
-        Infeasible: A pose outside the limits or not clear, a range too short, a velocity beyond its limit.
+        BadLimits: The limits, joints, velocities or ranges are invalid.
+        Infeasible: A pose is outside the limits or not clear, a range is too short, or a velocity exceeds
+            its limit.
     """
     require_limits(limits, tick)
     require_joints(joints, limits)
@@ -73,14 +74,14 @@ def constant_velocity_sweeps(
     if ranges is not None and allowed.shape != (len(joints), 2):
         raise BadLimits(f"ranges of shape {allowed.shape}; expected ({len(joints)}, 2)")
     parts: list[Trajectory] = []
-    for here, following in zip(poses, [*poses[1:], poses[0]], strict=True):
+    for current, following in zip(poses, [*poses[1:], poses[0]], strict=True):
         for place, joint in enumerate(joints):
             begin(joint)
-            room = _room(limits, joint, here, None if ranges is None else allowed[place], clearances)
-            own = _chosen(limits, room, joint, tick) if speeds is None else speeds[place]
-            passes = [_pass(limits, room, here, joint, float(v), tick, longest) for v in own]
-            parts += _joined(here, joint, passes, limits, tick, rest)
-        parts.append(way(here, following, limits, tick, clearances))
+            room = _room(limits, joint, current, None if ranges is None else allowed[place], clearances)
+            joint_speeds = _default_speeds(limits, room, joint, tick) if speeds is None else speeds[place]
+            passes = [_pass(limits, room, current, joint, float(v), tick, longest) for v in joint_speeds]
+            parts += _joined(current, joint, passes, limits, tick, rest)
+        parts.append(move_clear(current, following, limits, tick, clearances))
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
 
 
@@ -91,27 +92,27 @@ def _room(
     allowed: np.ndarray | None,
     clearances: Collection[Clearance],
 ) -> tuple[float, float]:
-    """Range of a joint around a pose, clear of everything and within what is `allowed`, shape (2,) [rad]."""
+    """Clear range of a joint around a pose, within the `allowed` range, shape (2,) [rad]."""
     lower, upper = clear_range(limits, pose, joint, clearances)
     if allowed is not None:
         lower, upper = max(lower, float(allowed[0])), min(upper, float(allowed[1]))
     if not lower < upper:
         raise Infeasible(
-            f"joint {joint + 1}: no room to sweep, {lower:g} to {upper:g} rad. Try a wider range, or "
-            "a pose with more room around it"
+            f"joint {joint + 1}: there is no room to sweep from {lower:g} to {upper:g} rad. "
+            "Try a wider range, or a pose with more room around it"
         )
     return lower, upper
 
 
 class _Pass(NamedTuple):
-    """One way of a sweep: speed up, cruise, slow down, each in whole ticks.
+    """One pass of a sweep: speed up, cruise, slow down, each in whole sampling periods.
 
     Attributes:
-        begin: Position of the joint at rest before it goes forth [rad].
+        begin: Position of the joint at rest before the forward pass [rad].
         velocity: Velocity of the cruise, above zero [rad/s].
-        build_up: Time in which the acceleration comes or goes [s].
-        hold: Time for which it is held [s].
-        cruise: [s].
+        build_up: Time in which the acceleration rises or falls [s].
+        hold: Time for which the acceleration is held [s].
+        cruise: Duration of the cruise [s].
     """
 
     begin: float
@@ -122,30 +123,30 @@ class _Pass(NamedTuple):
 
     @property
     def travel(self) -> float:
-        """From rest to rest [rad]: speeding up and slowing down go at half the velocity on average."""
+        """Distance from rest to rest [rad]; the mean velocity of speeding up and slowing down is half."""
         return self.velocity * (2 * self.build_up + self.hold + self.cruise)
 
-    def phases(self, pose: np.ndarray, joint: int, forth: bool) -> Phases:
+    def phases(self, pose: np.ndarray, joint: int, forward: bool) -> Phases:
         """The motion, with the other joints at rest at a pose, shape (n,) [rad]."""
         start, jerks = pose.copy(), np.zeros((7, len(pose)))
-        start[joint] = self.begin if forth else self.begin + self.travel
+        start[joint] = self.begin if forward else self.begin + self.travel
         jerk = self.velocity / (self.build_up * (self.build_up + self.hold))
-        jerks[[0, 2, 4, 6], joint] = (1.0 if forth else -1.0) * jerk * np.array([1.0, -1.0, -1.0, 1.0])
+        jerks[[0, 2, 4, 6], joint] = (1.0 if forward else -1.0) * jerk * np.array([1.0, -1.0, -1.0, 1.0])
         up = [self.build_up, self.hold, self.build_up]
         return Phases.of_jerks(State.at_rest(start), np.array([*up, self.cruise, *up]), jerks)
 
 
 def _speed_up(limits: Limits, joint: int, velocity: float, tick: float) -> tuple[float, float]:
-    """Times to build up and to hold the acceleration, so that every switch falls on a tick [s].
+    """Times to build up and to hold the acceleration, such that every switch falls on a sample [s].
 
-    Not the fastest: a speed-up that ends between two ticks would leave a tick of the cruise that is none,
-    and Ruckig, asked to end on a tick after a given way, swings back first.
+    This is not the fastest speed-up: one that ended between two samples would spoil a sample of the cruise,
+    and Ruckig swings back first if it must end on a sample after a fixed distance.
     """
     most = min(limits.acceleration[joint], -limits.acceleration_lower[joint])
     jerk = float(limits.jerk[joint])
     build_up = whole_ticks(min(most / jerk, np.sqrt(velocity / jerk)), tick)
-    whole = whole_ticks(max(velocity / most, velocity / (jerk * build_up), build_up), tick)
-    return build_up, whole - build_up
+    total = whole_ticks(max(velocity / most, velocity / (jerk * build_up), build_up), tick)
+    return build_up, total - build_up
 
 
 def _pass(
@@ -157,29 +158,29 @@ def _pass(
     tick: float,
     longest: float,
 ) -> _Pass:
-    """A pass within a room, as near to the pose's own position as there is room for."""
+    """A pass within the range `room`, centered on the pose as far as the range allows."""
     allowed = min(limits.velocity[joint], -limits.velocity_lower[joint])
     if not 0.0 < velocity <= allowed:
         raise Infeasible(
-            f"joint {joint + 1}: a sweep at {velocity:g} rad/s; its limit is {allowed:g}, in the slower "
-            "direction. Try a velocity above 0 and below that"
+            f"joint {joint + 1}: the velocity of a sweep is {velocity:g} rad/s; its limit in the slower "
+            f"direction is {allowed:g}. Try a velocity above 0 and below the limit"
         )
     build_up, hold = _speed_up(limits, joint, velocity, tick)
-    most = (room[1] - room[0]) / velocity - (2 * build_up + hold)
-    cruise = float(np.floor(min(most, longest) / tick + PART_OF_TICK) * tick)
+    available = (room[1] - room[0]) / velocity - (2 * build_up + hold)
+    cruise = float(np.floor(min(available, longest) / tick + PART_OF_TICK) * tick)
     if cruise < SHORTEST:
         raise Infeasible(
-            f"joint {joint + 1}: at {velocity:g} rad/s it would cruise for {max(cruise, 0.0):.3g} s of the "
-            f"{SHORTEST:g} s needed, from {room[0]:g} to {room[1]:g} rad, within {longest:g} s. "
+            f"joint {joint + 1}: at {velocity:g} rad/s it cruises for {max(cruise, 0.0):.3g} s, and at least "
+            f"{SHORTEST:g} s are needed, from {room[0]:g} to {room[1]:g} rad, within {longest:g} s. "
             "Try a slower sweep, a wider range or a longer time"
         )
-    one = _Pass(0.0, velocity, build_up, hold, cruise)
-    begin = min(max(pose[joint] - one.travel / 2, room[0]), room[1] - one.travel)
-    return one._replace(begin=max(float(begin), room[0]))
+    sweep = _Pass(0.0, velocity, build_up, hold, cruise)
+    begin = min(max(pose[joint] - sweep.travel / 2, room[0]), room[1] - sweep.travel)
+    return sweep._replace(begin=max(float(begin), room[0]))
 
 
-def _chosen(limits: Limits, room: tuple[float, float], joint: int, tick: float) -> np.ndarray:
-    """Velocities for a joint that has a room to sweep, shape (k,) [rad/s]."""
+def _default_speeds(limits: Limits, room: tuple[float, float], joint: int, tick: float) -> np.ndarray:
+    """Velocities at which a joint can sweep the range `room`, shape (k,) [rad/s]."""
     full = min(limits.velocity[joint], -limits.velocity_lower[joint])
     candidates = full * np.geomspace(FASTEST, SLOWEST, 100)
     travel = [_Pass(0.0, v, *_speed_up(limits, joint, v, tick), CRUISE).travel for v in candidates]
@@ -187,7 +188,7 @@ def _chosen(limits: Limits, room: tuple[float, float], joint: int, tick: float) 
     if len(fits) == 0:
         raise Infeasible(
             f"joint {joint + 1}: from {room[0]:g} to {room[1]:g} rad there is no room to cruise for "
-            f"{CRUISE:g} s at even {candidates[-1]:.3g} rad/s. Try a wider range, or give slower velocities"
+            f"{CRUISE:g} s, even at {candidates[-1]:.3g} rad/s. Try a wider range or slower velocities"
         )
     return np.geomspace(candidates[-1], fits[0], SPEEDS)
 
@@ -196,24 +197,28 @@ def _speeds(velocities: np.ndarray | None, joints: int) -> np.ndarray | None:
     """Velocities of each joint, shape (joints, k) [rad/s]."""
     if velocities is None:
         return None
-    found = np.asarray(velocities, float)
-    if found.ndim == 1:
-        found = np.tile(found, (joints, 1))
-    if found.ndim != 2 or len(found) != joints or found.size == 0:
+    speeds = np.asarray(velocities, float)
+    if speeds.ndim == 1:
+        speeds = np.tile(speeds, (joints, 1))
+    if speeds.ndim != 2 or len(speeds) != joints or speeds.size == 0:
         raise BadLimits(f"velocities of shape {np.shape(velocities)}; expected (k,) or ({joints}, k)")
-    return found
+    return speeds
 
 
 def _joined(
     pose: np.ndarray, joint: int, passes: Iterable[_Pass], limits: Limits, tick: float, rest: float
 ) -> list[Trajectory]:
-    """Passes of one joint from rest at a pose to rest at the same pose; it stays in its clear range."""
+    """Passes of one joint from rest to rest at a pose; the joint stays in its clear range."""
     parts: list[Trajectory] = []
     at = pose
-    for one in passes:
+    for sweep in passes:
         begin, end = pose.copy(), pose.copy()
-        begin[joint], end[joint] = one.begin, one.begin + one.travel
-        parts += [way(at, begin, limits, tick), pause(begin, rest, tick), one.phases(pose, joint, True)]
-        parts += [pause(end, rest, tick), one.phases(pose, joint, False)]
+        begin[joint], end[joint] = sweep.begin, sweep.begin + sweep.travel
+        parts += [
+            move_clear(at, begin, limits, tick),
+            pause(begin, rest, tick),
+            sweep.phases(pose, joint, True),
+        ]
+        parts += [pause(end, rest, tick), sweep.phases(pose, joint, False)]
         at = begin
-    return [*parts, way(at, pose, limits, tick)]
+    return [*parts, move_clear(at, pose, limits, tick)]

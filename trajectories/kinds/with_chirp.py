@@ -1,4 +1,4 @@
-"""A chirp as large as the limits leave room for, on top of a motion."""
+"""A chirp on top of a motion, as large as the limits allow."""
 
 from collections.abc import Collection
 from typing import Any
@@ -16,21 +16,21 @@ from ..trajectory import Trajectory
 from .rests import require_clear, require_joints, require_limits
 
 LOW = 1.0
-"""Where a chirp starts [Hz]: half an octave above what identification runs are made of."""
+"""Lowest frequency of a chirp [Hz]: half an octave above the frequencies of identification runs."""
 HIGH = 20.0
-"""Where it ends [Hz], if the tick allows: arms' first resonances are at 5 to 20 Hz, and the usual filter of
-the measurement ends there."""
+"""Highest frequency of a chirp [Hz], if the sampling period allows: the first resonances of arms are at 5 to
+20 Hz, and the usual measurement filter ends there."""
 LEAST = 4.0
-"""Of the highest frequency over the lowest: two octaves, below which a chirp shows no slope of anything."""
+"""Least ratio of the highest to the lowest frequency: two octaves, below which a chirp reveals no slope."""
 SAMPLES = 6
-"""Least samples a period, a third of Nyquist's frequency: a controller that joins them by straight lines
-still moves by 91 % of the amplitude."""
+"""Least samples per period, a third of the Nyquist frequency: a controller that interpolates linearly still
+moves by 91 % of the amplitude."""
 SHARE = 0.5
-"""Of the room that the motion under it leaves: a joint at its resonance swings further than commanded."""
+"""Share of the room that the base motion leaves: a joint at resonance swings further than commanded."""
 RESOLUTION = 1e-6
-"""What an encoder before a gear of 100 resolves [rad]: 16 bit a turn of the motor."""
+"""Resolution of an encoder before a gear with ratio 100 [rad]: 16 bit per motor turn."""
 STEPS = 10
-"""Least amplitude in steps of the encoder: quantisation is then 3 % of it."""
+"""Least amplitude in encoder steps: quantization is then 3 % of it."""
 SMALLER = 0.8
 """Factor by which the amplitude shrinks until every stop ends inside the limits and there is no contact."""
 
@@ -47,47 +47,48 @@ def with_chirp(
     resolution: float = RESOLUTION,
     clearances: Collection[Clearance] = (),
 ) -> Chirp:
-    """A motion with a chirp from its beginning to its end; at both ends the chirp adds nothing.
+    """A motion with a chirp from beginning to end; the chirp is zero at both ends.
 
     Args:
-        base: Such as rest at a pose, `Phases.hold`. Ten seconds are well spent.
-        joints: Which have the chirp, counted from 0.
-        limits: Finite but for the torque.
-        tick: Cycle of the controller [s].
+        base: Motion under the chirp, such as rest at a pose, `Phases.hold`; ten seconds are a good duration.
+        joints: Joints with a chirp, counted from 0.
+        limits: Limits, finite except for torque.
+        tick: Sampling period of the controller [s].
         low: Frequency at the start [Hz].
-        high: Frequency at the end [Hz]; unless given 20 Hz, or less where a period would have under six
-            ticks or the limits would leave too little to measure.
-        share: Share of what `base` leaves of each limit [-].
-        logarithmic: Whether the frequency doubles in equal times, as many periods near each frequency.
-        resolution: What the joints' encoders resolve [rad].
-        clearances: What to keep clear of; the amplitude shrinks until it is.
+        high: Frequency at the end [Hz]; by default 20 Hz, or less if a period would have fewer than six
+            samples or the limits would leave too small an amplitude to measure.
+        share: Share of the room that `base` leaves to each limit [-].
+        logarithmic: Whether the frequency doubles in equal times, with as many periods near each frequency.
+        resolution: Resolution of the joint encoders [rad].
+        clearances: Clearances to keep; the amplitude shrinks until they are kept.
 
     Raises:
-        BadLimits: Limits, joints, frequencies or a share that are none.
-        Infeasible: The motion leaves no room, collides or is not stoppable itself, or the amplitude
-            cannot be measured.
+        BadLimits: The limits, joints, frequencies or share are invalid.
+        Infeasible: The base motion leaves no room, collides or cannot be stopped, or the amplitude is too
+            small to measure.
     """
     require_limits(limits, tick)
     require_joints(joints, limits)
     require_clear("the motion under the chirp", base, clearances)
     highest = 1.0 / (SAMPLES * tick)
     if high is None:
-        rest = share, logarithmic, resolution, clearances
-        return _highest(base, joints, limits, tick, low, min(HIGH, highest), *rest)
+        options = share, logarithmic, resolution, clearances
+        return _highest(base, joints, limits, tick, low, min(HIGH, highest), *options)
     if not 0.0 < low < high <= highest * (1 + 1e-9):
         raise BadLimits(
-            f"a chirp from {low:g} to {high:g} Hz; it must rise, and a tick of {tick:g} s allows up to "
-            f"{highest:.4g} Hz, {SAMPLES} ticks a period. Try other frequencies or a shorter tick"
+            f"the chirp goes from {low:g} to {high:g} Hz; it must rise, and a sampling period of {tick:g} s "
+            f"allows up to {highest:.4g} Hz, {SAMPLES} samples per period. Try other frequencies or a "
+            "shorter sampling period"
         )
     if not 0.0 < share <= 1.0:
-        raise BadLimits(f"a share of {share:g} of the limits; it must be above 0 and at most 1")
+        raise BadLimits(f"the share of the limits is {share:g}; it must be above 0 and at most 1")
     if not base.duration * low >= 2.0:
         raise BadLimits(
-            f"a motion of {base.duration:g} s; a chirp rises and falls over a period each, together "
+            f"the motion lasts {base.duration:g} s; a chirp rises and falls over one period each, together "
             f"{2 / low:g} s at {low:g} Hz. Try a longer motion"
         )
     largest = share * _room(base, tuple(joints), limits)
-    # envelope, rising frequency and falling amplitude add to what a plain sine would reach
+    # envelope, rising frequency and falling amplitude reach more than a plain sine
     trial = Chirp(base, tuple(joints), largest, low, high, 0.0, base.duration, 1.0 / low, logarithmic)
     chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
     return _safe(chirp, limits, tick, resolution, clearances)
@@ -100,12 +101,12 @@ def _highest(
     tick: float,
     low: float,
     high: float,
-    *rest: Any,
+    *options: Any,
 ) -> Chirp:
     """The chirp up to the highest frequency at which its amplitude can be measured."""
     while True:
         try:
-            return with_chirp(base, joints, limits, tick, low, high, *rest)
+            return with_chirp(base, joints, limits, tick, low, high, *options)
         except Infeasible:
             high *= SMALLER
             if high < LEAST * low:
@@ -113,17 +114,17 @@ def _highest(
 
 
 def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarray:
-    """What a motion leaves of position, velocity, acceleration and jerk either way, shape (k, 4)."""
+    """Room of position, velocity, acceleration and jerk between a motion and its limits, shape (k, 4)."""
     room = np.empty((len(joints), 4))
     bounds = zip(ranges(limits).items(), base.extremes(), strict=True)
-    for order, ((name, (lower, upper)), found) in enumerate(bounds):
-        left = np.minimum(upper - found.upper, found.lower - lower)
+    for order, ((name, (lower, upper)), reached) in enumerate(bounds):
+        remaining = np.minimum(upper - reached.upper, reached.lower - lower)
         for place, joint in enumerate(joints):
-            room[place, order] = left[joint]
-            if not left[joint] > 0.0:
+            room[place, order] = remaining[joint]
+            if not remaining[joint] > 0.0:
                 raise Infeasible(
-                    f"joint {joint + 1}: the motion's own {name}, {found.lower[joint]:g} to "
-                    f"{found.upper[joint]:g}, leaves no room for a chirp within {lower[joint]:g} to "
+                    f"joint {joint + 1}: the {name} of the base motion, {reached.lower[joint]:g} to "
+                    f"{reached.upper[joint]:g}, leaves no room for a chirp within {lower[joint]:g} to "
                     f"{upper[joint]:g}. Try a slower motion, or rest in the middle of the range"
                 )
     return room
@@ -132,7 +133,7 @@ def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarr
 def _safe(
     chirp: Chirp, limits: Limits, tick: float, resolution: float, clearances: Collection[Clearance]
 ) -> Chirp:
-    """The chirp, smaller if need be, such that every stop ends inside the limits and there is no contact."""
+    """The chirp, scaled down until every stop ends inside the limits and there is no contact."""
     while True:
         _require_measurable(chirp, resolution)
         clear = all(clearance.worst(chirp).allowed for clearance in clearances)
@@ -149,8 +150,8 @@ def _require_measurable(chirp: Chirp, resolution: float) -> None:
         if np.any(small):
             first = frequency[np.argmax(small)]
             raise Infeasible(
-                f"joint {joint + 1}: at {chirp.high:g} Hz the limits leave an amplitude of "
-                f"{steps[-1, place] * resolution:.3g} rad, {steps[-1, place]:.2g} steps of an encoder of "
-                f"{resolution:g} rad; at least {STEPS} are needed, from {first:.3g} Hz on it is less. "
-                "Try a lower frequency, a larger share, or a slower motion under it"
+                f"joint {joint + 1}: at {chirp.high:g} Hz the limits allow an amplitude of "
+                f"{steps[-1, place] * resolution:.3g} rad, {steps[-1, place]:.2g} encoder steps of "
+                f"{resolution:g} rad; at least {STEPS} are needed, from {first:.3g} Hz on it has fewer. "
+                "Try a lower frequency, a larger share, or a slower base motion"
             )

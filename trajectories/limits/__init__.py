@@ -1,1 +1,1 @@
-"""What a joint may do, and whether a trajectory keeps to it."""
+"""Limits of the joints, and checks of trajectories against them."""

@@ -1,4 +1,4 @@
-"""Leads: by Ruckig from rest into a motion, and from its end back to rest."""
+"""Leads: moves from rest into a motion, and from its end back to rest, by Ruckig."""
 
 from typing import NamedTuple
 
@@ -15,24 +15,24 @@ from .moves import brake, move
 from .usable_limits import require_tick
 
 ROUNDING = 1e-9
-"""Radians beyond a position limit that are rounding."""
+"""Distance beyond a position limit that counts as rounding [rad]."""
 
 
 def with_leads(
     core: Trajectory, limits: Limits, tick: float, start: np.ndarray | None = None, rest: float = 1.0
 ) -> Sequence:
-    """Rest, lead-in, the core, lead-out, rest at the same pose again.
+    """Rest, lead-in, the core, lead-out, and rest at the same pose.
 
     Args:
-        core: A whole number of ticks long.
-        limits: What the leads keep to, and from which every tick of them can be stopped.
-        tick: Cycle of the controller [s].
-        start: Pose of the rests, shape (n,) [rad]. Unless given, one that makes the leads short.
+        core: Motion whose duration is a whole number of sampling periods.
+        limits: Limits within which the leads stay and can be stopped at every sample.
+        tick: Sampling period of the controller [s].
+        start: Pose of the rests, shape (n,) [rad]; by default one that makes the leads short.
         rest: Least duration of each rest [s].
 
     Raises:
-        BadLimits: A core that is not a whole number of ticks long, or no tick.
-        Infeasible: A lead leaves the position limits, from the given start or from all that were tried.
+        BadLimits: The core is not a whole number of sampling periods long, or the sampling period is invalid.
+        Infeasible: A lead leaves the position limits, from the start pose or from all poses that were tried.
     """
     _require_ticks(core, tick)
     first, last = core.state_at(0.0), core.state_at(core.duration)
@@ -45,21 +45,21 @@ def with_leads(
 
 
 def lead_in(measured: State, trajectory: Trajectory, limits: Limits, tick: float) -> Phases:
-    """The fastest way from a measured state to where a trajectory begins.
+    """The fastest move from a measured state to the beginning of a trajectory.
 
-    A joint measured outside its position limits is let back in, but no further out.
+    A joint measured outside its position limits may move back inside, but no further out.
 
     Raises:
-        BadLimits: Limits within which no joint can move, or no tick.
-        Infeasible: The way leaves the position limits, or cannot be stopped inside them.
+        BadLimits: No joint can move within the limits, or the sampling period is invalid.
+        Infeasible: The lead leaves the position limits, or cannot be stopped inside them.
     """
-    way = move(measured, trajectory.state_at(0.0), limits, tick)
-    _require_inside("lead-in", way, limits, tick)
-    return way
+    lead = move(measured, trajectory.state_at(0.0), limits, tick)
+    _require_inside("lead-in", lead, limits, tick)
+    return lead
 
 
 class _Leads(NamedTuple):
-    """From rest at a pose into a core, and from its end back to that pose."""
+    """Moves from rest at a pose into a core, and from its end back to that pose."""
 
     start: np.ndarray
     into: Phases
@@ -75,10 +75,10 @@ def _leads(first: State, last: State, start: np.ndarray, limits: Limits, tick: f
 
 
 def _first_possible(first: State, last: State, limits: Limits, tick: float) -> _Leads:
-    """Leads from the first pose that can have them.
+    """Leads from the first pose from which they are feasible.
 
-    Before all others the pose from which every joint speeds up in one go, then the first position
-    itself, then the middle.
+    The first candidate is the pose from which every joint speeds up in one go, then the first position of the
+    core, then the midpoint of the two, then the middle of the limits.
     """
     launch = brake(State(first.position, -first.velocity, first.acceleration), limits).end_state.position
     lower, upper = limits.position_lower, limits.position_upper
@@ -93,20 +93,20 @@ def _first_possible(first: State, last: State, limits: Limits, tick: float) -> _
     raise Infeasible(f"no pose was found to start from; from the best guess: {reasons[0]}") from reasons[0]
 
 
-def _require_inside(what: str, way: Phases, limits: Limits, tick: float) -> None:
-    """Raise where a lead, or a stop begun on any tick of it, leaves the position limits."""
-    states = way.every(tick)
+def _require_inside(name: str, lead: Phases, limits: Limits, tick: float) -> None:
+    """Raise if a lead, or a stop begun at any sample of it, leaves the position limits."""
+    states = lead.every(tick)
     reach = stopping_reach(states.velocity, states.acceleration, limits)
-    reached = way.extremes().position
+    reached = lead.extremes().position
     lowest = np.minimum(reached.lower, (states.position + reach.lower).min(axis=0))
     highest = np.maximum(reached.upper, (states.position + reach.upper).max(axis=0))
-    lower = np.minimum(limits.position_lower, way.position[0]) - ROUNDING
-    upper = np.maximum(limits.position_upper, way.position[0]) + ROUNDING
+    lower = np.minimum(limits.position_lower, lead.position[0]) - ROUNDING
+    upper = np.maximum(limits.position_upper, lead.position[0]) + ROUNDING
     for joint in np.flatnonzero((lowest < lower) | (highest > upper)):
         below = lowest[joint] < lower[joint]
         value, limit = (lowest, limits.position_lower) if below else (highest, limits.position_upper)
         raise Infeasible(
-            f"joint {joint + 1}: the {what} or a stop during it reaches {value[joint]:g} rad, limit "
+            f"joint {joint + 1}: the {name} or a stop during it reaches {value[joint]:g} rad, limit "
             f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
         )
 
@@ -116,6 +116,6 @@ def _require_ticks(core: Trajectory, tick: float) -> None:
     ticks = core.duration / tick
     if abs(ticks - round(ticks)) > PART_OF_TICK:
         raise BadLimits(
-            f"the motion lasts {core.duration:.9g} s, {ticks:.9g} ticks of {tick:g} s, so that its end falls "
-            f"between two. Try a duration of {max(round(ticks), 1) * tick:.9g} s"
+            f"the motion lasts {core.duration:.9g} s, {ticks:.9g} sampling periods of {tick:g} s; expected a "
+            f"whole number. Try a duration of {max(round(ticks), 1) * tick:.9g} s"
         )

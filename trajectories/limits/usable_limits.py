@@ -1,4 +1,4 @@
-"""Usable limits: what a planner keeps to of what the robot may do."""
+"""Usable limits: the robot's limits less safety margins, within which a planner stays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,20 +10,20 @@ from exidyn.identification.arm.robot import Limits, Robot
 from ..errors import BadLimits, Infeasible, in_words_of
 
 HALF_TURN = np.pi
-"""How far a joint without position limits is turned each way, so that cables do not wind up [rad]."""
+"""Range either way of a joint without position limits, so that cables do not wind up [rad]."""
 SPEED_UP = 1.0
-"""Seconds to full speed where no acceleration is given: gentle for an arm that reaches it in 0.3 s."""
+"""Time to full speed if the robot has no acceleration limit [s]: gentle for an arm that takes 0.3 s."""
 BUILD_UP = 0.1
-"""Seconds to full acceleration where no jerk is given: ten times what a fast controller takes."""
+"""Time to full acceleration if the robot has no jerk limit [s]: ten times that of a fast controller."""
 
 
 @dataclass(frozen=True)
 class Margins:
-    """What is kept free of each limit that is given; what had to be assumed has no margin.
+    """Safety margins to each limit of the robot; limits that are assumed have no margin.
 
     Attributes:
-        position: At both ends of a revolute joint [rad].
-        slide: At both ends of a joint that slides [m].
+        position: Margin at both ends of a revolute joint [rad].
+        slide: Margin at both ends of a prismatic joint [m].
         velocity: Share of the limit [-].
         acceleration: Share of the limit [-].
         jerk: Share of the limit [-].
@@ -39,18 +39,18 @@ class Margins:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            length = name in ("position", "slide")
-            if not (value >= 0.0 and value < (np.inf if length else 1.0)):
-                wanted = "0 or more" if length else "from 0 to below 1"
-                raise BadLimits(f"margins: {name} is {value:g}; it must be {wanted}")
+            distance = name in ("position", "slide")
+            if not (value >= 0.0 and value < (np.inf if distance else 1.0)):
+                expected = "0 or more" if distance else "from 0 to below 1"
+                raise BadLimits(f"margins: {name} is {value:g}; it must be {expected}")
 
 
 class UsableLimits(NamedTuple):
     """Limits to plan within.
 
     Attributes:
-        limits: Margins taken off; everything but the torque is finite.
-        assumed: A sentence for each kind of limit that is not given.
+        limits: Limits less margins; all except torque are finite.
+        assumed: A sentence for each kind of limit that had to be assumed.
     """
 
     limits: Limits
@@ -63,44 +63,44 @@ def usable(
     window: np.ndarray | None = None,
     start: np.ndarray | None = None,
 ) -> UsableLimits:
-    """What a planner may use of the robot's limits.
+    """The robot's limits that a planner may use.
 
     Args:
-        robot: Its limits are those of the data sheet or the controller.
-        margins: What to keep free; the usual 0.05 rad and 5 % unless given.
-        window: How far the controller lets each joint be moved from the start pose (RSI's AXISCORR): shape
-            (n,) for both ways alike, or (n, 2) for the most negative and most positive [rad]. It has no
-            margin, since it bounds the command and not the measured position.
-        start: Pose at which the motion begins, shape (n,) [rad]; needed with a window.
+        robot: Robot with the limits of its data sheet or controller.
+        margins: Safety margins; 0.05 rad and 5 % by default.
+        window: Largest correction of each joint from the start pose that the controller allows (AXISCORR in
+            RSI): shape (n,) if equal both ways, or (n, 2) for the most negative and most positive [rad]. It
+            has no margin, since it bounds the command and not the measured position.
+        start: Pose at which the motion begins, shape (n,) [rad]; required with a window.
 
     Raises:
-        BadLimits: A limit that no joint can move within, or that is not given and cannot be assumed.
-        Infeasible: A start outside the limits, or nothing left of them.
+        BadLimits: No joint can move within a limit, or a limit is missing and cannot be assumed.
+        Infeasible: The start is outside the limits, or the margins leave no range.
     """
-    margins, given = margins or Margins(), robot.limits
+    margins, nominal = margins or Margins(), robot.limits
     with in_words_of(robot):
-        require_movable(given)
-        _require_speed(given)
+        require_movable(nominal)
+        _require_speed(nominal)
         lower, upper, assumed = _positions(robot, margins)
         _require_room(lower, upper, "the margins leave nothing of the position limits. Try smaller margins")
         if start is not None:
             _require_inside(np.asarray(start, float), lower, upper)
         if window is not None:
             lower, upper = _in_window(lower, upper, np.asarray(window, float), start)
-    velocity, backward = ((1 - margins.velocity) * v for v in (given.velocity, given.velocity_lower))
-    missing = ~np.isfinite(given.acceleration), ~np.isfinite(given.acceleration_lower)
+    velocity, backward = ((1 - margins.velocity) * v for v in (nominal.velocity, nominal.velocity_lower))
+    missing = ~np.isfinite(nominal.acceleration), ~np.isfinite(nominal.acceleration_lower)
     share = 1 - margins.acceleration
-    with np.errstate(invalid="ignore"):  # a share of infinity where not given
-        forward = np.where(missing[0], velocity / SPEED_UP, share * given.acceleration)
-        slowing = np.where(missing[1], backward / SPEED_UP, share * given.acceleration_lower)
+    with np.errstate(invalid="ignore"):  # a missing limit is infinite
+        forward = np.where(missing[0], velocity / SPEED_UP, share * nominal.acceleration)
+        slowing = np.where(missing[1], backward / SPEED_UP, share * nominal.acceleration_lower)
     gentle = np.minimum(forward, -slowing) / BUILD_UP
-    jerk = np.where(np.isfinite(given.jerk), (1 - margins.jerk) * given.jerk, gentle)
-    torque = (1 - margins.torque) * given.torque
+    jerk = np.where(np.isfinite(nominal.jerk), (1 - margins.jerk) * nominal.jerk, gentle)
+    torque = (1 - margins.torque) * nominal.torque
     assumed += _sentence(
         robot, missing[0] | missing[1], f"acceleration limit; full speed within {SPEED_UP:g} s"
     )
     assumed += _sentence(
-        robot, ~np.isfinite(given.jerk), f"jerk limit; full acceleration within {BUILD_UP:g} s"
+        robot, ~np.isfinite(nominal.jerk), f"jerk limit; full acceleration within {BUILD_UP:g} s"
     )
     limits = Limits(lower, upper, velocity, forward, jerk, torque, backward, slowing)
     return UsableLimits(limits, tuple(assumed))
@@ -117,14 +117,14 @@ def ranges(limits: Limits) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def require_movable(limits: Limits) -> None:
-    """Raise unless every joint has room to move; infinity is room, but not where it cannot be checked.
+    """Raise unless the limits let every joint move; infinite limits do.
 
     Raises:
-        BadLimits: A limit of zero, NaN or the wrong sign, or a lower position limit not below the upper.
+        BadLimits: A limit is zero, NaN or of the wrong sign, or a lower position limit not below the upper.
     """
     shapes = {name: np.shape(value) for name, value in vars(limits).items()}
     if set(shapes.values()) != {np.shape(limits.velocity)} or np.ndim(limits.velocity) != 1:
-        raise BadLimits(f"limits of different shapes: {shapes}; expected one value a joint for each")
+        raise BadLimits(f"limits of different shapes: {shapes}; expected one value per joint for each")
     sizes = (
         ("velocity", "rad/s", limits.velocity),
         ("backward velocity", "rad/s", -limits.velocity_lower),
@@ -133,10 +133,10 @@ def require_movable(limits: Limits) -> None:
         ("jerk", "rad/s^3", limits.jerk),
         ("torque", "N m", limits.torque),
     )
-    for what, unit, values in sizes:
+    for name, unit, values in sizes:
         for joint in np.flatnonzero(~(values > 0.0)):
             raise BadLimits(
-                f"joint {joint + 1}: {what} limit {values[joint]:g} {unit}; "
+                f"joint {joint + 1}: {name} limit {values[joint]:g} {unit}; "
                 "no joint can move within it. Try the value of the data sheet, or leave it out if unknown"
             )
     for joint in np.flatnonzero(~(limits.position_lower < limits.position_upper)):
@@ -147,28 +147,29 @@ def require_movable(limits: Limits) -> None:
 
 
 def require_jerk(limits: Limits) -> None:
-    """Raise as `require_movable`, or where the jerk is not limited: no acceleration of a drive may jump.
+    """Raise as `require_movable` does, or if a jerk limit is infinite: drive accelerations must not jump.
 
     Raises:
-        BadLimits: An infinite jerk limit, or one that no joint can move within.
+        BadLimits: A jerk limit is infinite, or a limit lets no joint move.
     """
     require_movable(limits)
     for joint in np.flatnonzero(~np.isfinite(limits.jerk)):
         raise BadLimits(
-            f"joint {joint + 1}: jerk limit {limits.jerk[joint]:g}; a move needs a finite one. "
+            f"joint {joint + 1}: jerk limit {limits.jerk[joint]:g}; it must be finite. "
             "Try `usable`, which assumes one"
         )
 
 
 def require_tick(tick: float) -> None:
-    """Raise unless a cycle of the controller [s] is above 0 and finite.
+    """Raise unless the sampling period of the controller [s] is above 0 and finite.
 
     Raises:
-        BadLimits: It is not.
+        BadLimits: The sampling period is 0 or less, infinite or NaN.
     """
     if not 0.0 < tick < np.inf:
         raise BadLimits(
-            f"a tick of {tick:g} s; it must be above 0. Try the cycle of the controller, such as 0.002"
+            f"the sampling period is {tick:g} s; it must be above 0 and finite. Try the cycle time of the "
+            "controller, such as 0.002"
         )
 
 
@@ -182,13 +183,13 @@ def _require_speed(limits: Limits) -> None:
 
 
 def _positions(robot: Robot, margins: Margins) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Position limits less margins; half a turn each way where there are none."""
+    """Position limits less margins; half a turn each way for joints without limits."""
     lower, upper = robot.limits.position_lower, robot.limits.position_upper
     endless = np.isinf(lower) & np.isinf(upper) & robot.revolute
     for joint in np.flatnonzero((np.isinf(lower) | np.isinf(upper)) & ~endless):
         raise BadLimits(
-            f"joint {joint + 1}: position limits {lower[joint]:g} to {upper[joint]:g}; only a joint that "
-            "turns without end may have none. Try both limits"
+            f"joint {joint + 1}: position limits {lower[joint]:g} to {upper[joint]:g}; only a continuous "
+            "joint may have none. Try to give both limits"
         )
     margin = np.where(robot.revolute, margins.position, margins.slide)
     assumed = _sentence(robot, endless, "position limit; half a turn each way")
@@ -205,7 +206,7 @@ def _in_window(
     """Position limits within a window around the start pose."""
     n = len(lower)
     if start is None:
-        raise BadLimits("a correction window is around the start pose. Try to give the start pose with it")
+        raise BadLimits("a correction window is relative to the start pose, which is missing. Try to give it")
     if window.shape == (n,):
         window = np.stack([-window, window], axis=1)
     if window.shape != (n, 2):
@@ -214,11 +215,13 @@ def _in_window(
     for joint in np.flatnonzero(~((low <= 0) & (0 <= high) & (low < high))):
         raise BadLimits(
             f"joint {joint + 1}: correction window {low[joint]:g} to {high[joint]:g} rad; it must "
-            "hold the start pose, at 0, and be wider than nothing. Try the limits of AXISCORR"
+            "contain the start pose, 0, and have a width above 0. Try the limits of AXISCORR"
         )
     lower, upper = np.maximum(lower, start + low), np.minimum(upper, start + high)
     _require_room(
-        lower, upper, "nothing is left in the correction window. Try another start or a wider window"
+        lower,
+        upper,
+        "the correction window leaves nothing of the position limits. Try another start or a wider window",
     )
     return lower, upper
 
@@ -236,10 +239,10 @@ def _require_inside(start: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> 
     for joint in np.flatnonzero(~((lower <= start) & (start <= upper))):
         raise Infeasible(
             f"joint {joint + 1}: start {start[joint]:g} is outside {lower[joint]:g} to {upper[joint]:g} "
-            "rad, the position limits less margin. Try a start inside, or a smaller margin"
+            "rad, the position limits less the margin. Try a start inside, or a smaller margin"
         )
 
 
-def _sentence(robot: Robot, which: np.ndarray, text: str) -> list[str]:
-    names = [robot.joints[joint] for joint in np.flatnonzero(which)]
+def _sentence(robot: Robot, affected: np.ndarray, text: str) -> list[str]:
+    names = [robot.joints[joint] for joint in np.flatnonzero(affected)]
     return [f"{', '.join(names)}: no {text} is assumed"] if names else []

@@ -1,5 +1,5 @@
-"""Which run settles most per second of what a diagnosis leaves open.
+"""Choice of the run that reduces the uncertainty of a diagnosis most per second.
 
-In: the search of a diagnosis, runs on offer, planned or recorded.
-Out: by how much each is expected to lower the entropy of what is open; the best, or why none does.
+Input: the search of a diagnosis, and planned or recorded runs on offer.
+Output: the expected reduction of entropy by each run; the best run, or why no run is worthwhile.
 """

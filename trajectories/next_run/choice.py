@@ -1,4 +1,4 @@
-"""Choice: the run that settles most per second, or why none is made."""
+"""Choice of the run that reduces uncertainty most per second, or the reason for no run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,57 +19,56 @@ from ..discrimination.distinction import HOUR
 from .offers import Offer
 
 WORTH = 0.05
-"""Share of an item's entropy that a run has to take off to be worthwhile, or an hour of it so that the item
-counts as decidable."""
+"""Share of an item's entropy that a worthwhile run removes; if an hour of a run does, it is decidable."""
 RUN, DECIDED, UNDECIDABLE, OUT_OF_TIME = "run", "decided", "undecidable", "out of time"
-"""What comes next."""
+"""Verdicts of a choice."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """What is expected of a run.
+    """Expected result of a run.
 
     Attributes:
         offer: The run.
-        left: Entropy of each item that it leaves open, expected, shape (i,) [nat].
-        left_hour: The same of an hour of it, shape (i,) [nat].
-        gained: By how much less what is open is behind it [nat].
+        entropy_after: Expected entropy of each item after the run, shape (i,) [nat].
+        entropy_after_hour: Expected entropy of each item after an hour of the run, shape (i,) [nat].
+        gained: Expected decrease of the entropy of open items [nat].
     """
 
     offer: Offer
-    left: np.ndarray
-    left_hour: np.ndarray
+    entropy_after: np.ndarray
+    entropy_after_hour: np.ndarray
     gained: float
 
     @property
     def rate(self) -> float:
-        """Information that is gained in a second [nat/s]."""
+        """Expected decrease of entropy per second [nat/s]."""
         return self.gained / self.offer.seconds
 
 
 def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns]) -> list[Forecast]:
-    """What is expected of every offer, the one that gains most per second first."""
+    """Forecasts of all offers, by decreasing gain per second."""
     questions, before = compared(belief), items(belief)
-    found = []
+    forecasts = []
     for offer, run in zip(offers, runs, strict=True):
         seen = information(belief, run)
-        left = expected_left(belief, questions, seen)
-        gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
-        # No less than its first run, however alike torques come to be beside all that an hour shows.
-        hour = np.minimum(left, expected_left(belief, questions, HOUR / offer.motion * seen))
-        found.append(Forecast(offer, left, hour, float(gained)))
-    return sorted(found, key=lambda one: -one.rate)
+        after = expected_left(belief, questions, seen)
+        gained = sum(item.entropy - entropy for item, entropy in zip(before, after, strict=True) if item.open)
+        # an hour is never worse than the first run, even if torques of rivals become alike in it
+        after_hour = np.minimum(after, expected_left(belief, questions, HOUR / offer.motion * seen))
+        forecasts.append(Forecast(offer, after, after_hour, float(gained)))
+    return sorted(forecasts, key=lambda forecast: -forecast.rate)
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What comes next, and why.
+    """The next run, or why there is none.
 
     Attributes:
         verdict: One of `RUN`, `DECIDED`, `UNDECIDABLE` and `OUT_OF_TIME`.
-        items: Everything that was or is open.
+        items: All items, open or settled.
         forecasts: Forecasts of all offers, the best first.
-        decidable: Whether some run on offer, made for an hour, would take something off each item, (i,).
+        decidable: Whether an hour of some run on offer would reduce the entropy of each item, shape (i,).
     """
 
     verdict: str
@@ -79,19 +78,19 @@ class Choice:
 
     @property
     def chosen(self) -> Forecast | None:
-        """The run that comes next."""
+        """Forecast of the next run; None if there is none."""
         return self.forecasts[0] if self.verdict == RUN else None
 
     @property
     def entropy(self) -> float:
-        """Of everything that is open [nat]."""
-        return sum(one.entropy for one in self.items if one.open)
+        """Entropy of all open items [nat]."""
+        return sum(item.entropy for item in self.items if item.open)
 
     @property
     def remains(self) -> tuple[Item, ...]:
-        """What is open and no run on offer would settle."""
+        """Open items that no run on offer would settle."""
         pairs = zip(self.items, self.decidable, strict=True)
-        return tuple(one for one, decidable in pairs if one.open and not decidable)
+        return tuple(item for item, decidable in pairs if item.open and not decidable)
 
 
 def choose(
@@ -101,42 +100,43 @@ def choose(
     seconds: float,
     unexplained: bool = False,
 ) -> Choice:
-    """The offer that gains most per second.
+    """Choose the offer that gains most per second.
 
     Args:
-        belief: What is open.
-        offers: What could be made or taken.
-        runs: Columns of each.
-        seconds: Seconds of motion that are left [s].
-        unexplained: Whether something is left that no effect explains, whatever the run.
+        belief: Belief of the diagnosis.
+        offers: Runs that could be made or taken.
+        runs: Columns of each run.
+        seconds: Remaining time of motion [s].
+        unexplained: Whether there is a residual that no effect explains, for any run.
     """
-    found, every = forecasts(belief, offers, runs), items(belief)
+    all_forecasts, all_items = forecasts(belief, offers, runs), items(belief)
     decidable = tuple(
-        any(one.left_hour[place] < (1.0 - WORTH) * item.entropy for one in found)
-        for place, item in enumerate(every)
+        any(forecast.entropy_after_hour[place] < (1.0 - WORTH) * item.entropy for forecast in all_forecasts)
+        for place, item in enumerate(all_items)
     )
-    open_ones = [place for place, one in enumerate(every) if one.open]
-    asked = [place for place in open_ones if decidable[place]]
-    ordered = _ordered(every, found, asked, seconds)
-    if asked:
+    open_places = [place for place, item in enumerate(all_items) if item.open]
+    decidable_places = [place for place in open_places if decidable[place]]
+    ordered = _ordered(all_items, all_forecasts, decidable_places, seconds)
+    if decidable_places:
         verdict = RUN if ordered[0].offer.motion <= seconds else OUT_OF_TIME
     else:
-        verdict = UNDECIDABLE if open_ones or unexplained else DECIDED
-    return Choice(verdict, tuple(every), ordered, decidable)
+        verdict = UNDECIDABLE if open_places or unexplained else DECIDED
+    return Choice(verdict, tuple(all_items), ordered, decidable)
 
 
 def _ordered(
-    every: Sequence[Item], found: Sequence[Forecast], asked: Sequence[int], seconds: float
+    all_items: Sequence[Item], all_forecasts: Sequence[Forecast], places: Sequence[int], seconds: float
 ) -> tuple[Forecast, ...]:
-    """Forecasts, those first that there is time for, and of these those that are worth while.
+    """Forecasts sorted by whether the run fits the time and is worthwhile, then by its gain per second.
 
-    By what they take off that which some run decides; where there is nothing, off everything.
+    The gain counts over the items at `places`, or over all items if there are none.
     """
-    asked = asked or range(len(every))
+    places = places or range(len(all_items))
 
-    def last(one: Forecast) -> tuple[bool, bool, float]:
-        worth = any(one.left[place] < (1.0 - WORTH) * every[place].entropy for place in asked)
-        gained = sum(every[place].entropy - one.left[place] for place in asked)
-        return one.offer.motion > seconds, not worth, -gained / one.offer.seconds
+    def sort_key(forecast: Forecast) -> tuple[bool, bool, float]:
+        entropies = [(all_items[place].entropy, forecast.entropy_after[place]) for place in places]
+        worthwhile = any(after < (1.0 - WORTH) * before for before, after in entropies)
+        gained = sum(before - after for before, after in entropies)
+        return forecast.offer.motion > seconds, not worthwhile, -gained / forecast.offer.seconds
 
-    return tuple(sorted(found, key=last))
+    return tuple(sorted(all_forecasts, key=sort_key))

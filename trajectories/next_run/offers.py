@@ -1,4 +1,4 @@
-"""Offers: the runs that an arm could make next, planned, and what each asks of a person."""
+"""Offers: planned runs that an arm could make next, and the preparation that each needs."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,23 +24,22 @@ from ..planning.wishes import Wishes, rows_of
 from ..plans.plan import Plan
 
 HANDLING = 60.0
-"""What a person takes to hang a body on a flange, or to take it off [s]."""
+"""Time that a person needs to mount or remove a payload [s]."""
 TEMPERATURE, WARM = 25.0, 45.0
-"""At which runs on offer are foreseen where temperatures are recorded [degC]: of a cold arm, and of one that
-has worked for some time."""
+"""Temperature of a cold and of a warm arm in simulated runs on offer, if temperatures are recorded [degC]."""
 WARMING = 1800.0
-"""What an arm takes to warm up, as long as its gears remember [s]."""
+"""Time that an arm needs to warm up, the thermal time constant of its gears [s]."""
 EXCITATIONS = ("an excitation", "an excitation where the fit knows least")
-"""Names of those that `exidyn excite` plans, before and after a fit."""
+"""Names of the runs that `exidyn excite` plans, before and after a fit."""
 ONE_BY_ONE = ("sweeps", "single-joint")
 """Kinds of run in which joints move one after the other."""
 RANGES = (1.0, 0.75, 0.5, 0.25)
-"""Shares of the joints' ranges that are tried with a body on the flange [-]."""
-WARM_UP = "Let the arm work until it is warm, for half an hour or so"
-"""The request of a run with a warm arm."""
+"""Shares of the joint ranges that are tried with a payload [-]."""
+WARM_UP = "Let the arm work until it is warm, for about half an hour"
+"""Request of a run with a warm arm."""
 
 Watched = Callable[[Sequence[Any]], Iterable[Any]]
-"""Hands on what is to be done one by one."""
+"""Passes on a sequence item by item, and may show the progress."""
 Planned = tuple[str, Plan]
 
 
@@ -49,11 +48,11 @@ class Offer:
     """A run on offer.
 
     Attributes:
-        name: What people call it, as "a swept sine" is.
-        recording: Recording of the planned motion as the arm so far known would make it, or one that exists.
-        plan: The motion; None for a recording that exists.
-        request: What a person has to do before, in a sentence; empty for nothing.
-        setup: Time that this takes [s].
+        name: Name in messages, such as "a swept sine".
+        recording: Simulated recording of the planned motion, or an existing recording.
+        plan: The motion; None for an existing recording.
+        request: Sentence on what a person has to do first; empty for nothing.
+        setup: Time for this preparation [s].
     """
 
     name: str
@@ -64,22 +63,22 @@ class Offer:
 
     @property
     def payload(self) -> KnownPayload | None:
-        """What hangs on the flange."""
+        """Payload of the run."""
         return self.recording.payload
 
     @property
     def motion(self) -> float:
-        """How long the arm moves [s]."""
+        """Duration of the motion [s]."""
         return float(self.recording.duration if self.plan is None else self.plan.trajectory.duration)
 
     @property
     def seconds(self) -> float:
-        """How long it takes, a person's part included [s]."""
+        """Duration including preparation [s]."""
         return self.motion + self.setup
 
 
 def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> Iterator[Planned]:
-    """A run of each kind that is made by rule, of all joints; those that an arm cannot make are left out."""
+    """A run of all joints of each rule-based kind; kinds that the arm cannot run are skipped and reported."""
     for kind in KINDS:
         try:
             yield f"a run of the kind {kind}", by_rule(kind, model, wishes)
@@ -90,7 +89,7 @@ def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> I
 def kinds_of_joint(
     model: Model, wishes: Wishes, joint: int, said: Callable[[str], None]
 ) -> Iterator[Planned]:
-    """Runs of those kinds that move one joint after the other, of one joint alone."""
+    """Runs of one joint alone, of the kinds in which joints move one after the other."""
     for kind in ONE_BY_ONE:
         try:
             words = f"a run of {model.robot.joints[joint]} alone, of the kind {kind}"
@@ -100,9 +99,10 @@ def kinds_of_joint(
 
 
 def kinds_with_body(model: Model, wishes: Wishes, kind: str) -> Iterator[Plan]:
-    """A run of a kind for an arm with a body on its flange, over less and less of every joint's range.
+    """Runs of a kind for an arm with a payload, over decreasing shares of every joint's range.
 
-    Near the ends of their ranges arms stretch out, and a body asks for more torque than drives have.
+    Near the ends of the joint ranges the arm is stretched out, and a payload may need more torque than the
+    drives have.
     """
     for share in RANGES:
         try:
@@ -112,7 +112,7 @@ def kinds_with_body(model: Model, wishes: Wishes, kind: str) -> Iterator[Plan]:
 
 
 def _narrower(model: Model, share: float) -> Model:
-    """The same arm with so much of the range of each joint, about the middle."""
+    """The arm with a share of the range of each joint, about the middle."""
     limits = model.robot.limits
     middle = 0.5 * (limits.position_upper + limits.position_lower)
     half = 0.5 * share * (limits.position_upper - limits.position_lower)
@@ -121,10 +121,10 @@ def _narrower(model: Model, share: float) -> Model:
 
 
 def for_robot(planned: Plan, model: Model) -> Plan:
-    """The plan as one for this arm, by whose limits it is to be checked, whatever it was planned for."""
-    own = Plan.of(planned.trajectory, model)
+    """The plan with the robot and limits of this arm, against which it will be checked."""
+    for_arm = Plan.of(planned.trajectory, model)
     names = ("robot", "robot_hash", "model_hash", "limits")
-    return replace(planned, **{name: getattr(own, name) for name in names})
+    return replace(planned, **{name: getattr(for_arm, name) for name in names})
 
 
 def excitation(
@@ -135,30 +135,30 @@ def excitation(
     seconds: float,
     body: KnownPayload | None = None,
 ) -> Planned:
-    """The run that `exidyn excite` plans, after a fit where that leaves values open.
+    """The run that `exidyn excite` plans, after a fit if there is one.
 
-    With a body it keeps to the limits of the arm that carries it.
+    With a payload, the run keeps to the limits of the loaded arm.
     """
     name = EXCITATIONS[fit is not None]
-    asked = replace(wishes, fit=fit, bodies=() if body is None else (body.known,))
-    return name, plan(model, asked, seed=seed, starts=1, seconds=seconds)[0]
+    options = replace(wishes, fit=fit, bodies=() if body is None else (body.known,))
+    return name, plan(model, options, seed=seed, starts=1, seconds=seconds)[0]
 
 
 def distinguishing(
     model: Model, diagnosis: Diagnosis, wishes: Wishes, seed: int, seconds: float
 ) -> Iterator[Planned]:
-    """The run that `exidyn excite --against` plans for the most open finding, where a model holds both."""
-    found, every = found_model(diagnosis), (*diagnosis.findings, *diagnosis.undecided)
-    pairs = sorted(rivals(diagnosis), key=lambda one: every[one.finding].probability)
-    if found is None or not pairs or pairs[0].left_out:
+    """The run that `exidyn excite --against` plans for the least certain finding, if models of both exist."""
+    improved, findings = found_model(diagnosis), (*diagnosis.findings, *diagnosis.undecided)
+    pairs = sorted(rivals(diagnosis), key=lambda rival: findings[rival.finding].probability)
+    if improved is None or not pairs or pairs[0].left_out:
         return
-    rival, finding = pairs[0], every[pairs[0].finding]
+    rival, finding = pairs[0], findings[pairs[0].finding]
     other = finding.alternatives[rival.alternative].effect
     names = [effect_words(finding.effect), f"{effect_words(other)} instead"]
-    limits, _ = usable(found.robot, wishes.margins, wishes.window, wishes.start)
-    goal = two_models((found, rival.model), names, limits, rows_of(wishes))
+    limits, _ = usable(improved.robot, wishes.margins, wishes.window, wishes.start)
+    goal = two_models((improved, rival.model), names, limits, rows_of(wishes))
     words = f"the excitation that best distinguishes {names[0]} from {effect_words(other)}"
-    planned = plan(found, wishes, goal=goal, seed=seed, starts=1, seconds=seconds)[0]
+    planned = plan(improved, wishes, goal=goal, seed=seed, starts=1, seconds=seconds)[0]
     yield words, for_robot(planned, model)
 
 
@@ -172,25 +172,25 @@ def offers_of(
     warm: bool,
     watched: Watched = iter,
 ) -> list[Offer]:
-    """Every planned run, without and with a body on the flange, and with a warm arm.
+    """Offers of every planned run, without and with a payload, and with a warm arm.
 
     Args:
-        model: Nominal.
-        planned: Names and motions.
-        loaded: The same with a body on the flange; none without one.
-        body: That a person has; None for none.
-        mounted: What hangs on the flange now.
-        rate: Rate of samples [Hz].
+        model: Nominal model.
+        planned: Names and plans of runs without a payload.
+        loaded: Names and plans of runs with the payload; empty without one.
+        body: Payload that is available; None for none.
+        mounted: Payload that is mounted now.
+        rate: Sampling rate [Hz].
         warm: Whether temperatures are recorded.
-        watched: Hands on what is to be made one by one, and may show how far that is.
+        watched: Passes on the runs one by one, and may show the progress.
     """
     temperature = TEMPERATURE if warm else None
-    every = [(*one, None, temperature) for one in planned] + [(*one, body, temperature) for one in loaded]
+    variants = [(*run, None, temperature) for run in planned] + [(*run, body, temperature) for run in loaded]
     if warm:
-        every += [(*one, mounted, WARM) for one in (planned if mounted is None else loaded)]
+        variants += [(*run, mounted, WARM) for run in (planned if mounted is None else loaded)]
     return [
         offered(model, name, motion, carried, mounted, rate, temperature)
-        for name, motion, carried, temperature in watched(every)
+        for name, motion, carried, temperature in watched(variants)
     ]
 
 
@@ -203,7 +203,7 @@ def offered(
     rate: float = 500.0,
     temperature: float | None = None,
 ) -> Offer:
-    """A planned motion with what is to hang on the flange, and the arm's temperature [degC] if recorded."""
+    """Offer of a planned motion with a payload and the arm's temperature [degC], if recorded."""
     request, setup, words = "", 0.0, name
     if carried != mounted:
         request, setup = _request(carried), HANDLING
@@ -211,25 +211,25 @@ def offered(
         words = f"{words}, with {dict(carried.known)['M']:g} kg on the flange"
     if temperature == WARM:
         request, setup, words = WARM_UP, WARMING, f"{words}, with a warm arm"
-    return Offer(words, _foreseen(model, motion, carried, rate, temperature), motion, request, setup)
+    return Offer(words, _simulated(model, motion, carried, rate, temperature), motion, request, setup)
 
 
 def _request(carried: KnownPayload | None) -> str:
     if carried is None:
-        return "Take the body off the flange"
+        return "Remove the payload from the flange"
     known = dict(carried.known)
-    centre = [known.get(name) for name in ("MX", "MY", "MZ")]
-    text = f"Hang the body of {known['M']:g} kg on the flange"
-    if None in centre:
+    first_moment = [known.get(name) for name in ("MX", "MY", "MZ")]
+    text = f"Mount the payload of {known['M']:g} kg on the flange"
+    if None in first_moment:
         return text
-    place = ", ".join(f"{one / known['M']:.4g}" for one in centre if one is not None)
-    return f"{text}, turned so that its centre of mass is at ({place}) m of the flange's x, y and z axes"
+    place = ", ".join(f"{moment / known['M']:.4g}" for moment in first_moment if moment is not None)
+    return f"{text}, with its center of mass at ({place}) m along the flange's x, y and z axes"
 
 
-def _foreseen(
+def _simulated(
     model: Model, motion: Plan, carried: KnownPayload | None, rate: float, temperature: float | None
 ) -> Recording:
-    """The motion as the nominal arm makes it."""
+    """Simulated recording of the motion by the nominal model."""
     loaded = model if carried is None else model + Payload(carried.name, carried.known)
     states = motion.trajectory.every(1.0 / rate).motion()
     recording = simulate(

@@ -1,1 +1,1 @@
-"""Planning: a model and wishes come in, a plan goes out that a recorder can run."""
+"""Planning: from a model and planning options to a plan that a recorder can run."""

@@ -1,4 +1,4 @@
-"""Goals of a plan: to identify a model, to add to an earlier fit, to distinguish two models."""
+"""Goals of a plan: to identify a model, to improve an earlier fit, to distinguish two models."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -29,27 +29,27 @@ from .wanted import wanted_names
 from .wishes import Wishes, rows_of
 
 NOISE = 0.01
-"""Torque noise where none was measured, as a share of each joint's rms torque in a random motion: the
-currents of industrial drives, at 500 Hz, scatter by one per cent."""
+"""Torque noise if none was measured, as a share of each joint's rms torque in a random motion: the currents
+of industrial drives scatter by 1 % at 500 Hz."""
 DENSITY = 4000.0
-"""Of a body on a flange [kg/m^3]: half of steel, since test weights are plates with gaps between them."""
+"""Density of a payload [kg/m^3]: half that of steel, since test weights are plates with gaps between them."""
 
 
 def identification_goal(model: Model, wishes: Wishes, limits: Limits) -> Identify:
-    """To identify the model's parameters, and the drive gains where a pair of runs can."""
+    """The goal to identify the model's parameters, and the drive gains if there are runs with payloads."""
     if wishes.criterion is not None and wishes.criterion not in CRITERIA:
         raise UnknownChoice("criterion", wishes.criterion, CRITERIA)
     nominal, payloads = with_bodies(model, wishes.bodies)
     if wishes.fit is not None:
         return after_fit(wishes.fit, nominal, payloads, wishes)
-    asked = with_shapes(nominal, wishes.shapes)
-    asked = with_drive_gains(asked) if wishes.bodies else asked
-    experiment = Experiment.of(asked, payloads, nominal_noise(nominal, limits, payloads[-1]))
+    extended = with_shapes(nominal, wishes.shapes)
+    extended = with_drive_gains(extended) if wishes.bodies else extended
+    experiment = Experiment.of(extended, payloads, nominal_noise(nominal, limits, payloads[-1]))
     return Identify(experiment, _criterion(experiment, wishes, "condition"), rows_of(wishes), nominal)
 
 
 def _criterion(experiment: Experiment, wishes: Wishes, default: str) -> Criterion:
-    """The criterion of what the user wants to know."""
+    """The criterion that the planning options select."""
     if not wishes.in_focus:
         return CRITERIA[wishes.criterion or default]
     names, robot = experiment.base.names, experiment.model.robot
@@ -57,7 +57,7 @@ def _criterion(experiment: Experiment, wishes: Wishes, default: str) -> Criterio
 
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:
-    """Noise of each drive's torque where none was measured, shape (n,) [N m]; see `NOISE`."""
+    """Assumed noise of each drive's torque, shape (n,) [N m]; see `NOISE`."""
     motion = model.loaded(typical_states(limits).motion(payload))
     on_motors = model.torque(motion, model.nominal_values) @ model.robot.to_motors.T
     rms = np.sqrt(np.mean(on_motors**2, axis=0))
@@ -66,7 +66,7 @@ def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray
 
 
 def typical_states(limits: Limits) -> States:
-    """A random motion of all joints through most of the kinematic limits, ten seconds long."""
+    """A random motion of all joints of ten seconds that uses most of the kinematic limits."""
     random = np.random.default_rng(0)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     coefficients = random.normal(size=(2, len(middle), 5))
@@ -77,7 +77,7 @@ def typical_states(limits: Limits) -> States:
 def with_bodies(
     model: Model, bodies: Sequence[tuple[tuple[str, float], ...]]
 ) -> tuple[Model, tuple[str, ...]]:
-    """The model with bodies on the flange, one a run, and the names of the runs: first the unloaded one."""
+    """The model with payloads, and the payload of each run: first the unloaded run, then one per payload."""
     names = [f"L{place}" for place in range(1, len(bodies) + 1)] if len(bodies) > 1 else ["L"] * len(bodies)
     for name, known in zip(names, bodies, strict=True):
         model = with_payload(model, known, name)
@@ -85,58 +85,58 @@ def with_bodies(
 
 
 def with_payload(model: Model, known: tuple[tuple[str, float], ...], name: str = "L") -> Model:
-    """The model with a body on the flange; what is not given of it is guessed, without weight.
+    """The model with a payload; its unknown parameters are guessed, with infinite prior standard deviation.
 
-    The guess is a cube of `DENSITY` that stands on the flange's z axis, or about the centre of mass if that
-    is given. It shows how much torque to expect, and never enters a fit.
+    The guess is a cube of `DENSITY` on the flange's z axis, or about the center of mass if that is known. It
+    gives the expected torque, and never enters a fit.
     """
-    given = dict(known)
-    mass = given["M"]
+    known_values = dict(known)
+    mass = known_values["M"]
     side = (mass / DENSITY) ** (1 / 3)
     inertia = mass * side**2 / 6
-    if "MX" in given:
-        centre = tuple(given[key] / mass for key in ("MX", "MY", "MZ"))
+    if "MX" in known_values:
+        center = tuple(known_values[key] / mass for key in ("MX", "MY", "MZ"))
     else:
-        centre = (0.0, 0.0, 0.5 * side)
-    guess = dict(known_parameters(mass, centre, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
-    stated = {f"{key}{name}": Prior(value) for key, value in guess.items() if key not in given}
+        center = (0.0, 0.0, 0.5 * side)
+    guess = dict(known_parameters(mass, center, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
+    stated = {f"{key}{name}": Prior(value) for key, value in guess.items() if key not in known_values}
     return replace(model + Payload(name, known), stated={**model.stated, **stated})
 
 
 def after_fit(fit: Fit, model: Model, payloads: tuple[str, ...], wishes: Wishes) -> Identify:
-    """To add to what a fit knows already, where it knows least.
+    """The goal to add information to a fit where its estimates are least certain.
 
     Raises:
-        DifferentRobot: A fit of another arm.
-        NothingToIdentify: A payload or shapes of which the fit knows nothing.
+        DifferentRobot: The fit is of another arm.
+        NothingToIdentify: The fit does not contain a payload, or shapes are requested.
     """
     if fit.model.robot.joints != model.robot.joints:
         raise DifferentRobot(
             f"the fit is of {fit.model.robot.name} (joints {', '.join(fit.model.robot.joints)}), and the "
-            f"robot is {model.robot.name} (joints {', '.join(model.robot.joints)}); give the fit of this one"
+            f"robot is {model.robot.name} (joints {', '.join(model.robot.joints)}). Use a fit of this robot"
         )
     if wishes.shapes or not set(payloads) <= {"", *fit.model.payloads}:
-        what = "shapes" if wishes.shapes else "a payload"
-        raise NothingToIdentify(f"the fit knows nothing of {what}; plan for {what} without a fit")
+        missing = "shapes" if wishes.shapes else "a payload"
+        raise NothingToIdentify(f"the fit has no information on {missing}. Plan for {missing} without a fit")
     noise = np.maximum(fit.estimate.noise, np.finfo(float).tiny)
-    gains_found = bool(np.all(fit.estimate.gain_estimated))  # then they too are known only so well
-    experiment = (_with_gains if gains_found else _values)(fit, payloads, noise)
+    gains_estimated = bool(np.all(fit.estimate.gain_estimated))  # then the gains are uncertain too
+    experiment = (_with_gains if gains_estimated else _values)(fit, payloads, noise)
     criterion = _criterion(experiment, wishes, "worst")
     return Identify(experiment, criterion, rows_of(wishes, fit.filtering.torque_cutoff), learned(fit))
 
 
 def _values(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Experiment:
-    """What the fit knows of its base parameters, its gains taken as exact."""
+    """The fit's information on its base parameters, with exact gains."""
     base, visible = _visible(fit, payloads)
     covariance = given_nominal(fit.estimate)[np.ix_(visible, visible)]
     return Experiment(learned(fit), base, payloads, noise, _precision(covariance))
 
 
 def _with_gains(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Experiment:
-    """The same with the gains unknown, as far as the fit left them so.
+    """The fit's information on its base parameters and drive gains.
 
-    A column of `DriveGains` is the torque that is missing if a gain is too small, so a gain's relative
-    error counts with a minus.
+    A column of `DriveGains` is the torque that is missing if a gain is too small, so a gain's relative error
+    has a negative sign.
     """
     model = with_drive_gains(learned(fit))
     (base, visible), gain, count = _visible(fit, payloads), fit.estimate.gain, len(fit.base.kept)
@@ -153,15 +153,15 @@ def _with_gains(fit: Fit, payloads: tuple[str, ...], noise: np.ndarray) -> Exper
 
 
 def _precision(covariance: np.ndarray) -> np.ndarray:
-    """Inverse of a covariance, by way of correlations, since newtons and radians differ by decades."""
+    """Inverse of a covariance, computed from correlations, since parameter units differ by decades."""
     std = np.sqrt(np.diag(covariance))
     return np.asarray(np.linalg.pinv(covariance / np.outer(std, std), hermitian=True) / np.outer(std, std))
 
 
 def _visible(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.ndarray]:
-    """The base parameters that runs with these payloads move, and their places among those of the fit.
+    """The base parameters that act in runs with these payloads, and their indices among those of the fit.
 
-    Those of a body that no run carries stay as unsure as they are, whatever the motion.
+    No motion reduces the uncertainty of the parameters of a payload that no run carries.
     """
     regressors = [fit.model.regressor(rich_motion(fit.model, payload=payload)) for payload in payloads]
     visible = np.flatnonzero(np.any(np.concatenate(regressors), axis=(0, 1))[fit.base.kept])
@@ -169,7 +169,7 @@ def _visible(fit: Fit, payloads: tuple[str, ...]) -> tuple[BaseParameters, np.nd
 
 
 def learned(fit: Fit) -> Model:
-    """The model of a fit, nominal as the fit found it: its torque, and sizes, are then the fitted ones."""
+    """The model of a fit with the estimates as nominal values, so that its torque is the fitted one."""
     nominal, base = fit.model.nominal_values, fit.base
     missing = fit.estimate.values - base.regrouping @ nominal
     values = dict(zip(np.array(fit.model.names)[base.kept], nominal[base.kept] + missing, strict=True))
@@ -179,28 +179,29 @@ def learned(fit: Fit) -> Model:
 
 
 def two_models(models: Sequence[Model], names: Sequence[str], limits: Limits, rows: float) -> Discriminate:
-    """The goal.
+    """The goal to distinguish models.
 
     Args:
-        models: Each with one explanation and the values of its effects; the first gives the noise.
-        names: What people call them.
-        limits: Within which the arm moves.
-        rows: Independent rows of the run.
+        models: Models with one explanation each and the values of its effects; the first gives the noise.
+        names: Names of the models.
+        limits: Limits of the motion.
+        rows: Number of independent rows of the run.
 
     Raises:
-        RobotError: What one model has beyond the other has no values, and so explains nothing.
+        RobotError: The parameters that one model has beyond another have no values, so it explains nothing.
     """
-    hypotheses = tuple(Hypothesis.of_priors(name, one) for name, one in zip(names, models, strict=True))
+    hypotheses = tuple(Hypothesis.of_priors(name, model) for name, model in zip(names, models, strict=True))
     for hypothesis, other in permutations(hypotheses):
         _require_values(hypothesis, other)
     return Discriminate(hypotheses, Observation(nominal_noise(models[0], limits), rows))
 
 
-def _require_values(one: Hypothesis, other: Hypothesis) -> None:
-    known = set(other.model.names)
-    own = {n: v for n, v in zip(one.model.names, one.values, strict=True) if n not in known}
-    if own and not any(own.values()):
+def _require_values(hypothesis: Hypothesis, other: Hypothesis) -> None:
+    shared = set(other.model.names)
+    values = zip(hypothesis.model.names, hypothesis.values, strict=True)
+    additional = {name: value for name, value in values if name not in shared}
+    if additional and not any(additional.values()):
         raise RobotError(
-            f"{one.name}: {', '.join(own)} have no values, so it is the same as {other.name}. Give its "
-            "effects the values that a fit found: values = [...] in their [[effect]] rows"
+            f"{hypothesis.name}: {', '.join(additional)} have no values, so it equals {other.name}. Set the "
+            "values of its effects from a fit: values = [...] in their [[effect]] rows"
         )

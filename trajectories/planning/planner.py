@@ -1,4 +1,4 @@
-"""Planning: from a model and what is wished to a plan that a recorder can run, with rests and leads."""
+"""Planning: from a model and planning options to a plan that a recorder can run, with rests and leads."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -23,7 +23,7 @@ from ..search.delivery import fine_motion
 from ..search.drawn_arms import with_own_factor
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
-from ..search.setting import Found, Setting
+from ..search.setting import SearchResult, Setting
 from ..search.torque_bound import TorqueBound
 from ..search.torque_spread import DRAWS
 from ..trajectory import States
@@ -46,35 +46,35 @@ def plan(
     """The best trajectories for a model, each with rests and leads, checked.
 
     Args:
-        model: The nominal model of the arm.
-        wishes: What is wanted.
-        goal: Another goal than to identify the model, such as to distinguish two models.
-        starts: Starts of the search.
+        model: Nominal model of the arm.
+        wishes: Planning options.
+        goal: Goal other than to identify the model, such as to distinguish two models.
+        starts: Number of starts of the search.
         seed: Seed of the first start.
-        seconds: For the search [s].
-        executor: Where the starts run.
-        progress: Called with sentences.
+        seconds: Duration of the search [s].
+        executor: Executor of the starts.
+        progress: Called with sentences on the progress.
 
     Raises:
-        BadLimits: Limits that are not given, or that nothing can move within.
+        BadLimits: Limits are missing, or no joint can move within them.
         Infeasible: No motion keeps to all limits.
-        NothingToIdentify: The model has no parameter that motion could show.
-        UnknownChoice: A criterion that there is not.
+        NothingToIdentify: The model has no parameter that a motion could excite.
+        UnknownChoice: The criterion is unknown.
     """
     goal, setting, assumed = goal_and_setting(model, wishes, goal)
     limits = setting.limits
     with in_words_of(model.robot):
-        found = excite(
+        result = excite(
             goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
         )
-        goal = goal.with_spread(found.spread)
-        return [_plan(model, wishes, goal, found, seed, series, limits, assumed) for series in found.series]
+        goal = goal.with_spread(result.spread)
+        return [_plan(model, wishes, goal, result, seed, series, limits, assumed) for series in result.series]
 
 
 def goal_and_setting(
     model: Model, wishes: Wishes, goal: Goal | None = None
 ) -> tuple[Goal, Setting, tuple[str, ...]]:
-    """What to search for and within what, and sentences about what is assumed; errors as of `plan`."""
+    """Goal and setting of the search, and sentences on assumptions; raises the errors of `plan`."""
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     assumed += unstated(model, limits)
     goal = goal or identification_goal(model, wishes, limits)
@@ -86,25 +86,25 @@ def goal_and_setting(
 
 
 def unstated(model: Model, limits: Limits) -> tuple[str, ...]:
-    """A sentence about parameters of which nothing is stated, so that their torque cannot be counted."""
+    """A sentence on parameters without a prior, whose torque is unknown."""
     priors = zip(model.names, model.priors, strict=True)
-    open_ones = [name for name, prior in priors if prior.value == 0.0 and np.isinf(prior.std)]
-    if not open_ones or not np.any(np.isfinite(limits.torque)):
+    without_prior = [name for name, prior in priors if prior.value == 0.0 and np.isinf(prior.std)]
+    if not without_prior or not np.any(np.isfinite(limits.torque)):
         return ()
-    return (f"{', '.join(open_ones)}: nothing is stated of them, so the torque limits count them as zero",)
+    return (f"{', '.join(without_prior)} have no prior, so the check of torque limits takes them as zero",)
 
 
 def _plan(
     model: Model,
     wishes: Wishes,
     goal: Goal,
-    found: Found,
+    result: SearchResult,
     seed: int,
     series: Fourier,
     limits: Limits,
     assumed: tuple[str, ...],
 ) -> Plan:
-    """One trajectory as a whole run."""
+    """Plan of one trajectory with rests and leads."""
     bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
     run = whole_run(
         series,
@@ -121,16 +121,16 @@ def _plan(
         model,
         margins=vars(wishes.margins),
         criterion=_criterion(goal, wishes),
-        reached=goal.reached(found.value),
+        reached=goal.reached(result.value),
         details={
             **_bodies(wishes),
             **_nearest(run, wishes),
-            "length": length_words(wishes.seconds, series.period, run.duration),
+            "length": duration_parts(wishes.seconds, series.period, run.duration),
             "period": series.period,
             "harmonics": series.harmonics,
-            "goal": goal.words(found.value),
-            **_condition(goal, found, limits, wishes),
-            "start": f"that of seed {found.seed}",
+            "goal": goal.words(result.value),
+            **_condition(goal, result, limits, wishes),
+            "start": f"that of seed {result.seed}",
             **_room(goal, run, model.robot.limits, wishes),
         },
         seed=seed,
@@ -140,39 +140,39 @@ def _plan(
     )
 
 
-def _condition(goal: Goal, found: Found, limits: Limits, wishes: Wishes) -> dict[str, float]:
+def _condition(goal: Goal, result: SearchResult, limits: Limits, wishes: Wishes) -> dict[str, float]:
     """Condition number of the regressor where it is not the criterion and no earlier fit adds to it."""
     if not isinstance(goal, Identify) or goal.criterion is condition or wishes.fit is not None:
         return {}
-    return {"condition": goal.condition_number(fine_motion(found.series), limits)}
+    return {"condition": goal.condition_number(fine_motion(result.series), limits)}
 
 
 def _bodies(wishes: Wishes) -> dict[str, str]:
-    """The bodies with which it is run, where there are several."""
+    """The payloads of the runs, if there are several."""
     masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
     return {"bodies": ", ".join(masses)} if len(masses) > 1 else {}
 
 
 def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:
-    """What the run comes nearest to."""
+    """The nearest approach of the run."""
     words = nearest_words([clearance.worst(run) for clearance in wishes.clearances])
     return {"nearest": words} if words else {}
 
 
 def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str]:
-    """For which arms there is room below the torque limits."""
+    """The share of arms that the torque limits leave room for."""
     if goal.spread is None:
         return {}
-    known = "the fit" if wishes.fit is not None else "the priors"
+    source = "the fit" if wishes.fit is not None else "the priors"
     beyond = 100 * arms_beyond(goal, run, limits.torque)
     return {
-        "torque": f"within limits for {100 * wishes.sure:g} % of the arms that {known} allow"
-        f"{'s' if wishes.fit is not None else ''}; {beyond:.2g} % of {DRAWS} drawn arms pass a limit"
+        "torque": f"within limits for {100 * wishes.sure:g} % of the arms that {source} allow"
+        f"{'s' if wishes.fit is not None else ''}; {beyond:.2g} % of {DRAWS:,} sampled arms exceed a limit"
     }
 
 
 def _criterion(goal: Goal, wishes: Wishes) -> str:
-    """What was minimised, in a word or two."""
+    """Name of the minimized criterion."""
     if not isinstance(goal, Identify):
         return type(goal).__name__.lower()
     name = name_of(goal.criterion)
@@ -180,14 +180,14 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
 
 
 PHASES = 40
-"""Moments of the period at which it is tried to begin: the state changes by little from one to the next."""
+"""Number of phases of the period at which to begin; the state changes little from one to the next."""
 TRIED = 6
-"""Of these, how many of the shortest are checked in full before gentler leads are tried."""
+"""Number of the shortest runs that are fully checked before gentler leads are tried."""
 ENOUGH = 1.001
-"""Of the acceleration that is to be reached, so that rounding does not put it out of reach."""
+"""Factor on the acceleration that must be reached, so that rounding does not put it out of reach."""
 SHARES = (0.5, 0.25, 0.1, 1.0)
-"""Shares of acceleration and jerk that leads take, in the order in which they are tried: nothing is learnt of
-them, so half; less where the drives are too weak for that at once, and all where the way is too short."""
+"""Shares of acceleration and jerk of the leads, in the order in which they are tried: leads give little
+information, so half; less if the drives are too weak, and all if the distance is too short."""
 
 
 def whole_run(
@@ -201,20 +201,20 @@ def whole_run(
     clearances: Sequence[Clearance] = (),
     torques: Sequence[Callable[[States], np.ndarray]] = (),
 ) -> Run:
-    """Rest, lead-in, `repeats` periods, lead-out, rest: with the shortest leads that keep to everything.
+    """Rest, lead-in, `repeats` periods, lead-out, rest, with the shortest leads that keep to all limits.
 
     Args:
-        series: A whole number of ticks long.
-        limits: For the leads too.
-        tick: Cycle of the controller [s].
-        repeats: How often the period is run.
-        start: Pose of the rests, shape (n,) [rad]; chosen unless given.
+        series: Series whose period is a whole number of sampling periods.
+        limits: Limits of the series and the leads.
+        tick: Sampling period of the controller [s].
+        repeats: Number of periods.
+        start: Pose of the rests, shape (n,) [rad]; chosen by default.
         rest: Duration of each rest [s].
         clearances: Collisions and regions.
-        torques: Nominal torque of each run, for the check.
+        torques: Function from states to the torque of each run, for the check.
 
     Raises:
-        Infeasible: From no moment of the period.
+        Infeasible: No phase of the period has feasible leads.
     """
     reason = "no phase was tried"
     for share in SHARES:
@@ -233,7 +233,7 @@ def whole_run(
 
 
 def _gentler(limits: Limits, core: Fourier, share: float) -> Limits:
-    """Less acceleration and jerk, but enough for the state in which the core begins and ends."""
+    """Limits with less acceleration and jerk, but enough for the state in which the core begins and ends."""
     begins = core.at(np.zeros(1)).acceleration[0]
     return replace(
         limits,
@@ -252,7 +252,7 @@ def _why_not(
     clearances: Sequence[Clearance],
     torques: Sequence[Callable[[States], np.ndarray]],
 ) -> str:
-    """What a run violates, in words; empty if nothing."""
+    """The first violation of a run in words; empty if there is none."""
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
     for torque in torques or (None,):
         for violation in check(run, limits, tick, torque):
@@ -265,15 +265,15 @@ def _why_not(
 
 
 def periods_in(seconds: float, period: float) -> int:
-    """The least number of whole periods that fill a time [s]."""
+    """The smallest number of periods that last at least a time [s]."""
     return max(1, int(np.ceil(seconds / period - 1e-9)))
 
 
-def length_words(seconds: float, period: float, duration: float) -> str:
-    """What was asked for, and of what the delivered duration consists [s]."""
+def duration_parts(seconds: float, period: float, duration: float) -> str:
+    """The requested duration and the parts of the planned one [s]."""
     count = periods_in(seconds, period)
-    periods = f"{count} whole periods fill" if count > 1 else "one whole period fills"
+    periods = f"{count} periods take" if count > 1 else "1 period takes"
     return (
-        f"asked {digits(seconds)} s, which {periods} in {digits(count * period)} s; moving to and from it "
-        f"takes {digits(duration - count * period, 2)} s"
+        f"requested {digits(seconds)} s; {periods} {digits(count * period)} s, and rests and leads "
+        f"{digits(duration - count * period, 2)} s"
     )

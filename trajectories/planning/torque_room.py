@@ -1,4 +1,4 @@
-"""Room below the torque limits for what is not known of an arm: by its priors, or by an earlier fit."""
+"""Room below the torque limits for the uncertainty of an arm's parameters, from priors or an earlier fit."""
 
 from collections.abc import Sequence
 
@@ -18,53 +18,54 @@ from ..trajectory import Trajectory
 from .goals import typical_states
 
 FINE = 0.01
-"""Spacing at which drawn arms are looked at [s]: a joint at 3 rad/s moves 0.03 rad, and its torque by a
-thousandth of what a quarter turn changes it by."""
+"""Sampling period for the torque of sampled arms [s]: a joint at 3 rad/s moves by 0.03 rad, and its torque
+changes by a thousandth of the change over a quarter turn."""
 
 
 def torque_spread(
     model: Model, limits: Limits, payloads: Sequence[str], sure: float, fit: Fit | None = None
 ) -> TorqueSpread | None:
-    """What is not known of the torque; None where nothing is unsure, or no torque is limited.
+    """Uncertainty of the torque; None if no parameter is uncertain, or no torque is limited.
 
     Args:
-        model: Whose nominal torque is kept to the limits.
-        limits: Those that the motion keeps to.
-        payloads: Body carried in each run.
-        sure: Share of arms within what is known that keep to the limits; 0 for the nominal one alone.
-        fit: Of earlier runs; what it found stands for the priors, and torque that it does not explain counts.
+        model: Model whose nominal torque must keep to the limits.
+        limits: Limits of the motion.
+        payloads: Payload in each run.
+        sure: Share of possible arms that must keep to the limits; 0 for the nominal model alone.
+        fit: Fit of earlier runs; its estimates replace the priors, and its residual counts as uncertainty.
     """
     if not sure or not np.any(np.isfinite(limits.torque)):
         return None
     runs = loaded_runs(model, typical_states(limits).motion(), payloads)
     columns = np.concatenate([model.regressor(run) for run in runs])
-    covariance = _of_priors(model)
+    covariance = _prior_covariance(model)
     residual = np.zeros(model.robot.dof)
     if fit is not None:
-        covariance, residual = _of_fit(fit, model), np.abs(fit.estimate.noise)
+        covariance, residual = _fit_covariance(fit, model), np.abs(fit.estimate.noise)
     return spread_of(covariance, sure, residual, columns)
 
 
-def _of_priors(model: Model) -> np.ndarray:
-    """Covariance of the model's parameters by its priors, shape (p, p)."""
+def _prior_covariance(model: Model) -> np.ndarray:
+    """Covariance of the model's parameters from its priors, shape (p, p)."""
     return np.diag(np.square([prior.std for prior in model.priors]))
 
 
-def _of_fit(fit: Fit, model: Model) -> np.ndarray:
-    """The same by a fit, and by the priors for what is not in it: bodies that no run carried."""
-    covariance = _of_priors(model)
+def _fit_covariance(fit: Fit, model: Model) -> np.ndarray:
+    """Covariance of the model's parameters from a fit, and from priors for payloads that no run carried."""
+    covariance = _prior_covariance(model)
     try:
-        found = standard_parameters(fit).covariance
-    except FitError:  # torques that are currents: what the fit itself says of their combinations
-        kept = fit.base.kept
-        found = np.zeros((len(fit.model.names),) * 2)
-        found[np.ix_(kept, kept)] = fit.estimate.covariance[: len(kept), : len(kept)]
+        fitted = standard_parameters(fit).covariance
+    except FitError:  # torques are currents: use the covariance of the base parameters
+        base_columns = fit.base.kept
+        count = len(base_columns)
+        fitted = np.zeros((len(fit.model.names),) * 2)
+        fitted[np.ix_(base_columns, base_columns)] = fit.estimate.covariance[:count, :count]
     places = [model.names.index(name) for name in fit.model.names if name in model.names]
-    own = [k for k, name in enumerate(fit.model.names) if name in model.names]
-    covariance[np.ix_(places, places)] = found[np.ix_(own, own)]
+    fit_places = [k for k, name in enumerate(fit.model.names) if name in model.names]
+    covariance[np.ix_(places, places)] = fitted[np.ix_(fit_places, fit_places)]
     return covariance
 
 
 def arms_beyond(goal: Goal, run: Trajectory, limit: np.ndarray) -> float:
-    """Share of arms, drawn within what is known, that pass a torque limit (n,) in some run of a motion."""
+    """Share of sampled arms that exceed a torque limit, shape (n,), in any run of a motion."""
     return share_beyond(goal, run.every(FINE), limit)

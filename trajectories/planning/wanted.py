@@ -1,7 +1,7 @@
-"""What a user wants to know, in their words, as the base parameters that the words stand for.
+"""Translation of a user's words to the base parameters that they mean.
 
-"K_r", "gain of joint 2", "friction of elbow", "payload": a parameter's own name, however it is spelled, or
-one of a few words for several, of one joint or of all.
+Examples are "K_r", "gain of joint 2", "friction of elbow", "payload": the name of a parameter in any
+spelling, or a word for a group of parameters of one joint or of all joints.
 """
 
 import re
@@ -18,34 +18,34 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "mass": ("M", "MX", "MY", "MZ"),
     "inertia": ("XX", "XY", "XZ", "YY", "YZ", "ZZ"),
 }
-"""Word -> names of parameters, before the number of the joint."""
+"""Names of parameters, without the number of the joint, by word."""
 INERTIAL = (*WORDS["inertia"], *WORDS["mass"])
 OF_JOINT = re.compile(r"^(?P<what>.+?)(?:\s+of)?(?:\s+joint)?\s+(?P<joint>\S+)$")
 NUMBER = re.compile(r"^(?P<what>\D+?)\s*(?P<joint>\d+)$")
 
 
 def wanted_names(
-    asked: Sequence[str], names: Sequence[str], joints: Sequence[str], payloads: Sequence[str]
+    phrases: Sequence[str], names: Sequence[str], joints: Sequence[str], payloads: Sequence[str]
 ) -> list[str]:
-    """Names of base parameters, or beginnings of them, that commas and spaces separate in what is asked.
+    """Names of base parameters, or beginnings of names, that phrases mean.
 
     Args:
-        asked: Words of the user; those with a comma are several.
-        names: Base parameters.
+        phrases: Words of the user; commas separate phrases.
+        names: Names of the base parameters.
         joints: Names of the joints.
-        payloads: Names of bodies in the runs.
+        payloads: Names of the payloads in the runs.
 
     Raises:
-        UnknownChoice: Words that stand for none of them, with the nearest that do.
+        UnknownChoice: A phrase means no base parameter; the message suggests the most similar one.
     """
-    found = list[str]()
-    for phrase in (part.strip() for words in asked for part in words.split(",")):
+    wanted = list[str]()
+    for phrase in (part.strip() for words in phrases for part in words.split(",")):
         if phrase:
-            found += _of_phrase(phrase, names, joints, payloads)
-    return found
+            wanted += _names_of_phrase(phrase, names, joints, payloads)
+    return wanted
 
 
-def _of_phrase(
+def _names_of_phrase(
     phrase: str, names: Sequence[str], joints: Sequence[str], payloads: Sequence[str]
 ) -> list[str]:
     if any(name.startswith(phrase) for name in names):
@@ -54,41 +54,41 @@ def _of_phrase(
     if _plain(phrase) in plain:
         return [plain[_plain(phrase)]]
     if phrase.lower() in ("payload", "load"):
-        own = [f"{name}{load}" for load in payloads if load for name in INERTIAL]
-        return _present(own, names) or _unknown(phrase, names)
-    what, numbers = _joint_of(phrase.lower(), joints)
-    prefixes = WORDS.get(what) or WORDS.get(what.removesuffix("s"), ())
-    own = [f"{prefix}{number}" for prefix in prefixes for number in numbers]
-    return _present(own, names) or _unknown(phrase, names)
+        candidates = [f"{name}{load}" for load in payloads if load for name in INERTIAL]
+        return _present(candidates, names) or _unknown(phrase, names)
+    quantity, numbers = _joint_of(phrase.lower(), joints)
+    prefixes = WORDS.get(quantity) or WORDS.get(quantity.removesuffix("s"), ())
+    candidates = [f"{prefix}{number}" for prefix in prefixes for number in numbers]
+    return _present(candidates, names) or _unknown(phrase, names)
 
 
 def _joint_of(phrase: str, joints: Sequence[str]) -> tuple[str, list[int]]:
-    """What is asked, and of which joints, from 1; all where none is named."""
+    """Quantity and numbers of the joints, from 1, in a phrase; all joints if none is named."""
     lower = [joint.lower() for joint in joints]
     for pattern in (OF_JOINT, NUMBER):
         if (match := pattern.match(phrase)) is None:
             continue
-        joint, what = match["joint"], match["what"].removesuffix(" of joint").strip()
+        joint, quantity = match["joint"], match["what"].removesuffix(" of joint").strip()
         if joint in lower:
-            return what, [lower.index(joint) + 1]
+            return quantity, [lower.index(joint) + 1]
         if joint.isdigit() and 1 <= int(joint) <= len(joints):
-            return what, [int(joint)]
+            return quantity, [int(joint)]
     return phrase, list(range(1, len(joints) + 1))
 
 
-def _present(own: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Those of the names, or of the same regrouped, that are base parameters."""
-    return [name for name in names if name in own or name.removesuffix("R") in own]
+def _present(candidates: Sequence[str], names: Sequence[str]) -> list[str]:
+    """The base parameters that are among the candidates, possibly regrouped."""
+    return [name for name in names if name in candidates or name.removesuffix("R") in candidates]
 
 
 def _plain(name: str) -> str:
-    """Without underscores, spaces, case and the R of regrouping."""
+    """A name without underscores, spaces, case and the R of regrouping."""
     return re.sub(r"[\s_]", "", name.removesuffix("R")).lower()
 
 
 def _unknown(phrase: str, names: Sequence[str]) -> list[str]:
     valid = [*names, *WORDS, "payload"]
     by_plain = {_plain(name): name for name in valid}
-    near = get_close_matches(_plain(phrase), by_plain, 1, cutoff=0.5)  # one of two letters
-    meant = f"; did you mean '{by_plain[near[0]]}'?" if near else ""
+    matches = get_close_matches(_plain(phrase), by_plain, 1, cutoff=0.5)  # one of two letters agrees
+    meant = f"; did you mean '{by_plain[matches[0]]}'?" if matches else ""
     raise UnknownChoice("base parameter", phrase, valid, meant)

@@ -1,4 +1,4 @@
-"""Wishes: what a user wants of a trajectory, beside the model and what to find out."""
+"""Planning options of a trajectory, besides the model and the goal."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,41 +14,41 @@ from ..limits.usable_limits import Margins
 from ..search.setting import Setting
 
 THERE_AND_BACK = (4.0, 3.0)
-"""Base periods to try where none is given, in times that the slowest joint takes across its range: there
-and back at half its speed, so that faster harmonics have room, and at two thirds of it."""
+"""Default base periods, as multiples of the time that the slowest joint takes across its range: there and
+back at half its speed, which leaves room for faster harmonics, and at two thirds of it."""
 MOST = {"harmonics": 25, "trajectories": 6}
-"""A step of the search takes as the cube of what is searched, and cannot be interrupted: with these it still
-is a matter of seconds."""
+"""Largest values: the time of a search step grows with the cube of the number of unknowns, and a step cannot
+be interrupted. With these values it takes seconds."""
 ROWS = 2.0
-"""Independent rows a second and hertz of bandwidth (Nyquist)."""
+"""Independent rows per second and hertz of bandwidth (Nyquist)."""
 BANDWIDTH = 10.0
-"""Up to which torque is compared where no fit gives it [Hz]: where filters of identification usually end."""
+"""Bandwidth in which torques are compared if no fit gives it [Hz]: the usual cutoff of filters."""
 
 
 @dataclass(frozen=True, eq=False)
 class Wishes:
-    """What is wished of a trajectory.
+    """Planning options of a trajectory.
 
     Attributes:
-        criterion: A name in `CRITERIA`; None for what suits the purpose: the drive gains of a pair, the worst
-            deviation after a fit, else the condition number.
+        criterion: A name in `CRITERIA`; None for the default: the drive gains if there are payloads, the
+            worst relative deviation after a fit, else the condition number.
         harmonics: Number of harmonics of each joint.
-        period: Base period [s]; several are tried unless given.
-        seconds: Length of the exciting part; as many periods as fill it [s].
-        series: How many trajectories are planned together.
-        margins: What is kept off the limits.
+        period: Base period [s]; several are tried by default.
+        seconds: Duration of the exciting part, rounded up to full periods [s].
+        series: Number of trajectories that are planned together.
+        margins: Safety margins to the limits.
         window: Window of the controller's corrections around the start pose, as in `usable`.
-        start: Pose at which the run begins and ends, shape (n,) [rad]; chosen unless given.
-        tick: Cycle of the controller [s].
-        rest: At both ends, for the noise of the still arm [s].
+        start: Pose at which the run begins and ends, shape (n,) [rad]; chosen by default.
+        tick: Sampling period of the controller [s].
+        rest: Rest at both ends, which records the noise of the still arm [s].
         clearances: Collisions and regions.
-        shapes: Effects whose shapes count as unknown, by their key.
-        bodies: What is known of each body with which the motion is run again; none for a single run.
+        shapes: Keys of effects whose shapes are unknown.
+        bodies: Known parameters of the payload of each further run of the motion; empty for a single run.
         fit: Fit of earlier runs.
-        focus: Names, or beginnings of names, of base parameters that alone matter, whatever the criterion;
-            "gain" stands for the drive gains of a pair.
-        sure: Share of arms, within what priors or the fit leave open, that keep to the torque limits; 0 for
-            the nominal arm alone.
+        focus: Names, or beginnings of names, of the base parameters to optimize, regardless of the criterion;
+            "gain" means the drive gains.
+        sure: Share of arms that priors or fit allow and that must keep to the torque limits; 0 for the
+            nominal model alone.
     """
 
     criterion: str | None = None
@@ -83,24 +83,24 @@ class Wishes:
 
     @property
     def in_focus(self) -> Sequence[str]:
-        """Names of what alone matters: the focus, or the drive gains of a pair if nothing else is wished."""
+        """Base parameters to optimize: the focus, or by default the drive gains if there are payloads."""
         gains = self.bodies and self.criterion is None and self.fit is None
         return self.focus or (("gain",) if gains else ())
 
 
 def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
-    """Base periods to try, whole numbers of ticks [s].
+    """Base periods to try, rounded to whole sampling periods [s].
 
-    Across its range a joint takes what its fastest sinusoid takes: in a narrow window it is acceleration or
-    jerk, and not velocity, that makes it slow.
+    The time of a joint across its range is that of its fastest sinusoid: in a narrow window acceleration or
+    jerk limit it, not velocity.
     """
     half = 0.5 * (limits.position_upper - limits.position_lower)
     rates = (limits.velocity / half, np.sqrt(limits.acceleration / half), np.cbrt(limits.jerk / half))
     across = float(2.0 / np.min(rates))
-    asked = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
-    return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in asked)
+    periods = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
+    return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in periods)
 
 
 def rows_of(wishes: Wishes, bandwidth: float | None = None) -> float:
-    """Independent rows of all trajectories whose torque is compared up to `bandwidth` [Hz]."""
+    """Number of independent rows of all trajectories if torque is compared up to `bandwidth` [Hz]."""
     return ROWS * (bandwidth or BANDWIDTH) * wishes.seconds * wishes.series

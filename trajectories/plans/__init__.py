@@ -1,1 +1,1 @@
-"""A trajectory with its robot, limits and reasons: as a file, a page, a view, an export."""
+"""Plans: trajectories with their robot, limits and criteria, as files, pages, views and exports."""

@@ -1,4 +1,4 @@
-"""A plan as the text of other programs' files (CSV, ROS, KRL): a function a format, in a table."""
+"""Export of plans to formats of other programs (CSV, ROS, KRL), one function for each."""
 
 from collections.abc import Callable
 
@@ -12,33 +12,33 @@ from .plan import Plan
 
 
 def points(plan: Plan, rate: float, end: bool = True) -> States:
-    """States at a rate [Hz], with the end of the motion as the last one if it is asked for."""
+    """States at a rate [Hz]; with `end`, the end of the motion is the last one."""
     states = plan.trajectory.every(1.0 / rate)
-    left = plan.trajectory.duration - states.time[-1]
-    # under a thousandth of a step the end is the last sample, but for rounding
-    if not end or left < 1e-3 / rate:
+    remaining = plan.trajectory.duration - states.time[-1]
+    # less than a thousandth of a step is rounding
+    if not end or remaining < 1e-3 / rate:
         return states
     return plan.trajectory.at(np.append(states.time, plan.trajectory.duration))
 
 
 def fixed(value: float, digits: int) -> str:
-    """Digits behind a point and no exponent, which YAML 1.1 and KRL read alike; no minus before zero."""
+    """A number with fixed decimals and no exponent, which YAML 1.1 and KRL read alike; no minus zero."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
 KRL_RATE = 2.0
-"""Points a second: a motion from point to point cannot follow faster swings anyway [Hz]."""
+"""Rate of points [Hz]: a point-to-point motion cannot follow faster swings."""
 KRL_AXES = (*(f"A{i}" for i in range(1, 7)), *(f"E{i}" for i in range(1, 7)))
 """Axes of an E6AXIS."""
 WITHIN = 50
-"""Instants between two points at which the speed is looked at."""
+"""Number of instants between two points at which the speed is evaluated."""
 
 
 def krl_text(plan: Plan, rate: float | None = None) -> str:
-    """KUKA KRL program (.src) of PTP points in degrees, for the way there and slow checks; 2 points a second.
+    """KUKA KRL program (.src) of PTP points in degrees, for moves to the start and slow checks, at 2 Hz.
 
     Raises:
-        BadLimits: Too many joints, or a speed that is no share of a velocity limit.
+        BadLimits: The arm has too many joints, or a joint has no velocity limit.
     """
     states = points(plan, rate or KRL_RATE)
     percent = _percent(plan, states.time)
@@ -71,18 +71,18 @@ def _krl_remarks(plan: Plan) -> list[str]:
     names = ", ".join(f"{axis} {joint}" for axis, joint in zip(KRL_AXES, plan.joints, strict=False))
     return [
         ";The controller times these points itself: this is no identification motion.",
-        ";It is for the way to the start and for slow checks of where the arm goes. The motion itself",
-        ";goes through RSI, cycle by cycle. Between points, and where it rounds them, the arm takes other",
-        ";ways than planned: those are not checked for collisions. Begin with a low override.",
+        ";Use it to move to the start and to check slowly where the arm goes. The motion itself is sent",
+        ";through RSI, cycle by cycle. Between points, and where it blends them, the arm does not follow",
+        ";the planned path, and that path is not checked for collisions. Begin with a low override.",
         krl_comment(f"Axes: {names}"),
-        ";Degrees (mm where a joint slides), counted and zeroed as the robot's description has them:",
+        ";Degrees (mm for a prismatic joint), with signs and zeros of the robot's description:",
         ";compare a few points with the pendant in T1 before anything moves fast.",
-        ";Speeds in per cent of the description's velocity limits.",
+        ";Speeds in percent of the description's velocity limits.",
     ]
 
 
 def _percent(plan: Plan, times: np.ndarray) -> np.ndarray:
-    """Fastest joint's speed between points in whole per cent of its limit, shape (points - 1,)."""
+    """Speed of the fastest joint between points in whole percent of its limit, shape (points - 1,)."""
     unlimited = np.flatnonzero(~np.isfinite(plan.limits.velocity) | ~np.isfinite(plan.limits.velocity_lower))
     if plan.trajectory.dof > len(KRL_AXES) or len(unlimited):
         raise BadLimits(_krl_refusal(plan, unlimited))
@@ -98,8 +98,8 @@ def _krl_refusal(plan: Plan, unlimited: np.ndarray) -> str:
     if plan.trajectory.dof > len(KRL_AXES):
         return f"KRL: {plan.trajectory.dof} joints; a KUKA controller has the axes {', '.join(KRL_AXES)}"
     return (
-        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so that its speed cannot be given in per "
-        "cent; state limits.velocity in the robot file and plan again"
+        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so its speed cannot be given in percent. "
+        "Set limits.velocity in the robot file and plan again"
     )
 
 
@@ -109,16 +109,16 @@ def _axes(values: np.ndarray) -> str:
 
 
 ROS_RATE = 50.0
-"""Points a second: a controller that joins them by quintic splines meets them within a thousandth of the
-motion, and a minute stays a file that an editor opens [Hz]."""
+"""Rate of points [Hz]: a controller that interpolates by quintic splines reproduces the motion within a
+thousandth, and an editor can open the file of a minute."""
 DIGITS = 9
-"""Behind the point: a nanoradian, far below any encoder."""
+"""Number of decimals: a nanoradian, far below the resolution of any encoder."""
 
 Export = Callable[[Plan, float | None], str]
 
 
 def csv_text(plan: Plan, rate: float | None = None) -> str:
-    """Table of time [s], positions q, velocities v, accelerations a; at every tick, SI units."""
+    """Table of time [s], positions q, velocities v, accelerations a at every sampling period, in SI units."""
     states = points(plan, rate or 1.0 / plan.tick, end=False)
     joints = range(1, plan.trajectory.dof + 1)
     head = ["t", *(f"{letter}{joint}" for letter in "qva" for joint in joints)]
@@ -128,7 +128,7 @@ def csv_text(plan: Plan, rate: float | None = None) -> str:
 
 
 def ros_text(plan: Plan, rate: float | None = None) -> str:
-    """ROS 2 trajectory_msgs/JointTrajectory as YAML for `ros2 topic pub`; 50 points a second."""
+    """ROS 2 trajectory_msgs/JointTrajectory as YAML for `ros2 topic pub`; 50 points per second."""
     states = points(plan, rate or ROS_RATE)
     lines = [
         hash_comment(f"{plan.robot}, {plan.trajectory.duration:.9g} s, planned by exidyn. To send it once:"),
@@ -150,14 +150,16 @@ def ros_text(plan: Plan, rate: float | None = None) -> str:
 
 
 def _ros_remarks(states: States) -> list[str]:
-    """What a controller would refuse."""
+    """Remarks on a start or end in motion, which a controller may refuse."""
     remarks = []
-    for row, place, what in (
-        (0, "starts", "bring it there at that speed"),
-        (-1, "ends", "it must allow that"),
+    for row, place, action in (
+        (0, "starts", "bring the arm there at that speed"),
+        (-1, "ends", "configure it to allow that"),
     ):
         if np.any(np.abs(states.velocity[row]) > 10.0**-DIGITS):
-            remarks.append(f"# It {place} in motion: a joint_trajectory_controller needs to know; {what}.")
+            remarks.append(
+                f"# It {place} in motion, which a joint_trajectory_controller may refuse: {action}."
+            )
     return remarks
 
 
@@ -166,4 +168,4 @@ def _numbers(values: np.ndarray) -> str:
 
 
 EXPORTS: dict[str, Export] = {"csv": csv_text, "ros": ros_text, "krl": krl_text}
-"""Name of a format -> its text, of a plan and the points a second; None for the format's own rate."""
+"""Function from a plan and a rate of points [Hz] to the text, by format; None is the default rate."""

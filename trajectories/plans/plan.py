@@ -1,4 +1,4 @@
-"""Plan: a trajectory, and for which robot, within what and why it was made."""
+"""Plan: a trajectory with its robot, limits and criterion."""
 
 import hashlib
 from collections.abc import Mapping
@@ -16,12 +16,12 @@ from ..errors import NotATrajectory
 from ..trajectory import Trajectory
 
 HASH_DIGITS = 16
-"""Of 64 hexadecimal ones: 64 bits, so that two robots never meet by chance."""
+"""Number of hexadecimal digits, of 64: 64 bits, so that no two robots have the same hash by chance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan(InNotebook):
-    """What was planned, and what the arm and its operator need to know of it.
+    """A planned trajectory, and what the arm and its operator need to know about it.
 
     Attributes:
         trajectory: The motion.
@@ -30,15 +30,15 @@ class Plan(InNotebook):
         robot: Name of the robot.
         robot_hash: Hash of the robot's geometry and limits.
         model_hash: Hash of the nominal model.
-        limits: The robot's, before any margin.
-        margins: What was kept off the limits, by name: a share [-], or a position [rad].
-        criterion: What was minimised; empty where nothing was.
-        reached: Its value; NaN where nothing was minimised.
-        details: Whatever else is worth keeping: condition, largest deviation, solver, seconds.
+        limits: Limits of the robot, without margins.
+        margins: Safety margins to the limits, by name: a share [-], or a position [rad].
+        criterion: Minimized criterion; empty if nothing was minimized.
+        reached: Value of the criterion; NaN if nothing was minimized.
+        details: Other facts by name, such as condition number, largest deviation, solver, seconds.
         seed: Seed of the random starts.
-        tick: Period of the controller's cycle [s].
-        payload_pair: Whether it is to be run twice, unloaded and loaded.
-        assumed: What was taken to be true, a sentence each.
+        tick: Sampling period of the controller [s].
+        payload_pair: Whether the motion is to be run twice, unloaded and loaded.
+        assumed: Sentences on assumptions.
         edited: Whether it was read from a file without a checksum, which a person wrote or changed.
     """
 
@@ -74,8 +74,8 @@ class Plan(InNotebook):
         return f"<Plan for {self.robot}: {self.trajectory.duration:g} s{reached}>"
 
     @classmethod
-    def of(cls, trajectory: Trajectory, model: Model, **given: Any) -> "Plan":
-        """A plan for a model's robot; `given` are the remaining fields."""
+    def of(cls, trajectory: Trajectory, model: Model, **options: Any) -> "Plan":
+        """A plan for a model's robot; `options` are the remaining fields."""
         robot = model.robot
         return cls(
             trajectory=trajectory,
@@ -85,7 +85,7 @@ class Plan(InNotebook):
             robot_hash=robot_hash(robot),
             model_hash=model_hash(model),
             limits=robot.limits,
-            **given,
+            **options,
         )
 
 
@@ -95,7 +95,7 @@ def units_of(robot: Robot) -> tuple[str, ...]:
 
 
 def robot_hash(robot: Robot) -> str:
-    """Short hash of where the arm can move and how fast: its geometry and limits."""
+    """Short hash of the robot's geometry and limits."""
     return _hash(moving_text(robot))
 
 
@@ -109,15 +109,15 @@ def _hash(text: str) -> str:
 
 
 def fits(plan: Plan, model: Model) -> list[str]:
-    """How the robot and model at hand differ from those planned for, a sentence each; none if they agree."""
+    """Sentences on how a robot and model differ from those planned for; empty if they agree."""
     return [*robot_differences(plan, model.robot), *model_differences(plan, model)]
 
 
 def robot_differences(plan: Plan, robot: Robot) -> list[str]:
-    """Why this robot must not run the plan: other joints, limits or geometry.
+    """Reasons why this robot must not run the plan: other joints, limits or geometry.
 
-    The hash is that of the robot planned for. It says nothing of the limits in the plan's file, which may
-    have been edited since: `plan_limits.within` cuts those to the robot's.
+    The hash is that of the robot planned for. It does not cover the limits in the plan's file, which may have
+    been edited since: `plan_limits.within` restricts those to the robot's.
     """
     if plan.joints != robot.joints:
         return [
@@ -130,7 +130,7 @@ def robot_differences(plan: Plan, robot: Robot) -> list[str]:
     if plan.robot_hash == robot_hash(robot):
         return []
     return _limit_differences(plan, robot) or [
-        f"{robot.name} has another geometry than the {plan.robot} that was planned for "
+        f"{robot.name} has another geometry than {plan.robot}, for which the plan was made "
         f"(hash {robot_hash(robot)}, planned {plan.robot_hash})"
     ]
 
@@ -138,20 +138,20 @@ def robot_differences(plan: Plan, robot: Robot) -> list[str]:
 def _limit_differences(plan: Plan, robot: Robot) -> list[str]:
     differences = []
     for name in (f.name for f in fields(Limits)):
-        planned, here = getattr(plan.limits, name), getattr(robot.limits, name)
-        for place in np.flatnonzero(planned != here):
+        planned, current = getattr(plan.limits, name), getattr(robot.limits, name)
+        for place in np.flatnonzero(planned != current):
             differences.append(
-                f"limit {name} of {robot.joints[place]} is {here[place]:g}; "
+                f"limit {name} of {robot.joints[place]} is {current[place]:g}; "
                 f"it was {planned[place]:g} when the plan was made"
             )
     return differences
 
 
 def model_differences(plan: Plan, model: Model) -> list[str]:
-    """Whether the nominal model has changed; what was stated of torques may not hold."""
+    """Warning if the nominal model has changed, so that predicted torques may not hold."""
     if plan.model_hash == model_hash(model):
         return []
     return [
-        f"the model of {model.robot.name} is not the one planned with (hash {model_hash(model)}, planned "
-        f"{plan.model_hash}): torques, and what the motion shows of the parameters, may differ"
+        f"the model of {model.robot.name} is not the one of the plan (hash {model_hash(model)}, planned "
+        f"{plan.model_hash}): torques, and the information on the parameters, may differ"
     ]

@@ -1,4 +1,4 @@
-"""How much of the robot's limits a plan uses, and what it does that they forbid."""
+"""Use of the robot's limits by a plan, and violations."""
 
 from dataclasses import fields, replace
 from typing import NamedTuple
@@ -16,24 +16,24 @@ from .plan import Plan
 from .plan_jumps import jumps
 
 COARSEST = 0.004
-"""Spacing of the samples at which stops and torques are looked at, at most [s]: a swing of 10 Hz, beyond
-which filters of identification end, has 25 of them whatever cycle the plan states."""
+"""Largest spacing of the samples at which stops and torques are checked [s]: a period at 10 Hz, the usual
+cutoff of identification filters, has at least 25 samples for any sampling period of the plan."""
 FINEST = 0.0005
-"""The same, at least [s]: half the cycle of the fastest controllers."""
+"""Smallest spacing of these samples [s]: half the cycle of the fastest controllers."""
 FEW = 0.25
-"""Share of the time in which the acceleration builds up, between two samples [-]: 25 a period of a sine."""
+"""Spacing of samples as a share of the acceleration's build-up time [-]: 25 per period of a sine."""
 MOST = 2e6
-"""Samples, from which on they are not made finer: half a gigabyte of states."""
+"""Maximum number of samples: half a gigabyte of states."""
 
 
 class Use(NamedTuple):
-    """One quantity of all joints against its limits; the limits infinite where not given.
+    """One quantity of all joints and its limits, which are infinite if unknown.
 
     Attributes:
         name: "position", "velocity", "acceleration", "jerk" or "torque".
-        reached: Smallest and largest value and when, each shape (n,).
-        lower: Shape (n,).
-        upper: Shape (n,).
+        reached: Smallest and largest value and when, each of shape (n,).
+        lower: Lower limits, shape (n,).
+        upper: Upper limits, shape (n,).
     """
 
     name: str
@@ -42,9 +42,9 @@ class Use(NamedTuple):
     upper: np.ndarray
 
     def shares(self, values: np.ndarray) -> np.ndarray:
-        """Way from the middle to the limits, from -1 to 1, NaN where one is unknown; shape (..., n) [-].
+        """Values relative to the limits, -1 at the lower and 1 at the upper, NaN if unknown; (..., n) [-].
 
-        The middle is between the position limits; of everything else it is zero.
+        Zero is the middle of the position limits, and zero for all other quantities.
         """
         known = np.isfinite(self.lower) & np.isfinite(self.upper)
         lower, upper = np.where(known, self.lower, -1.0), np.where(known, self.upper, 1.0)
@@ -54,29 +54,29 @@ class Use(NamedTuple):
 
     @property
     def share(self) -> np.ndarray:
-        """Largest share that is used, 1 at the limit, NaN where it is unknown; shape (n,) [-]."""
+        """Largest share of the limits that is used, 1 at a limit, NaN if unknown; shape (n,) [-]."""
         return np.maximum(self.shares(self.reached.upper), -self.shares(self.reached.lower))
 
     @property
     def violated(self) -> np.ndarray:
-        """Which joints go beyond a limit, shape (n,), bool."""
+        """Which joints exceed a limit, bool of shape (n,)."""
         return self.beyond(self.reached.upper) | self.beyond(self.reached.lower)
 
     def beyond(self, values: np.ndarray, joint: int | slice = slice(None)) -> np.ndarray:
-        """Which values, (..., n) or of one joint, are beyond the limits by more than rounding."""
+        """Which values, of shape (..., n) or of one joint, exceed the limits by more than rounding."""
         lower, upper = self.lower[joint], self.upper[joint]
         slack = ROUNDING * np.where(np.isfinite(upper - lower), upper - lower, 1.0)
         return (values > upper + slack) | (values < lower - slack)
 
 
 def limit_use(plan: Plan) -> list[Use]:
-    """Position, velocity, acceleration and jerk against the limits, between samples too."""
+    """Use of the limits of position, velocity, acceleration and jerk, between samples too."""
     bounds, extremes = ranges(plan.limits), plan.trajectory.extremes()
     return [Use(name, reached, *bounds[name]) for name, reached in extremes._asdict().items()]
 
 
 def percent(share: float, unknown: str) -> str:
-    """The share of a limit that is used in per cent, or what stands for one that is not known."""
+    """The used share of a limit in percent, or the text `unknown` if it is not known."""
     return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else unknown
 
 
@@ -87,9 +87,9 @@ class Torque(NamedTuple):
     """Torque of the motion by the nominal model.
 
     Attributes:
-        time: Every tick, shape (t,) [s].
-        runs: Name of a run and its torque, shape (t, n) [N m]; two of a payload pair whose body is known.
-        use: Against the limits, between ticks too, of all runs.
+        time: Sample times, shape (t,) [s].
+        runs: Name and torque of each run, shape (t, n) [N m]; two for a payload pair with a known payload.
+        use: Use of the limits by all runs, between samples too.
     """
 
     time: np.ndarray
@@ -98,9 +98,9 @@ class Torque(NamedTuple):
 
 
 def nominal_torque(plan: Plan, model: Model) -> Torque:
-    """Torque of the motion by the model's priors, of a payload pair with the model's payload too.
+    """Torque of the motion by the nominal model; for a payload pair also with the model's payload.
 
-    Its limits are the narrower of the plan's and the model's.
+    Its limits are the narrower ones of plan and model.
     """
     payloads = ("", *model.payloads) if plan.payload_pair else ("",)
     limit = np.minimum(plan.limits.torque, model.robot.limits.torque)
@@ -113,22 +113,22 @@ def nominal_torque(plan: Plan, model: Model) -> Torque:
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
-    """What the motion does that the plan's limits forbid, a sentence each; stops and jumps too.
+    """Sentences on violations of the plan's limits by the motion, with stops and jumps.
 
     Args:
-        plan: With its limits cut to those of the robot at hand by `plan_limits.within`.
-        torque: Torque of the same plan, if the model is known.
+        plan: Plan with limits restricted to those of the robot by `plan_limits.within`.
+        torque: Torque of the plan, if the model is known.
     """
-    found = check(plan.trajectory, _said_or_used(plan), spacing(plan))
+    limit_violations = check(plan.trajectory, _known_or_used(plan), spacing(plan))
     if torque is not None:
-        found += _beyond(torque.use)
+        limit_violations += _beyond(torque.use)
     sliding = [joint for joint, unit in enumerate(plan.units) if unit == "m"]
-    sentences = [violation.sentence(plan.joints, sliding) for violation in found]
+    sentences = [violation.sentence(plan.joints, sliding) for violation in limit_violations]
     return sentences + jumps(plan, spacing(plan))
 
 
 def spacing(plan: Plan) -> float:
-    """Spacing of samples that shows a motion between its ticks too, whatever tick the plan states [s]."""
+    """Spacing of samples that resolves the motion for any sampling period of the plan [s]."""
     extremes = plan.trajectory.extremes()
     acceleration, jerk = (
         np.maximum(np.abs(reached.lower), np.abs(reached.upper))
@@ -140,26 +140,27 @@ def spacing(plan: Plan) -> float:
     return min(plan.tick, max(min(FEW * build_up, COARSEST), finest))
 
 
-def _said_or_used(plan: Plan) -> Limits:
-    """The limits, and where a rate has none, what the motion itself uses of it, so that stops can be had."""
+def _known_or_used(plan: Plan) -> Limits:
+    """The limits, where missing rate limits are what the motion uses, so that stops can be computed."""
     extremes = plan.trajectory.extremes()
     used: dict[str, np.ndarray] = {}
     for name in ("velocity", "acceleration", "jerk"):
         reached = getattr(extremes, name)
         size = np.maximum(np.abs(reached.lower), np.abs(reached.upper))
-        used[name] = np.where(size > 0.0, size, 1.0)  # a joint that stands needs some limit
+        used[name] = np.where(size > 0.0, size, 1.0)  # a joint at rest needs some limit
         used[f"{name}_lower"] = -used[name]
-    given = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
-    return replace(plan.limits, **{n: np.where(np.isfinite(v), v, used[n]) for n, v in given.items()})
+    planned = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
+    known_or_used = {name: np.where(np.isfinite(v), v, used[name]) for name, v in planned.items()}
+    return replace(plan.limits, **known_or_used)
 
 
 def _beyond(use: Use) -> list[Violation]:
-    """Where a quantity is beyond its limits, each joint once."""
-    found = []
+    """Violations of the limits of a quantity, one per joint."""
+    violations = []
     for joint in np.flatnonzero(use.violated):
         above = use.reached.upper[joint] - use.upper[joint] > use.lower[joint] - use.reached.lower[joint]
         side = "upper" if above else "lower"
         time = getattr(use.reached, f"{side}_time")[joint]
         value, limit = getattr(use.reached, side)[joint], getattr(use, side)[joint]
-        found.append(Violation(use.name, int(joint), float(time), float(value), float(limit)))
-    return found
+        violations.append(Violation(use.name, int(joint), float(time), float(value), float(limit)))
+    return violations

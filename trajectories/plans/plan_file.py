@@ -1,8 +1,8 @@
-"""Trajectory files: a plan as TOML that people can read, and back, every float to its last digit.
+"""Trajectory files: plans as human-readable TOML, and back, with every float exact.
 
-The tables that a plan must have stand last, behind the coefficients, so that a file that was cut off
-anywhere lacks one and cannot pass for a shorter motion. The checksum in the second line shows that any other
-line was changed: a digit that a disk, a copy or an editor changed leaves a motion that is as well formed.
+The required tables are at the end, after the coefficients, so that a truncated file lacks one and cannot be
+mistaken for a shorter motion. The checksum in the second line reveals a change of any other line: a digit
+that a disk, a copy or an editor has changed would leave a well-formed motion.
 """
 
 import hashlib
@@ -30,24 +30,24 @@ from .plan import Plan
 from .trajectory_rows import read_fields, read_trajectory, trajectory_blocks
 
 FORMAT = 1
-"""Goes up when a reader of the former version would misunderstand a file."""
+"""Version of the format; increased when a reader of the previous version would misunderstand a file."""
 KIND = "trajectory"
 HEAD = (
     "robot", "robot_hash", "model_hash", "joints", "units", "criterion", "reached", "seed", "tick",
     "payload_pair", "assumed",
 )  # fmt: skip
-"""Fields of a plan that stand at the top of its file."""
+"""Fields of a plan at the top of its file."""
 TABLES = ("details", "trajectory", "margins", "limits")
 KEYS = ("checksum", "format", "kind", *HEAD, *TABLES)
 UNITS = ("rad", "m")
 MOST_COMMANDS = 1e8
-"""Of one motion: a day at 1 ms, whose states of six joints take 20 gigabytes."""
+"""Maximum number of commands of a motion: a day at 1 ms, whose states take 20 gigabytes for six joints."""
 CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
 REMARK = "# A motion planned by exidyn, in SI units; 'exidyn show' plots it."
 
 
 def write_plan(plan: Plan, path: Path | str) -> None:
-    """Write a trajectory file; it appears under its name only when it is complete."""
+    """Write a trajectory file; it gets its name only when it is complete."""
     part = Path(path).with_name(Path(path).name + ".part")
     part.write_text(plan_text(plan), encoding="utf-8")
     os.replace(part, path)
@@ -57,7 +57,7 @@ def read_plan(path: Path | str) -> Plan:
     """Plan from a trajectory file.
 
     Raises:
-        NotATrajectory: Missing, cut off, of a later version, or wrong; the message names the place.
+        NotATrajectory: The file is missing, truncated, of a later version, or wrong; the message says where.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -71,9 +71,9 @@ def read_plan(path: Path | str) -> Plan:
 
 
 def plan_text(plan: Plan) -> str:
-    """The text of a trajectory file, its checksum in the second line; none where the plan was edited.
+    """The text of a trajectory file, with its checksum in the second line unless the plan was edited.
 
-    A checksum would make a motion that a person edited pass for one that exidyn planned.
+    A checksum would make an edited motion look like one that exidyn planned.
     """
     head = {"format": FORMAT, "kind": KIND} | {name: getattr(plan, name) for name in HEAD}
     parts = [
@@ -91,10 +91,11 @@ def plan_text(plan: Plan) -> str:
 
 
 def parse_plan(text: str, where: str = "trajectory file") -> Plan:
-    """Plan from the text of a trajectory file; `where` it comes from is named in errors.
+    """Plan from the text of a trajectory file; errors name its source, `where`.
 
     Raises:
-        NotATrajectory: It is none; the message names the key, what was found and what is valid.
+        NotATrajectory: The text is no trajectory file; the message names the key, its value and what is
+            valid.
     """
     try:
         table = parse_toml(text, where)
@@ -113,23 +114,23 @@ def _plan(table: Mapping[str, Any]) -> Plan:
     check_keys(table, KEYS, "top level")
     for key in TABLES:
         if not isinstance(table.get(key), Mapping):
-            found = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
-            raise NotATrajectory(f"'{key}' {found}; was the file cut off?")
-    given = read_fields(Plan, table, [name for name in HEAD if name != "reached"], "")
+            reason = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
+            raise NotATrajectory(f"'{key}' {reason}; was the file cut off?")
+    head = read_fields(Plan, table, [name for name in HEAD if name != "reached"], "")
     if "reached" in table:
-        given["reached"] = float(_any_number(table["reached"], "reached"))
-    for unit in given["units"]:
+        head["reached"] = float(_any_number(table["reached"], "reached"))
+    for unit in head["units"]:
         if unit not in UNITS:
-            raise NotATrajectory(f"units: '{unit}' is none of {', '.join(UNITS)}")
+            raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
     return Plan(
         trajectory=read_trajectory(table["trajectory"], "[trajectory]"),
-        limits=_limits(table["limits"], len(given["joints"])),
+        limits=_limits(table["limits"], len(head["joints"])),
         margins={key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()},
         details={
             key: value if isinstance(value, str) else _any_number(value, f"[details] {key}")
             for key, value in table["details"].items()
         },
-        **given,
+        **head,
     )
 
 
@@ -150,7 +151,7 @@ def _limits(table: Mapping[str, Any], joints: int) -> Limits:
 
 
 def _require_number_of_commands(plan: Plan) -> None:
-    """Raise where a period or tick makes a motion of more commands than any memory holds."""
+    """Raise if duration and sampling period give more commands than memory can hold."""
     count = plan.trajectory.duration / plan.tick
     if not count <= MOST_COMMANDS:
         raise NotATrajectory(
@@ -160,7 +161,7 @@ def _require_number_of_commands(plan: Plan) -> None:
 
 
 def _any_number(value: object, where: str) -> float:
-    """A number, infinity or NaN where something is not known; a whole number stays one."""
+    """A number, possibly infinity or NaN for an unknown value; an integer stays an integer."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise NotATrajectory(f"{where}: expected a number; found {value!r}")
     return value
@@ -168,8 +169,8 @@ def _any_number(value: object, where: str) -> float:
 
 def _check_kind(table: Mapping[str, Any]) -> None:
     if table.get("kind") != KIND:
-        found = f"kind = {table['kind']!r}" if "kind" in table else "no key 'kind'"
-        raise NotATrajectory(f"not a trajectory file: {found}, expected kind = '{KIND}'")
+        reason = f"kind = {table['kind']!r}" if "kind" in table else "no key 'kind'"
+        raise NotATrajectory(f"not a trajectory file: {reason}, expected kind = '{KIND}'")
     version = table.get("format")
     if version != FORMAT:
         hint = "; update exidyn" if isinstance(version, int) and version > FORMAT else ""
@@ -177,22 +178,22 @@ def _check_kind(table: Mapping[str, Any]) -> None:
 
 
 def _unchanged(text: str) -> bool:
-    """Whether a text has its checksum; one without any was written or edited by hand.
+    """Whether a text has its checksum; a text without one was written or edited by hand.
 
     Raises:
-        NotATrajectory: It is another text than was written.
+        NotATrajectory: The text differs from what was written.
     """
-    found = CHECKSUM.search(text)
-    if found is None:
+    match = CHECKSUM.search(text)
+    if match is None:
         return False
-    if found[1] != _checksum(text[: found.start()] + text[found.end() :]):
+    if match[1] != _checksum(text[: match.start()] + text[match.end() :]):
         raise NotATrajectory(
-            f"the file has changed since exidyn wrote it: its checksum is not {found[1]} any more. Plan the "
-            "motion again, or, if the change is meant, remove the line that begins with 'checksum'"
+            f"the file has changed since exidyn wrote it: its checksum is no longer {match[1]}. Plan the "
+            "motion again, or, if the change is intended, remove the line that begins with 'checksum'"
         )
     return True
 
 
 def _checksum(text: str) -> str:
-    """Of the lines, however they end."""
+    """Checksum of the lines, regardless of their line endings."""
     return hashlib.sha256("\n".join(text.splitlines()).encode()).hexdigest()[:16]

@@ -1,9 +1,9 @@
-"""Jumps of a motion: places where a sample does not follow from the one before it.
+"""Jumps of a motion: samples that do not follow from the previous sample.
 
-Pieces of a motion are stored with the state at which each begins, so a number changed by hand leaves a
-motion that keeps to every limit before and after a jump. Between two samples a time h apart a motion without
-jumps moves by its velocity and acceleration, and by at most J h^3 / 6 besides, where J is its largest jerk;
-velocity and acceleration change accordingly.
+Pieces of a motion are stored with the state at which each begins, so a number changed by hand leaves a motion
+that keeps every limit before and after a jump. Between two samples a time h apart, a motion without jumps
+moves as its velocity and acceleration predict, within J h^3 / 6, where J is its largest jerk; velocity and
+acceleration change accordingly.
 """
 
 from collections.abc import Iterator
@@ -15,11 +15,11 @@ from ..trajectory import Trajectory, unit_of
 from .plan import Plan
 
 JOINS = 4
-"""Joins of a sequence between two samples, at most; each may be off by `JOIN`."""
+"""Maximum number of joins of a sequence between two samples; each may be off by `JOIN`."""
 
 
 def jumps(plan: Plan, spacing: float) -> list[str]:
-    """The largest jump of each joint in position, velocity and acceleration, a sentence each.
+    """Sentences on the largest jump of each joint in position, velocity and acceleration.
 
     Args:
         plan: The motion.
@@ -37,7 +37,7 @@ def jumps(plan: Plan, spacing: float) -> list[str]:
 
 
 def _unexplained(trajectory: Trajectory, spacing: float) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Name of a quantity, what the jerk does not explain of its changes, shape (t, n), and when (t,) [s]."""
+    """Name of a quantity, its changes beyond what jerk explains, shape (t, n), and times, shape (t,) [s]."""
     time = trajectory.every(spacing).time
     states = trajectory.at(np.append(time, trajectory.duration))
     step = np.diff(states.time)[:, None]
@@ -51,6 +51,6 @@ def _unexplained(trajectory: Trajectory, spacing: float) -> Iterator[tuple[str, 
     jerk = np.maximum(np.abs(reached.lower), np.abs(reached.upper))
     allowed = (jerk * step**3 / 6.0, jerk * step**2 / 2.0, jerk * step)
     for (name, change), most in zip(expected.items(), allowed, strict=True):
-        found = np.abs(np.diff(getattr(states, name), axis=0) - change)
-        # a NaN is named by the check of the limits
-        yield name, found - (1.0 + 1e-9) * most - JOINS * JOIN, states.time[:-1]
+        excess = np.abs(np.diff(getattr(states, name), axis=0) - change)
+        # NaN is reported by the check of the limits
+        yield name, excess - (1.0 + 1e-9) * most - JOINS * JOIN, states.time[:-1]

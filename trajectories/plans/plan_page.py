@@ -1,6 +1,6 @@
-"""A plan as one HTML page with pictures of each joint's motion against its limits.
+"""A plan as one HTML page with plots of each joint's motion and limits.
 
-It needs nothing else: no script, no network, light and dark, fit to print.
+The page is self-contained: no scripts, no network, light and dark, printable.
 """
 
 from collections.abc import Sequence
@@ -30,14 +30,14 @@ from .plan_space import Space, space_figures
 from .plan_summary import plan_facts, span
 
 LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
-"""Pixels: where a panel begins, beside its labels, how wide it is, and what is left for its percentage."""
+"""Width of the labels, of a panel, and of its percentage [px]."""
 HEIGHT, GAP = 84.0, 13.0
-"""Pixels: of a panel, and between two."""
+"""Height of a panel, and gap between two [px]."""
 TOP, BOTTOM = 22.0, 32.0
-"""Pixels for the legend above and the time axis below."""
+"""Height of the legend above and of the time axis below [px]."""
 PLANNED = "planned"
 STYLES = ("moved", "loaded")
-"""Of the lines of a first and a second run."""
+"""Styles of the lines of the first and second run."""
 STYLE = """
 svg .limit { stroke: var(--bad); stroke-width: 1.3px; stroke-dasharray: 6 4; stroke-linecap: butt; }
 svg .forbidden { fill: var(--bad); fill-opacity: 0.11; stroke: none; }
@@ -48,15 +48,15 @@ svg .beyond { stroke: var(--bad); stroke-width: 5px; }
 svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600; }
 @media print { svg .beyond { stroke-width: 3px; } .two figure svg { height: auto; } }
 """
-"""What a report's style sheet does not have."""
+"""Styles in addition to a report's style sheet."""
 
 
 class Curve(NamedTuple):
     """One quantity of all joints over time.
 
     Attributes:
-        time: Shape (t,) [s].
-        runs: Name of a run and its values, shape (t, n).
+        time: Sample times, shape (t,) [s].
+        runs: Name and values of each run, shape (t, n).
         use: Use of the limits.
     """
 
@@ -66,14 +66,14 @@ class Curve(NamedTuple):
 
 
 def plan_curves(plan: Plan, torque: Torque | None = None) -> list[Curve]:
-    """Position, velocity, acceleration, jerk at every tick, and torque if it is known."""
+    """Position, velocity, acceleration, jerk at every sampling period, and torque if it is known."""
     states = plan.trajectory.every(plan.tick)
     curves = [Curve(states.time, ((PLANNED, getattr(states, use.name)),), use) for use in limit_use(plan)]
     return curves if torque is None else [*curves, Curve(*torque)]
 
 
 def joint_plot(plan: Plan, joint: int, curves: list[Curve], columns: int = COLUMNS) -> str:
-    """A joint's quantities one below the other, from position to jerk or torque."""
+    """Plot of a joint's quantities, one below the other, from position to jerk or torque."""
     keys = [("moved", PLANNED), ("limit", "limit")]
     keys += [("loaded", f"with payload {name}") for curve in curves for name, _ in curve.runs[1:]]
     if any(curve.use.violated[joint] for curve in curves):
@@ -103,7 +103,7 @@ def _panel(curve: Curve, joint: int, unit: str, top: float, last: bool, columns:
 
 
 def _beyond(curve: Curve, joint: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values beyond the limits: some of the ticks, and the extremes, which may lie between."""
+    """Times and values beyond the limits: some samples, and the extremes, which may lie between them."""
     times, values = [], []
     for _, run in curve.runs:
         ticks = np.flatnonzero(curve.use.beyond(run[:, joint], joint))
@@ -118,7 +118,7 @@ def _beyond(curve: Curve, joint: int, columns: int) -> tuple[np.ndarray, np.ndar
 
 
 def _limit(panel: Panel, limit: float, side: int) -> str:
-    """A limit as a line, and what lies beyond it shaded; nothing where there is none."""
+    """A limit as a line with the range beyond it shaded; empty if there is no limit."""
     if not np.isfinite(limit):
         return ""
     edges = np.array([panel.x.low, panel.x.high])
@@ -133,21 +133,21 @@ def _label(name: str, unit: str) -> str:
 
 
 def _used(use: Use, joint: int, top: float) -> str:
-    """How much of the limit is used, beside the panel."""
-    share, left, middle = use.share[joint], LEFT + WIDTH + 6, top + HEIGHT / 2
+    """The used share of the limit, beside the panel."""
+    share, x, middle = use.share[joint], LEFT + WIDTH + 6, top + HEIGHT / 2
     if not np.isfinite(share):
-        return text(left, middle + 4, "no limit", "tick")
+        return text(x, middle + 4, "no limit", "tick")
     style = "over" if use.violated[joint] else "inside"
-    used = text(left, middle - 2, f"{percent(share, '')} %", style)
-    return used + text(left, middle + 11, "of limit", "tick")
+    used = text(x, middle - 2, f"{percent(share, '')} %", style)
+    return used + text(x, middle + 11, "of limit", "tick")
 
 
 class Around(NamedTuple):
-    """What a motion is among.
+    """The surroundings of a motion.
 
     Attributes:
-        space: What is drawn.
-        nearest: What it comes nearest to, in words; empty where nothing was looked at.
+        space: Surroundings to draw.
+        nearest: Nearest approaches in words; empty if collisions were not checked.
     """
 
     space: Space
@@ -155,19 +155,19 @@ class Around(NamedTuple):
 
 
 NEAR = 0.9
-"""Share of a limit from which a number is coloured as one that is near it."""
+"""Share of a limit from which a number is colored as near the limit."""
 
 
 def plan_page(
     plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
 ) -> str:
-    """The page as text.
+    """HTML of the page.
 
     Args:
-        plan: What to show.
-        beyond: Sentences of what its robot's limits forbid.
-        torque: By prior; plotted too if it is known.
-        around: What the motion is among; drawn if it is known.
+        plan: Plan to show.
+        beyond: Sentences on violations of the robot's limits.
+        torque: Nominal torque, plotted if it is known.
+        around: Surroundings of the motion, drawn if they are known.
     """
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
@@ -176,8 +176,8 @@ def plan_page(
         for joint, name in enumerate(plan.joints)
     ]
     legend = (
-        "Commands at every tick. Dashed: the robot's limits, before any margin; shaded: beyond them. "
-        "Percentages are of the extremes, between ticks too"
+        "Commands at every sampling period. Dashed: the robot's limits without margins; shaded: beyond them. "
+        "Percentages refer to the extremes, between samples too"
         + ("; torque is that of the nominal model." if torque else ".")
     )
     sections = [
@@ -195,8 +195,8 @@ def _space(around: Around | None) -> list[Section]:
     if around is None:
         return []
     caption = (
-        "Path of the flange in the frame of the base, which is at 0, 0. Obstacles are shaded; dashed lines "
-        "are their edges, and walls that are seen edgewise."
+        "Path of the flange in the base frame, with the base at 0, 0. Obstacles are shaded; dashed lines are "
+        "their edges, and walls seen edgewise."
     )
     return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
 
@@ -204,41 +204,41 @@ def _space(around: Around | None) -> list[Section]:
 def _verdict(
     plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None, around: Around | None
 ) -> list[str]:
-    """What to think of the plan: its worst first, and last what was not checked."""
+    """Sentences on the plan: violations first, and checks that were not made last."""
     unlimited = [
-        f"No {use.name} limit is known of "
+        f"No {use.name} limit is known for "
         + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
         + "."
         for use in uses
         if np.any(np.isnan(use.share))
     ]
-    stops = "a stop begun at any tick ends inside them"
-    head = "Goes beyond limits: do not run it." if beyond else f"Keeps all limits that are known; {stops}."
-    unseen = _unseen(plan, torque, around)
-    last = [f"Not looked at here: {'; '.join(unseen)}."] if unseen else []
-    near = [f"Nearest: {around.nearest}."] if around and around.nearest else []
-    return [head, *beyond, *near, *unlimited, *last]
+    stops = "a stop begun at any sample ends inside them"
+    head = "Exceeds limits: do not run it." if beyond else f"Keeps to all known limits; {stops}."
+    unchecked = _unchecked(plan, torque, around)
+    last = [f"Not checked here: {'; '.join(unchecked)}."] if unchecked else []
+    nearest = [f"Nearest: {around.nearest}."] if around and around.nearest else []
+    return [head, *beyond, *nearest, *unlimited, *last]
 
 
-def _unseen(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
-    """What this page cannot show."""
-    unseen = [] if around and around.nearest else ["collisions"]
+def _unchecked(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
+    """Checks that this page does not include."""
+    unchecked = [] if around and around.nearest else ["collisions"]
     if torque is None:
-        unseen.append("torque, which needs the robot")
+        unchecked.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:
-        unseen.append("torque of the loaded run, since the robot file names no payload")
-    return unseen
+        unchecked.append("torque of the loaded run, since the robot file names no payload")
+    return unchecked
 
 
 def _use_table(plan: Plan, uses: Sequence[Use]) -> Table:
     head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in uses[1:])]
-    place = uses[0]
+    position = uses[0]
     rows: list[list[Cell]] = [
         [
             name,
             plan.units[j],
-            _cell(span(place.reached.lower[j], place.reached.upper[j]), place, j),
-            span(place.lower[j], place.upper[j]),
+            _cell(span(position.reached.lower[j], position.reached.upper[j]), position, j),
+            span(position.lower[j], position.upper[j]),
             *(_cell(percent(use.share[j], "-"), use, j) for use in uses[1:]),
         ]
         for j, name in enumerate(plan.joints)
@@ -253,7 +253,7 @@ def _cell(words: str, use: Use, joint: int) -> Cell:
 
 
 def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
-    """The largest velocity and torque in numbers."""
+    """The largest velocity and torque in words."""
     chosen = [use for use in uses if use.name in ("velocity", "torque")]
     return "; ".join(
         f"{use.name} up to {digits(max(-use.reached.lower[joint], use.reached.upper[joint]), 3)} "

@@ -1,4 +1,4 @@
-"""Where a motion goes: the path of the flange among obstacles and walls, from above and from the sides."""
+"""Drawings of a motion: the path of the flange among obstacles and walls, from above and from the sides."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,26 +18,26 @@ from ..clearances.region import HalfSpace, Region
 from ..trajectory import Trajectory
 
 VIEWS = (("from above", 0, 1), ("along y", 0, 2), ("along x", 1, 2))
-"""Name of a view, and the axes across and upwards."""
+"""Name of each view, and its horizontal and vertical axes."""
 AXES = "xyz"
 LEFT, TOP, WIDTH, BOTTOM, RIGHT = 58.0, 24.0, 380.0, 32.0, 12.0
-"""Pixels around and across a panel."""
+"""Margins and width of a panel [px]."""
 SPACING = 0.02
-"""Between the points of the path [s]: a flange at 2 m/s moves 4 cm."""
+"""Time between the points of the path [s]: a flange at 2 m/s moves by 4 cm."""
 ROUND = 48
-"""Points of a circle that is drawn."""
+"""Number of points of a circle."""
 
 
 class Space(NamedTuple):
-    """What a motion is drawn among.
+    """The path of a motion and its surroundings.
 
     Attributes:
-        way: Path of the flange in the base frame, shape (t, 3) [m].
-        solids: Name and points in the base frame, shape (k, 3) [m], of each obstacle that has an end.
-        walls: Of planes and regions.
+        path: Path of the flange in the base frame, shape (t, 3) [m].
+        solids: Name and points in the base frame, shape (k, 3) [m], of each bounded obstacle.
+        walls: Walls of planes and regions.
     """
 
-    way: np.ndarray
+    path: np.ndarray
     solids: tuple[tuple[str, np.ndarray], ...]
     walls: tuple[HalfSpace, ...]
 
@@ -45,24 +45,25 @@ class Space(NamedTuple):
 def space_of(
     trajectory: Trajectory, robot: Robot, obstacles: Sequence[Obstacle], clearances: Sequence[Clearance]
 ) -> Space:
-    """The path of a robot's flange and what is around it."""
+    """The path of a robot's flange and its surroundings."""
     data = robot.kinematics.createData()
     positions = trajectory.every(SPACING).position
-    way = np.array([flange_position(robot.kinematics, robot.flange, each, data) for each in positions])
-    solids = tuple((each.name, outline_points(each)) for each in obstacles if each.kind != "plane")
+    points = [flange_position(robot.kinematics, robot.flange, position, data) for position in positions]
+    bounded = [obstacle for obstacle in obstacles if obstacle.kind != "plane"]
+    solids = tuple((obstacle.name, outline_points(obstacle)) for obstacle in bounded)
     walls = [wall for region in clearances if isinstance(region, Region) for wall in region.walls]
-    walls += [wall_of(each) for each in obstacles if each.kind == "plane"]
-    return Space(way, solids, tuple(walls))
+    walls += [wall_of(obstacle) for obstacle in obstacles if obstacle.kind == "plane"]
+    return Space(np.array(points), solids, tuple(walls))
 
 
 def wall_of(plane: Obstacle) -> HalfSpace:
-    """The free side of a plane."""
+    """Half-space on the free side of a plane."""
     normal = plane.placement.rotation @ np.array(plane.shape.n)
     return HalfSpace(-normal, -float(normal @ plane.placement.translation), plane.name)
 
 
 def outline_points(obstacle: Obstacle) -> np.ndarray:
-    """Points in the base frame whose convex hull is the obstacle, round ones nearly; shape (k, 3) [m]."""
+    """Points in the base frame whose hull is the obstacle, approximately if round; shape (k, 3) [m]."""
     shape, angle = obstacle.shape, np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
     if obstacle.kind == "mesh":
         points = np.array(shape.points(), float).reshape(-1, 3)
@@ -79,18 +80,18 @@ def outline_points(obstacle: Obstacle) -> np.ndarray:
 
 
 def hull_mesh(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 3) [m] and the triangles of their convex hull, shape (m, 3)."""
+    """Points, shape (k, 3) [m], and the triangles of their convex hull, shape (m, 3)."""
     return points, ConvexHull(points).simplices
 
 
 def space_figures(space: Space) -> list[Figure]:
-    """A picture of each view."""
+    """A figure of each view."""
     return [Figure(name, "", _view(space, name, across, up)) for name, across, up in VIEWS]
 
 
 def _view(space: Space, name: str, across: int, up: int) -> Markup:
     axes = [across, up]
-    seen = np.concatenate([space.way, np.zeros((1, 3)), *(points for _, points in space.solids)])[:, axes]
+    seen = np.concatenate([space.path, np.zeros((1, 3)), *(points for _, points in space.solids)])[:, axes]
     x, y = _square(Span.around(seen[:, 0]), Span.around(seen[:, 1]))
     panel = Panel(x, y, LEFT, TOP, WIDTH, WIDTH)
     keys = [("moved", "path of the flange"), ("limit", "obstacles, walls")]
@@ -98,27 +99,27 @@ def _view(space: Space, name: str, across: int, up: int) -> Markup:
     parts.append(panel.axes(f"{AXES[across]} [m]", f"{AXES[up]} [m]"))
     parts += [_wall(panel, wall, across, up) for wall in space.walls]
     parts += [_solid(panel, name, points[:, axes]) for name, points in space.solids]
-    parts.append(path(panel.pixels(*space.way[:, axes].T), "moved"))
+    parts.append(path(panel.pixels(*space.path[:, axes].T), "moved"))
     parts.append(panel.dots(np.zeros(1), np.zeros(1), "base"))
     return picture(LEFT + WIDTH + RIGHT, TOP + panel.height + BOTTOM, f"path {name}", "".join(parts))
 
 
 def _square(*spans: Span) -> list[Span]:
-    """Both as long as the longer, so that a metre is as long across as upwards."""
-    half = 0.5 * max(each.size for each in spans)
-    return [Span(0.5 * (each.low + each.high) - half, 0.5 * (each.low + each.high) + half) for each in spans]
+    """Spans of equal length about the same centers, so that both axes have the same scale."""
+    half = 0.5 * max(axis.size for axis in spans)
+    return [Span(0.5 * (axis.low + axis.high) - half, 0.5 * (axis.low + axis.high) + half) for axis in spans]
 
 
 def _solid(panel: Panel, name: str, points: np.ndarray) -> str:
     outline = points[ConvexHull(points).vertices]
     edge = panel.pixels(*outline.T)
-    left, top = np.mean(edge, axis=0) / 10.0
+    x, y = np.mean(edge, axis=0) / 10.0
     shape = path(edge, "forbidden", closed=True) + path(edge, "limit", closed=True)
-    return shape + text(float(left), float(top), name, "tick middle")
+    return shape + text(float(x), float(y), name, "tick middle")
 
 
 def _wall(panel: Panel, wall: HalfSpace, across: int, up: int) -> str:
-    """The line of a wall that is seen edgewise; nothing where it is not, or lies outside the picture."""
+    """The line of a wall seen edgewise; empty if it is not edgewise, or lies outside the picture."""
     normal = wall.normal[[across, up]]
     if np.linalg.norm(normal) < 1.0 - 1e-6:
         return ""
@@ -131,7 +132,7 @@ def _wall(panel: Panel, wall: HalfSpace, across: int, up: int) -> str:
 
 
 def _clipped(ends: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """The part of a line between two points that is inside a rectangle, shape (2, 2); (0, 2) if none."""
+    """Ends of the part of a line that is inside a rectangle, shape (2, 2), or (0, 2) if there is none."""
     start, step = ends[0], ends[1] - ends[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         sides = (corners - start) / step

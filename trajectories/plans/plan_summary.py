@@ -1,4 +1,4 @@
-"""A plan in lines for a terminal: what it is for, and how much of each limit it uses."""
+"""Summary of a plan for a terminal: its goal, and the used share of each limit."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -14,21 +14,21 @@ from .plan_check import Use, limit_use, percent
 from .trajectory_rows import family_words
 
 BYTES, POSE_BYTES, HEAD_BYTES = 55.0, 3000.0, 20e3
-"""Of a recording for each joint and command, for each joint and second of poses that viewers show, and for
-robot and plan, as measured on recordings of arms of six joints at 2 and 8 ms."""
+"""Bytes of a recording per joint and command, per joint and second of poses for viewers, and for robot and
+plan, measured on recordings of arms with six joints at 2 and 8 ms."""
 AT_REST = 0.65
-"""Time that is recorded beside the motion [s]: the arm is listened to before, and held after."""
+"""Recorded time before and after the motion [s]."""
 LONG = 60.0
-"""Duration from which on minutes are given as well [s]."""
+"""Duration from which minutes are shown as well [s]."""
 
 SHARES = ("velocity", "acceleration", "jerk", "torque")
-"""Limits of which a share is kept off."""
+"""Limits whose safety margin is a share."""
 LENGTHS = {"position": "rad", "slide": "m"}
-"""Units of what is kept off the range of joints that turn, and that slide."""
+"""Units of the safety margins of revolute and prismatic joints."""
 
 
 def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
-    """Robot, duration, criterion and details; a table of the limits' use; `beyond` in sentences."""
+    """Robot, duration, criterion and details, a table of the use of limits, and the sentences `beyond`."""
     lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"]
     facts = plan_facts(plan)
     width = max(map(len, facts)) + 2
@@ -38,13 +38,13 @@ def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
     if apart := leads_apart(plan):
         lines += paragraph(apart, "  ", "  ")
     for heading, sentences in (("  BEYOND: ", beyond), ("  assumed: ", plan.assumed)):
-        rows = [row for each in sentences for row in paragraph(each, " " * len(heading), heading)]
+        rows = [row for sentence in sentences for row in paragraph(sentence, " " * len(heading), heading)]
         lines += ["", *rows] if rows else []
     return "\n".join(lines).rstrip()
 
 
 def plan_facts(plan: Plan) -> dict[str, str]:
-    """What was planned and how, by name."""
+    """Facts on the plan by name."""
     runs = "twice, unloaded and loaded" if plan.payload_pair else "once"
     runs = "unloaded, and with each of the bodies" if "bodies" in plan.details else runs
     facts = {
@@ -55,7 +55,7 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     if plan.criterion and "goal" not in plan.details:
         facts["criterion"] = f"{plan.criterion}, reached {digits(plan.reached)}"
     if plan.margins:
-        facts["kept off"] = ", ".join(_margins(plan))
+        facts["safety margins"] = ", ".join(_margins(plan))
     facts |= {
         name: (digits(value) if isinstance(value, float) else str(value)) + (" s" if name == "period" else "")
         for name, value in plan.details.items()
@@ -66,7 +66,7 @@ def plan_facts(plan: Plan) -> dict[str, str]:
 
 
 def _margins(plan: Plan) -> Iterator[str]:
-    """What is kept off limits that the arm has."""
+    """Safety margins to limits that the arm has."""
     for name, value in plan.margins.items():
         if name in SHARES:
             yield f"{name} {100 * value:g} %"
@@ -75,11 +75,11 @@ def _margins(plan: Plan) -> Iterator[str]:
 
 
 def run_cost(plan: Plan, cycle: float) -> str:
-    """How long a run of it takes, and how large its recording is.
+    """Duration of a run of the plan, and size of its recording.
 
     Args:
         plan: The motion.
-        cycle: Between commands [s].
+        cycle: Time between commands [s].
     """
     seconds = plan.trajectory.duration
     by_joint = (BYTES / cycle + POSE_BYTES) * (seconds + AT_REST)
@@ -88,13 +88,13 @@ def run_cost(plan: Plan, cycle: float) -> str:
 
 
 def duration_words(seconds: float) -> str:
-    """A duration [s], in minutes too where it is long."""
+    """A duration [s], in minutes too if it is long."""
     minutes = f" ({int(seconds) // 60} min {int(seconds) % 60} s)" if seconds >= LONG else ""
     return f"{seconds:.0f} s{minutes}"
 
 
 def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
-    """Lines of a table: each joint's range, and the share of its limits that it uses."""
+    """Lines of a table with the range of each joint and the used shares of its limits."""
     position, *others = uses
     head = ["joint", "position", "of limits", *(f"{use.name} %" for use in others)]
     rows = [
@@ -110,27 +110,28 @@ def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
 
 
 def leads_apart(plan: Plan) -> str:
-    """What a motion and its leads use of the limits at most, apart; empty where there are no leads."""
+    """A sentence on the largest use of limits by the motion and by its leads; empty if there are no leads."""
     run = plan.trajectory
     leads = [part for part in getattr(run, "parts", ()) if isinstance(part, Phases)]
     motion = [part for part in getattr(run, "parts", ()) if not isinstance(part, Phases)]
     if not leads or not motion:
         return ""
-    each = (f"{name} {_largest_uses(plan, parts)}" for name, parts in (("motion", motion), ("leads", leads)))
-    return f"Of its limits each uses at most: {'; '.join(each)}."
+    groups = (("motion", motion), ("leads", leads))
+    uses = (f"{name} {_largest_uses(plan, parts)}" for name, parts in groups)
+    return f"Largest use of the limits: {'; '.join(uses)}."
 
 
 def _largest_uses(plan: Plan, parts: Iterable[Trajectory]) -> str:
-    """Largest share of velocity, acceleration and jerk that any joint uses in some parts."""
+    """Largest used share of velocity, acceleration and jerk limits of any joint in some parts."""
     uses = [limit_use(replace(plan, trajectory=part))[1:] for part in parts]
     words = []
-    for same in zip(*uses, strict=True):
-        shares = np.abs([use.share for use in same])
+    for part_uses in zip(*uses, strict=True):
+        shares = np.abs([use.share for use in part_uses])
         if np.any(np.isfinite(shares)):
-            words.append(f"{same[0].name} {percent(float(np.nanmax(shares)), '')} %")
+            words.append(f"{part_uses[0].name} {percent(float(np.nanmax(shares)), '')} %")
     return ", ".join(words)
 
 
 def span(low: float, high: float) -> str:
-    """A range with two digits behind the point."""
+    """A range with two decimals."""
     return f"{fixed(low, 2)} .. {fixed(high, 2)}"

@@ -1,7 +1,7 @@
-"""Dataclasses as tables of a file and back, by their annotations: no family of trajectories is known by name.
+"""Dataclasses as tables of a file and back, by their annotations, for any family of trajectories.
 
-What a field of a family may be: a number, a text, true or false, an array of floats, a tuple of one of them,
-a trajectory, or a tuple of trajectories. An array of whole numbers belongs in a tuple.
+A field of a family may be a number, a text, a boolean, an array of floats, a tuple of any of these, a
+trajectory, or a tuple of trajectories. Integers belong in a tuple, not in an array.
 """
 
 import re
@@ -23,18 +23,18 @@ from ..trajectory import Trajectory
 FAMILY = "family"
 """Key of the family's name."""
 AXES = 3
-"""Axes of an array, at most: time, joint and coefficient."""
+"""Maximum number of axes of an array: time, joint and coefficient."""
 FEW = 5
-"""Parts of a trajectory that are named one by one, at most."""
+"""Maximum number of parts of a trajectory that are named one by one."""
 _WORDS = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
 Reader = Callable[[object, str], Any]
 
 
 def family_words(trajectory: Trajectory) -> str:
-    """Name of a trajectory's family, and of those it is made of: how many of one kind in a row."""
+    """Names of a trajectory's family and of the families of its parts, with counts of repetitions."""
     inner = [_family_of(part) for value in _values(trajectory).values() for part in _parts(value)]
-    rows = [(name, len(list(same))) for name, same in groupby(inner)]
+    rows = [(name, len(list(group))) for name, group in groupby(inner)]
     words = [name if count == 1 else f"{count} {name}" for name, count in rows]
     if len(words) > FEW:
         words = [f"{len(words)} parts"]
@@ -42,10 +42,10 @@ def family_words(trajectory: Trajectory) -> str:
 
 
 def trajectory_blocks(trajectory: Trajectory, place: str, heading: str = "[{}]") -> list[str]:
-    """TOML of a trajectory and, behind it, of those it is made of.
+    """TOML of a trajectory, followed by that of its parts.
 
     Raises:
-        UnknownChoice: It is of no family in the table.
+        UnknownChoice: The trajectory belongs to no family in the table.
     """
     flat: dict[str, Any] = {FAMILY: _family_of(trajectory)}
     inner: list[str] = []
@@ -62,23 +62,23 @@ def read_trajectory(table: object, where: str) -> Trajectory:
     """Trajectory from its table.
 
     Raises:
-        RobotError: A value is not what its key needs.
-        NotATrajectory: A key is missing, or its values make no such trajectory.
+        RobotError: A value is invalid for its key.
+        NotATrajectory: A key is missing, or the values form no valid trajectory.
     """
     name = table.get(FAMILY) if isinstance(table, Mapping) else None
     if not isinstance(table, Mapping) or not isinstance(name, str) or name not in FAMILIES:
-        found = f"family {name!r}" if name is not None else "no key 'family'"
-        raise NotATrajectory(f"{where}: {found}; expected one of: {', '.join(sorted(FAMILIES))}")
+        reason = f"family {name!r}" if name is not None else "no key 'family'"
+        raise NotATrajectory(f"{where}: {reason}; expected one of: {', '.join(sorted(FAMILIES))}")
     kind = FAMILIES[name]
     declared = [f.name for f in fields(kind) if f.init]
     check_keys(table, (FAMILY, *declared), where)
-    given = read_fields(kind, table, declared, f"{where} ")
+    values = read_fields(kind, table, declared, f"{where} ")
     try:
-        return kind(**given)
+        return kind(**values)
     except TrajectoryError as error:
         raise NotATrajectory(f"{where}: {error}") from error
     except (ArithmeticError, IndexError, TypeError, ValueError) as error:
-        raise NotATrajectory(f"{where}: these values make no {name}: {error}") from error
+        raise NotATrajectory(f"{where}: these values form no valid {name}: {error}") from error
 
 
 def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str], before: str) -> dict[str, Any]:
@@ -88,24 +88,24 @@ def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str], be
         kind: The dataclass.
         table: Table of the file.
         names: Names of the fields.
-        before: What stands before a field's name in messages.
+        before: Text before a field's name in messages.
 
     Raises:
-        RobotError: A value is not what its key needs.
+        RobotError: A value is invalid for its key.
         NotATrajectory: A key is missing.
     """
-    hints, given = get_type_hints(kind), {}
+    hints, values = get_type_hints(kind), {}
     for f in fields(kind):
         needed = f.default is MISSING and f.default_factory is MISSING
         if f.name in table and f.name in names:
-            given[f.name] = _reader(hints[f.name], not needed)(table[f.name], before + f.name)
+            values[f.name] = _reader(hints[f.name], not needed)(table[f.name], before + f.name)
         elif f.name in names and needed:
             where = f"{before.strip()}: " if before else ""
             expected = _words(hints[f.name])
             raise NotATrajectory(
                 f"{where}key '{f.name}' is missing, expected {expected}; was the file cut off?"
             )
-    return given
+    return values
 
 
 def _family_of(trajectory: Trajectory) -> str:
@@ -120,14 +120,14 @@ def _values(trajectory: Trajectory) -> dict[str, Any]:
 
 
 def _parts(value: object) -> tuple[Trajectory, ...]:
-    """Trajectories that a field holds; none if it holds something else."""
+    """Trajectories that a field contains; empty if it contains something else."""
     if isinstance(value, Trajectory):
         return (value,)
     return value if isinstance(value, tuple) and value and isinstance(value[0], Trajectory) else ()
 
 
 def _reader(kind: Any, empty: bool = True) -> Reader:
-    """How a field of this type is read; `empty` as for `string`."""
+    """Reader for a field of this type; `empty` is that of `string`."""
     if get_origin(kind) in (Union, UnionType):
         return _reader(next(option for option in get_args(kind) if option is not NoneType), empty)
     if get_origin(kind) is tuple:
@@ -151,14 +151,14 @@ def _tuple(kind: Any, value: object, where: str) -> tuple:
 
 
 def _inner(kind: type[Trajectory], value: object, where: str) -> Trajectory:
-    found = read_trajectory(value, where)
-    if not isinstance(found, kind):
-        raise NotATrajectory(f"{where}: a {_family_of(found)}, expected {_words(kind)}")
-    return found
+    trajectory = read_trajectory(value, where)
+    if not isinstance(trajectory, kind):
+        raise NotATrajectory(f"{where}: a {_family_of(trajectory)}, expected {_words(kind)}")
+    return trajectory
 
 
 def _array(value: object, where: str, axes: int = AXES) -> np.ndarray:
-    """Nested lists of finite numbers, of `axes` levels at most, of which all rows are equally long."""
+    """Array from nested lists of finite numbers with at most `axes` levels and rows of equal length."""
     if not isinstance(value, list):
         return np.asarray(number(value, where))
     if not axes:
@@ -167,13 +167,13 @@ def _array(value: object, where: str, axes: int = AXES) -> np.ndarray:
     for place, part in enumerate(parts):
         if part.shape != parts[0].shape:
             raise NotATrajectory(
-                f"{where}: row {place} has shape {part.shape}, and row 0 {parts[0].shape}; all must be alike"
+                f"{where}: row {place} has shape {part.shape}, and row 0 {parts[0].shape}; all must be equal"
             )
     return np.array(parts, float)
 
 
 def _words(kind: Any) -> str:
-    """A field's type for people."""
+    """Description of a field's type for messages."""
     if kind in _WORDS:
         return _WORDS[kind]
     if get_origin(kind) is tuple:

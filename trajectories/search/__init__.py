@@ -1,1 +1,1 @@
-"""The search for the most informative series within all bounds."""
+"""Search for the most informative Fourier series within all bounds."""

@@ -1,8 +1,8 @@
-"""Bounds: what an optimiser must keep, as margins that are positive inside, with their gradients.
+"""Bounds: the constraints of the optimizer, as margins that are positive inside, with their gradients.
 
-Each is made dimensionless by its limit, so that 0.01 is one per cent of the room there is. Of two limits of
-a rate or a torque the margin is that to the nearer one: half as many rows for the solver, and smooth wherever
-it counts, since at zero both are far.
+Each margin is relative to its limit, so that 0.01 is one percent of the room. Rates and torques have a margin
+to the nearer of their two limits only: this halves the number of rows for the solver, and is smooth where it
+matters, since at zero both limits are far away.
 """
 
 from abc import ABC, abstractmethod
@@ -27,8 +27,8 @@ class Margins(NamedTuple):
     """Margins of some rows at each sample, and their derivatives by the state there.
 
     Attributes:
-        value: Shape (t, m); at least zero where allowed [-].
-        slopes: Computes the derivatives, which cost more than the margins and are needed less often.
+        value: Margins, at least zero where allowed, shape (t, m) [-].
+        slopes: Function that computes the derivatives, which cost more and are needed less often.
     """
 
     value: np.ndarray
@@ -36,7 +36,7 @@ class Margins(NamedTuple):
 
 
 class Bound(ABC):
-    """Something that must hold at every sample, given by the state there."""
+    """A constraint on the state at every sample."""
 
     @abstractmethod
     def margins(self, states: States) -> Margins:
@@ -49,9 +49,9 @@ class RateBound(Bound):
 
     Attributes:
         order: 1 for velocity, 2 for acceleration, 3 for jerk.
-        lower: Shape (n,), below zero.
-        upper: Shape (n,), above zero.
-        joints: Which it is asked of, shape (k,).
+        lower: Lower limits, below zero, shape (n,).
+        upper: Upper limits, above zero, shape (n,).
+        joints: Joints to which the bound applies, shape (k,).
     """
 
     order: int
@@ -74,10 +74,10 @@ class RateBound(Bound):
 
 @dataclass(frozen=True, eq=False)
 class StopBound(Bound):
-    """Position, and the farthest it gets when the brake comes down now, within the limits.
+    """Position, and the extreme positions of a stop that begins now, within the position limits.
 
     Attributes:
-        limits: Limits of all kinds; the brake keeps to acceleration and jerk.
+        limits: Limits of all kinds; the stop uses those of acceleration and jerk.
     """
 
     limits: Limits
@@ -100,7 +100,7 @@ class StopBound(Bound):
 
 
 def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
-    """Derivatives of two rows a joint, each by its own joint; values (2 n,) or (t, 2 n) to (t, 2 n, n)."""
+    """Derivatives of two rows per joint, each by its joint; values (2 n,) or (t, 2 n) to (t, 2 n, n)."""
     values = np.broadcast_to(values, (samples, values.shape[-1]))
     joints = values.shape[1] // 2
     out = np.zeros((samples, 2 * joints, joints))
@@ -110,12 +110,12 @@ def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
 
 
 def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
-    """Position with room to stop, velocity, acceleration and jerk.
+    """Bounds of position with room to stop, velocity, acceleration and jerk.
 
     Args:
-        limits: Finite but for the torque.
-        highest: Frequency of the highest harmonic [rad/s]. A series within v changes by at most `highest`
-            times v (Bernstein's inequality), so a limit beyond that is kept by the one before it.
+        limits: Limits, finite except for torque.
+        highest: Frequency of the highest harmonic [rad/s]. The derivative of a series bounded by v is at most
+            `highest` times v (Bernstein's inequality), so a looser limit of the derivative needs no bound.
     """
     bounds: list[Bound] = [StopBound(limits)]
     steepest = np.full(len(limits.velocity), np.inf)
@@ -128,7 +128,7 @@ def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
 
 
 SCALE = 0.1
-"""Distance that counts like the whole range of a joint [m]: about a link's thickness."""
+"""Distance that is scaled like the full range of a joint [m]: about a link's thickness."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
-r"""Criteria: how good an information matrix is, as a number to be made small, and its gradient.
+r"""Criteria: scalar functions of the information matrix to minimize, with their gradients.
 
-The information matrix :math:`M = W^T W` (rows in units of their noise) adds up over runs, over earlier
-data and over priors, so a criterion need not know what it is the sum of. A criterion is a function of M
-and of the size of each parameter, shape (b,), that gives the value and the derivative by M, symmetric.
+The information matrix :math:`M = W^T W` (rows in units of their noise) is a sum over runs, earlier data and
+priors, and criteria do not depend on its origin. A criterion is a function of M and of the size of each
+parameter, shape (b,), that returns its value and its symmetric derivative by M.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,20 +16,20 @@ from ..errors import UnknownChoice
 Criterion = Callable[[np.ndarray, np.ndarray], tuple[float, np.ndarray]]
 
 SMALLEST = 1e-14
-"""Share of the largest eigenvalue that rounding leaves of a zero one: less is taken as this."""
+"""Share of the largest eigenvalue that is rounding of zero; smaller eigenvalues are raised to it."""
 
 
 def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) -> tuple[float, np.ndarray]:
     """Logarithm of the condition number of the regressor with scaled columns.
 
-    Columns have norm one, or less where a scale reaches its bound: a joint that creeps has small columns, and
-    scaled to one they would seem to be known as well as any other.
+    Columns have norm one, or less if the scale reaches its bound: a slow joint has small columns, and scaled
+    to one its parameters would seem to be known as well as any others.
 
     Args:
-        information: Shape (b, b).
+        information: Information matrix, shape (b, b).
         size: Largest scale of each column; infinite for a scale that is always one over the column's norm.
-        power: Where finite, sums of this power over all eigenvalues stand for the largest and for the
-            smallest: an upper bound, smooth where eigenvalues meet.
+        power: If finite, sums of this power over all eigenvalues replace the largest and the smallest: an
+            upper bound that is smooth if eigenvalues coincide.
     """
     norm = np.sqrt(np.diag(information))
     scale = np.minimum(1.0 / norm, size)
@@ -45,11 +45,11 @@ def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) 
 
 
 def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
-    """D-optimality: mean logarithm of a deviation, from the volume of the confidence ellipsoid.
+    """D-optimality: mean logarithm of the relative standard deviations along the confidence ellipsoid's axes.
 
     Args:
-        information: Shape (b, b).
-        size: Size of each parameter; the deviations are relative to it.
+        information: Information matrix, shape (b, b).
+        size: Size of each parameter, to which standard deviations are relative.
     """
     covariance, logarithm = _inverted(information, size)
     count = len(size)
@@ -57,39 +57,39 @@ def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray
 
 
 def average(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
-    """A-optimality: logarithm of the root mean square deviation, relative to the parameters' sizes."""
+    """A-optimality: logarithm of the root mean square standard deviation relative to parameter size."""
     return _deviation(information, size, 1.0)
 
 
 def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tuple[float, np.ndarray]:
-    """Logarithm of the largest deviation relative to its parameter's size, or a little more.
+    """Smooth upper bound of the logarithm of the largest standard deviation relative to parameter size.
 
     Args:
-        information: Shape (b, b).
+        information: Information matrix, shape (b, b).
         size: Size of each parameter.
-        power: Exponent of the sum of variances that stands for the largest, smooth where two are equal. With
-            sixteen, and forty parameters, it is at most 26 % above the largest variance: 12 % above the
-            largest deviation.
+        power: Exponent of the sum of variances that replaces the largest, smooth if two are equal. With 16
+            and forty parameters it is at most 26 % above the largest variance, or 12 % above the largest
+            standard deviation.
     """
     return _deviation(information, size, power)
 
 
 @dataclass(frozen=True)
 class Focus:
-    """Like `volume`, of some parameters only (D_s): the others are unknown too, but need not be known well.
+    """Like `volume`, but for some parameters only (D_s); the others are unknown, but need no precision.
 
     Attributes:
-        columns: Places of the base parameters that matter.
+        columns: Indices of the selected base parameters.
     """
 
     columns: tuple[int, ...]
 
     @classmethod
     def on(cls, names: Sequence[str], wanted: Sequence[str]) -> "Focus":
-        """Focus on some base parameters of all `names`; a wanted name stands for all that begin with it.
+        """Focus on base parameters among `names`; a wanted name selects all that begin with it.
 
         Raises:
-            UnknownChoice: A name with which none begins.
+            UnknownChoice: No base parameter begins with a wanted name.
         """
         for beginning in wanted:
             if not any(name.startswith(beginning) for name in names):
@@ -97,16 +97,16 @@ class Focus:
         return cls(tuple(k for k, name in enumerate(names) if name.startswith(tuple(wanted))))
 
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
-        """Value and derivative, as of every criterion."""
-        some = _inverted(information, size)[0][:, list(self.columns)]
-        own = some[list(self.columns)]
+        """Value and derivative by the information matrix."""
+        selected_columns = _inverted(information, size)[0][:, list(self.columns)]
+        selected = selected_columns[list(self.columns)]
         count = len(self.columns)
-        gradient = -0.5 / count * some @ np.linalg.solve(own, some.T)
-        return 0.5 / count * float(np.linalg.slogdet(own)[1]), gradient * np.outer(size, size)
+        gradient = -0.5 / count * selected_columns @ np.linalg.solve(selected, selected_columns.T)
+        return 0.5 / count * float(np.linalg.slogdet(selected)[1]), gradient * np.outer(size, size)
 
 
 def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple[float, np.ndarray]:
-    """Logarithm of the root of a power sum of relative variances; of their mean where the power is 1."""
+    """Logarithm of the root of a power sum of relative variances, or of their mean if the power is 1."""
     covariance, _ = _inverted(information, size)
     variance = np.diag(covariance)
     highest, share = _peak(np.log(variance), power)
@@ -119,8 +119,8 @@ def _deviation(information: np.ndarray, size: np.ndarray, power: float) -> tuple
 def _inverted(information: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, float]:
     """Covariance of parameters in units of their size, and the logarithm of its determinant.
 
-    By way of columns scaled to one: sizes spread the eigenvalues by another factor of thousands, whose
-    smallest would then be rounding.
+    Columns are first scaled to one: sizes would spread the eigenvalues by a factor of thousands, and the
+    smallest would be rounding.
     """
     scale = 1.0 / np.sqrt(np.diag(information))
     values, vectors = eigh(information * np.outer(scale, scale))
@@ -131,7 +131,7 @@ def _inverted(information: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, fl
 
 
 def _peak(logarithms: np.ndarray, power: float) -> tuple[float, np.ndarray]:
-    """Largest logarithm, or that of the power sum, and its derivative by each."""
+    """Largest logarithm, or the logarithm of the power sum, and its derivative by each logarithm."""
     largest = float(np.max(logarithms))
     if np.isinf(power):
         share = np.zeros(len(logarithms))
@@ -147,9 +147,9 @@ CRITERIA: dict[str, Criterion] = {
     "average": average,
     "worst": worst,
 }
-"""What a trajectory can be made best for, by the name the command line gives it."""
+"""Criterion by its name on the command line."""
 
 
 def name_of(criterion: Criterion) -> str:
-    """A criterion's name in `CRITERIA`; that of any other is focus."""
-    return next((name for name, one in CRITERIA.items() if one is criterion), "focus")
+    """Name of a criterion in `CRITERIA`, or "focus" for any other."""
+    return next((name for name, function in CRITERIA.items() if function is criterion), "focus")

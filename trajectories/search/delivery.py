@@ -1,4 +1,4 @@
-"""Delivery: the best that a search came by, brought inside all limits as it would be handed over."""
+"""Delivery: the best series of a search, brought inside all limits."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -13,93 +13,93 @@ from ..families.fourier import Fourier
 from .drawn_arms import share_beyond, with_own_factor
 from .goals import Goal
 from .problem import Basis, Problem
-from .setting import Found, Setting
+from .setting import SearchResult, Setting
 from .shrink import shrink_inside
 from .solve import Search
 from .torque_spread import TorqueSpread
 
 FINE = 0.01
-"""Spacing of samples at which the value of the result is taken, with friction as stated [s]: a condition
-number is within 0.1 % of that from samples 0.5 ms apart, with periods from 2 s."""
+"""Sampling period for the value of the result, with friction of the model [s]: a condition number is within
+0.1 % of that at 0.5 ms, for periods from 2 s."""
 WIDER = 1.15
-"""Factor on a band that lets too many arms beyond a torque limit, until it is wide enough."""
+"""Factor by which a torque band widens while too many arms exceed a torque limit."""
 NARROWEST = 0.25
-"""Share of the widest band that the first such step comes to at least: a band may have been nothing."""
+"""Least share of the widest band after the first widening: the band before may have zero width."""
 ASIDE = 0.1
-"""Share of the time of a search that goes into what would be delivered if it ended now."""
+"""Share of the search time that is spent on deliverable intermediate results."""
 OFFER = 0.3
-"""What it takes to bring a series inside all limits, until the first has shown it [s]."""
+"""Initial guess of the time to bring a series inside all limits [s]."""
 
 
 class Delivery:
-    """The best of the series that a search came by, each brought inside all limits.
+    """The best of the series that a search offers, each brought inside all limits.
 
     Args:
-        goal: What they are for.
-        setting: Within what.
-        basis: What coefficients mean.
-        report: Called with each value that is better than all before.
+        goal: Goal of the search.
+        setting: Limits and shape of the series.
+        basis: Basis of the coefficients.
+        report: Called with each value that improves on all before.
 
     Attributes:
-        takes: Time of the last `offer` [s].
-        miss: Why nothing that was offered fits inside the limits; empty once something does.
+        takes: Duration of the last `offer` [s].
+        miss: Why no offered series fits inside the limits; empty once one does.
     """
 
     def __init__(self, goal: Goal, setting: Setting, basis: Basis, report: Callable[[float], None]) -> None:
         self._goal, self._setting, self._basis, self._report = goal, setting, basis, report
-        self._begun, self._aside = time.monotonic(), 0.0
+        self._start, self._aside = time.monotonic(), 0.0
         self.takes, self.miss = OFFER, ""
-        self._best: Found | None = None
+        self._best: SearchResult | None = None
         self._history: list[tuple[float, float]] = []
         self._objective = goal.objectives(setting.limits, 0.0)[-1]
 
     @property
     def seconds(self) -> float:
         """Time since the search began [s]."""
-        return time.monotonic() - self._begun
+        return time.monotonic() - self._start
 
     def offer(self, coefficients: np.ndarray) -> None:
-        """Bring series inside all limits, and keep them if they are the best."""
+        """Bring series inside all limits, and store them if they are the best."""
         begun = self.seconds
         try:
-            kept, spread = self._kept(coefficients)
+            feasible, spread = self._feasible(coefficients)
         except Infeasible as reason:
             self.miss = "" if self._best else str(reason)
             return
         finally:
             self.takes = self.seconds - begun
             self._aside += self.takes
-        value = self._objective.value(fine_motion(kept))
+        value = self._objective.value(fine_motion(feasible))
         if self._best is None or value < self._best.value:
-            self._best, self.miss = Found(kept, value, 0, spread=spread), ""
+            self._best, self.miss = SearchResult(feasible, value, 0, spread=spread), ""
             self._history.append((self.seconds, value))
             self._report(value)
 
-    def _kept(self, coefficients: np.ndarray) -> tuple[tuple[Fourier, ...], TorqueSpread | None]:
-        """Inside all limits, those of torque for enough of the drawn arms: else with a wider band.
+    def _feasible(self, coefficients: np.ndarray) -> tuple[tuple[Fourier, ...], TorqueSpread | None]:
+        """Series inside all limits, with a torque band wide enough for the required share of sampled arms.
 
         Raises:
-            Infeasible: They do not fit.
+            Infeasible: The series do not fit.
         """
-        within, goal = self._setting, self._goal
+        setting, goal = self._setting, self._goal
         while True:
-            kept = tuple(
-                shrink_inside(one, goal, within.limits, within.clearances, within.tick)
-                for one in self._basis.fourier(coefficients)
+            feasible = tuple(
+                shrink_inside(series, goal, setting.limits, setting.clearances, setting.tick)
+                for series in self._basis.fourier(coefficients)
             )
             spread = goal.spread
             if spread is None or spread.factor >= spread.widest:
-                return kept, spread
+                return feasible, spread
             if all(
-                share_beyond(goal, one.every(FINE), within.limits.torque) <= 1.0 - spread.share
-                for one in kept
+                share_beyond(goal, series.every(FINE), setting.limits.torque) <= 1.0 - spread.share
+                for series in feasible
             ):
-                return kept, spread
+                return feasible, spread
             wider = max(WIDER * spread.factor, NARROWEST * spread.widest)
             goal = goal.with_spread(replace(spread, factor=min(wider, spread.widest)))
 
     def narrowed(self) -> tuple[Goal, bool]:
-        """The goal with a band as the best motion needs it, from now on; and whether it is narrower."""
+        """Set the torque band to what the best motion needs; return the goal, and whether it is narrower."""
         before = self._goal.spread
         if before is None or self._best is None:
             return self._goal, False
@@ -108,8 +108,8 @@ class Delivery:
         assert self._goal.spread is not None
         return self._goal, self._goal.spread.factor < before.factor
 
-    def now_and_then(self, problem: Problem) -> Callable[[Search], None]:
-        """What a search calls whenever it is better; most of its time must remain its own."""
+    def offer_callback(self, problem: Problem) -> Callable[[Search], None]:
+        """A callback that offers improvements of a search, within a share `ASIDE` of its time."""
 
         def receive(search: Search) -> None:
             if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.seconds:
@@ -117,15 +117,15 @@ class Delivery:
 
         return receive
 
-    def best(self, seed: int) -> "Found | str":
-        """The best of all, or why there is none."""
+    def best(self, seed: int) -> "SearchResult | str":
+        """The best result, or why there is none."""
         return replace(self._best, seed=seed, history=self._history) if self._best else self.miss
 
 
 def fine_motion(series: Sequence[Fourier]) -> Motion:
-    """Motions of all series at samples `FINE` apart, one after the other, as one."""
-    moments = np.arange(0.0, series[0].period, FINE)
-    motions = [one.at(moments).motion() for one in series]
+    """The motions of all series at samples `FINE` apart, joined into one."""
+    instants = np.arange(0.0, series[0].period, FINE)
+    motions = [fourier.at(instants).motion() for fourier in series]
     states = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
     position, velocity, acceleration = (np.concatenate(parts) for parts in zip(*states, strict=True))
     return Motion.of(np.arange(len(position)) * FINE, position, velocity, acceleration)

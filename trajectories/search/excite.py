@@ -1,4 +1,4 @@
-"""Excite: the Fourier series that serves a goal best within the limits."""
+"""Excite: the search for the Fourier series that is best for a goal within the limits."""
 
 import os
 import time
@@ -11,14 +11,14 @@ import numpy as np
 from ..errors import BadLimits, Infeasible
 from .goals import Goal
 from .parallel import Stop, report, run_all
-from .setting import Found, Setting
+from .setting import SearchResult, Setting
 from .start import one_start
 
 PAUSE = 5.0
-"""Between two sentences about a search that runs [s]."""
+"""Least time between two progress messages during a search [s]."""
 SETTLES = 5.0
-"""What one start needs on a core to come within some per cent of where it ends [s]: with less time for each
-there are fewer of them, but one a core."""
+"""Time that one start needs on a core to come within a few percent of its final value [s]; with less time per
+start there are fewer starts, but at least one per core."""
 
 
 def excite(
@@ -30,56 +30,58 @@ def excite(
     seconds: float = 60.0,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> Found:
-    """The best of several starts.
+) -> SearchResult:
+    """The best result of several starts.
 
     Args:
-        goal: What the trajectory is for.
+        goal: Goal of the trajectory.
         setting: Limits, harmonics, period.
-        starts: Random starts at most, with seeds `seed`, `seed` + 1 and so on; they take the periods in
-            turn, the first of them twice.
+        starts: Maximum number of random starts, with seeds `seed`, `seed` + 1 and so on; they take the
+            periods in turn, the first of them twice.
         seed: Seed of the first start.
-        seconds: Length of the search [s], not counting the start of its processes.
-        executor: Where starts run; a pool of processes unless given.
-        progress: Called with a sentence whenever a start ends, and now and then while they run.
+        seconds: Duration of the search [s], without the startup of its processes.
+        executor: Executor of the starts; a pool of processes by default.
+        progress: Called with a sentence when a start ends, and occasionally while they run.
 
     Raises:
-        BadLimits: No start, or no time.
+        BadLimits: The number of starts or the duration is not positive, or the seed is negative.
         Infeasible: No start could be brought inside the limits.
     """
     if starts < 1 or not seconds > 0.0:
         raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
     if seed < 0:
         raise BadLimits(f"seed: {seed}; it must be 0 or more")
-    tasks = [(goal, *one) for one in starts_of(setting, starts, seed, seconds)]
+    tasks = [(goal, *start) for start in starts_of(setting, starts, seed, seconds)]
     starts = len(tasks)
-    found: list[Found] = []
+    results: list[SearchResult] = []
     misses: list[str] = []
 
-    def note(outcome: "Found | str") -> None:
+    def note(outcome: "SearchResult | str") -> None:
         if isinstance(outcome, str):
             misses.append(outcome)
         else:
-            found.append(outcome)
-            best = min(found, key=lambda one: one.value)
+            results.append(outcome)
+            best = min(results, key=lambda result: result.value)
             progress(
-                f"start {len(found) + len(misses)} of {starts}: {goal.words(outcome.value)}; "
+                f"start {len(results) + len(misses)} of {starts}: {goal.words(outcome.value)}; "
                 f"best {goal.words(best.value)}"
             )
 
-    run_all(_reported, tasks, seconds, executor, note, _now_and_then(goal, progress))
-    if not found:
+    run_all(_run_start, tasks, seconds, executor, note, _throttled(goal, progress))
+    if not results:
         raise Infeasible(
-            misses[0] if misses else "stopped before a start had kept to the limits; give it longer"
+            misses[0]
+            if misses
+            else "the search ended before any start kept to the limits. Try a longer search"
         )
-    return min(found, key=lambda one: one.value)
+    return min(results, key=lambda result: result.value)
 
 
 def starts_of(setting: Setting, starts: int, seed: int, seconds: float) -> list[tuple[Setting, int]]:
-    """Setting and seed of each start: as many as the time brings near to where they end, and one a core.
+    """Setting and seed of each start: as many as can converge in the time, and at least one per core.
 
-    The first two have the first of the periods, then come the others in turn. It is the longest, and nearly
-    always the best.
+    The first two starts have the first period, and the next ones take the other periods in turn. The first
+    period is the longest and nearly always the best.
     """
     cores = os.cpu_count() or 1
     count, periods = min(starts, max(cores, int(seconds * cores / SETTLES))), setting.periods
@@ -87,8 +89,8 @@ def starts_of(setting: Setting, starts: int, seed: int, seconds: float) -> list[
     return [(replace(setting, periods=(periods[k],)), seed + n) for n, k in enumerate(places)]
 
 
-def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:
-    """Passes on what a search reports if it is better than all before, but not more often than `PAUSE`."""
+def _throttled(goal: Goal, progress: Callable[[str], None]) -> Callable[[float], None]:
+    """A callback that passes on values that improve on all before, at most once per `PAUSE`."""
     best, last = np.inf, time.monotonic()
 
     def receive(value: float) -> None:
@@ -101,6 +103,6 @@ def _now_and_then(goal: Goal, progress: Callable[[str], None]) -> Callable[[floa
     return receive
 
 
-def _reported(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "Found | str":
-    """One start in whatever process it runs."""
+def _run_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "SearchResult | str":
+    """Run one start, with reports to the process that waits for it."""
     return one_start(goal, setting, seed, seconds, stop, report)

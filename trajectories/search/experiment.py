@@ -1,4 +1,4 @@
-"""Information that a motion gives about a model's unknowns, and its gradient by the motion."""
+"""Information of a motion on a model's unknowns, and its gradient by the motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,28 +18,27 @@ from ..errors import NothingToIdentify
 from ..random_motion import random_fourier
 
 MOTIONS = 4
-"""Random motions from which sizes of columns are taken: a joint's rms velocity has a standard deviation of up
-to 20 % among them, and so of 10 % in their mean."""
+"""Number of random motions for column sizes: a joint's rms velocity varies by up to 20 % between them, and so
+by 10 % in their mean."""
 DURATION = 16.0
 """Duration of a random motion [s]: rests, ramps, and one period of 10 s between them."""
 AT_FULL_RATE = np.linspace(3.0, 13.0, 100, endpoint=False)
-"""Samples of that period [s]."""
+"""Sample times within that period [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """What is asked of the motion: the unknowns of a model, in runs that differ in what hangs on the flange.
+    """The unknowns of a model that a motion identifies, in runs with different payloads.
 
-    Rows are motors' torques times gear ratio, as in `identify.equations`: where a wrist is coupled they are
-    mixtures of the joints'.
+    Rows are motor torques times gear ratio, as in `identify.equations`: for a coupled wrist they mix the
+    joint torques.
 
     Attributes:
         model: Robot and effects.
-        base: Its base parameters over all runs.
-        payloads: Body carried in each run of the same motion; empty for none.
+        base: Base parameters of the model over all runs.
+        payloads: Payload in each run of the same motion; empty for none.
         noise: Standard deviation of each drive's torque, shape (n,) [N m].
-        known: Information that is there already, from earlier runs or priors, about the base parameters,
-            shape (b, b).
+        known: Information on the base parameters from earlier runs or priors, shape (b, b).
     """
 
     model: Model
@@ -59,7 +58,7 @@ class Experiment:
         """The experiment that identifies a model's base parameters.
 
         Raises:
-            NothingToIdentify: The model has no parameter that moves a joint.
+            NothingToIdentify: No parameter of the model affects a joint torque.
         """
         try:
             base = base_parameters(model, payloads)
@@ -71,10 +70,10 @@ class Experiment:
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """What counts as one of each base parameter, shape (b,).
+        """Unit of each base parameter, shape (b,).
 
-        It is the root sum square of nominal value and deviation; without a prior, what makes as
-        much torque as the noise in a rich motion.
+        It is the root sum square of the nominal value and the prior's standard deviation. Without a prior, it
+        is the value whose torque in a rich motion equals the noise.
         """
         model, base = self.model, self.base
         tolerance = np.array([prior.std for prior in model.priors])
@@ -98,12 +97,12 @@ class Experiment:
     def columns(self, motion: Motion) -> list[np.ndarray]:
         """Base regressor of each run in units of its noise, each (t, n, b).
 
-        Of the last motion they are remembered: criteria of one experiment ask in turn.
+        Those of the last motion are cached, since the criteria of an experiment use them in turn.
         """
         if self._last.get("motion") is not motion:
             self._last.update(motion=motion, columns=self._columns(motion))
-        found: list[np.ndarray] = self._last["columns"]
-        return found
+        columns: list[np.ndarray] = self._last["columns"]
+        return columns
 
     def _columns(self, motion: Motion) -> list[np.ndarray]:
         rows = whitening(self.model, self.noise)
@@ -119,13 +118,13 @@ class Experiment:
         return self.known + share * sum(_gram(run) for run in columns)
 
     def information(self, motion: Motion, share: float = 1.0) -> np.ndarray:
-        """The same for a motion."""
+        """Information after runs of a motion, shape (b, b), each sample counted `share` times."""
         return self.gathered(self.columns(motion), share)
 
     def pull(
         self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float
     ) -> MotionGradient:
-        """Gradient of a function of the information by the motion, from its derivative by it, (b, b)."""
+        """Gradient of a function of the information by the motion, from its derivative `by` it, (b, b)."""
         total, rows = MotionGradient.none(motion.position.shape), whitening(self.model, self.noise)
         for run, seen in zip(loaded_runs(self.model, motion, self.payloads), columns, strict=True):
             weights = np.zeros((*motion.position.shape, len(self.model.names)))
@@ -135,14 +134,14 @@ class Experiment:
 
 
 def loaded_runs(model: Model, motion: Motion, payloads: Sequence[str]) -> list[Motion]:
-    """The same motion with each payload, the loads of the gears by the model."""
+    """The motion with each payload, with gear loads from the model."""
     return [model.loaded(replace(motion, payload=payload)) for payload in payloads]
 
 
 def whitening(model: Model, noise: np.ndarray) -> np.ndarray:
-    """Joint torque to drive torque over its noise (n,), shape (n, n) [1 / N m].
+    """Matrix from joint torques to drive torques over their noise, shape (n, n) [1 / N m].
 
-    Where a wrist is coupled a drive's torque is a mixture of the joints'.
+    For a coupled wrist, the torque of a drive is a mixture of joint torques.
     """
     return model.robot.to_motors / noise[:, None]
 

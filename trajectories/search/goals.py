@@ -1,4 +1,4 @@
-"""Goals: what a trajectory is to be best for, as objectives that come nearer to it one after the other."""
+"""Goals of a trajectory, each as a sequence of objectives that approximate it increasingly well."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,32 +19,32 @@ from .unknowns import design_model
 
 
 class Objective(Protocol):
-    """A number that a motion makes, to be minimised.
+    """A function of a motion to minimize.
 
     Attributes:
-        smooth: Whether a search can follow its gradient; what is not smooth judges what its stand-ins find.
+        smooth: Whether a search can follow its gradient; a nonsmooth objective only evaluates the results of
+            its smooth approximations.
     """
 
     smooth: bool = True
 
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
-        """Value, and what computes its gradient by the motion: a line search asks for the value alone."""
+        """The value, and a function that computes its gradient by the motion, which a line search omits."""
 
     def value(self, motion: Motion) -> float:
-        """Value alone."""
+        """The value alone."""
         return self(motion)[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Informative(Objective):
-    """Objective: a criterion of the information that an experiment gives per run of unit length.
+    """Objective: a criterion of the information from an experiment.
 
     Attributes:
         experiment: Unknowns and runs.
         criterion: Criterion of the information.
         size: Size of each base parameter, shape (b,).
-        rows: Independent rows a second that count, times the seconds of the run; only their sum with
-            earlier information depends on it.
+        rows: Number of independent rows of the run; it matters only relative to earlier information.
     """
 
     experiment: Experiment
@@ -67,9 +67,9 @@ class Informative(Objective):
 LADDER: dict[Criterion, tuple[Criterion, ...]] = {
     condition: tuple(partial(condition, power=2.0**k) for k in range(2, 8))
 }
-"""Stand-ins for a criterion that is not smooth: where several eigenvalues are nearly the smallest, they pull
-together, with a power of 4 all that are within some tens of per cent of it, with 128 within one. Before any
-other criterion comes the volume, which all parameters move."""
+"""Smooth approximations of a nonsmooth criterion, in which all eigenvalues near the smallest contribute:
+those within tens of percent with a power of 4, within one percent with 128. Any other criterion is preceded
+by the volume, to which all parameters contribute."""
 
 
 FAIR = 0.1**0.5
@@ -78,46 +78,46 @@ tenth of the information, so that its parameter alone would need ten times the r
 
 
 class Goal(Protocol):
-    """What a trajectory is to be best for."""
+    """The goal of a trajectory."""
 
     @property
     def model(self) -> Model:
-        """The nominal arm: for its torque."""
+        """Nominal model, for its torque."""
 
     @property
     def payloads(self) -> Sequence[str]:
-        """Body carried in each run of the motion."""
+        """Payload in each run of the motion."""
 
     @property
     def spread(self) -> TorqueSpread | None:
-        """What is not known of the arm's torque, for which its limits leave room; None for nothing."""
+        """Uncertainty of the arm's torque, for which the torque limits leave room; None for none."""
 
     def with_spread(self, spread: TorqueSpread | None) -> "Goal":
-        """The same with another spread of torque."""
+        """This goal with another spread of torque."""
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         """Objectives for samples that are `spacing` apart [s]; the last is the goal itself.
 
-        A spacing of 0 leaves friction as sharp as the model states it.
+        A spacing of 0 leaves friction as sharp as in the model.
         """
 
     def reached(self, value: float) -> float:
-        """What a value of the last objective means, as a number: a condition number, a probability."""
+        """Value of the last objective as a condition number, relative deviation or probability."""
 
     def words(self, value: float) -> str:
-        """The same in words."""
+        """Value of the last objective in words."""
 
 
 @dataclass(frozen=True, eq=False)
 class Identify:
-    """To identify a model's unknowns.
+    """The goal to identify a model's unknowns.
 
     Attributes:
         experiment: Unknowns and runs.
-        criterion: What to make small.
-        rows: Independent rows of a run, seconds times rows a second; matters beside earlier information.
-        nominal: The model whose torque is kept to the limits; that of the experiment unless given.
-        spread: What is not known of that torque.
+        criterion: Criterion to minimize.
+        rows: Number of independent rows of a run, which matters relative to earlier information.
+        nominal: Model whose torque must keep to the limits; that of the experiment by default.
+        spread: Uncertainty of that torque.
     """
 
     experiment: Experiment
@@ -128,12 +128,12 @@ class Identify:
 
     @property
     def model(self) -> Model:
-        """The nominal arm."""
+        """Nominal model."""
         return self.nominal or self.experiment.model
 
     @property
     def payloads(self) -> Sequence[str]:
-        """Body carried in each run."""
+        """Payload in each run."""
         return self.experiment.payloads
 
     def with_spread(self, spread: TorqueSpread | None) -> "Identify":
@@ -150,9 +150,9 @@ class Identify:
         return [Informative(smooth, criterion, size, self.rows) for criterion in ladder]
 
     def condition_number(self, motion: Motion, limits: Limits) -> float:
-        """Condition number from a motion, with friction as stated, whatever the criterion."""
-        judge = replace(self, criterion=condition).objectives(limits, 0.0)[-1]
-        return float(np.exp(judge.value(motion)))
+        """Condition number from a motion, with friction as in the model, for any criterion."""
+        objective = replace(self, criterion=condition).objectives(limits, 0.0)[-1]
+        return float(np.exp(objective.value(motion)))
 
     def reached(self, value: float) -> float:
         return float(np.exp(value))
@@ -166,6 +166,6 @@ MEANING = {
     "volume": "mean relative deviation",
     "average": "root mean square relative deviation",
     "worst": "worst relative deviation",
-    "focus": "mean relative deviation of what is in focus",
+    "focus": "mean relative deviation of the selected parameters",
 }
-"""Name of a criterion -> what the exponential of its value is."""
+"""Meaning of the exponential of a criterion's value, by name of the criterion."""

@@ -1,4 +1,4 @@
-"""Run independent starts side by side, within a time, with an answer when it is cut short."""
+"""Run independent tasks in parallel within a time limit, with results even if they are interrupted."""
 
 import os
 import pickle
@@ -20,14 +20,14 @@ from ..errors import TrajectoryError
 Stop = Callable[[], bool]
 
 POLL = 0.2
-"""How often the clock is looked at while starts run [s]: far below what a start takes."""
+"""Interval at which the clock is checked while tasks run [s], far below the duration of a start."""
 
 _stopping: Any = None
-"""In a process of the pool: the event that asks it to end."""
+"""In a process of the pool: the event that requests the end."""
 _begun: Any = None
-"""In a process of the pool: when the first task began by the clock that all processes share [s]; 0 before."""
+"""In a process of the pool: start of the first task on the clock that all processes share [s]; 0 before."""
 _reporter: Callable[[Any], None] = lambda _: None  # noqa: E731
-"""Where reports of a task go."""
+"""Receiver of a task's reports."""
 
 
 def run_all(
@@ -38,20 +38,20 @@ def run_all(
     note: Callable[[Any], None],
     receive: Callable[[Any], None] = lambda _: None,
 ) -> None:
-    """Call work(*task, seconds, stop) for every task; `note` gets each result as it comes.
+    """Call work(*task, seconds, stop) for every task; `note` gets each result as soon as it is available.
 
-    When the time is over, or on an interrupt from the keyboard, running tasks are asked to end with the
-    best they have, and those not begun are left out. Each has a share of what time is left when it begins,
-    so that what one does not need is for those after it; of an executor, whose processes share no clock, all
-    have the same.
+    At the end of the time, or on Ctrl-C, running tasks are requested to end with their best result, and tasks
+    that have not begun are skipped. Each task gets a share of the time that remains when it begins, so that
+    later tasks use the time that earlier ones did not need. Tasks of an executor, whose processes share no
+    clock, get equal times.
 
     Args:
-        work: What to do; must be importable by other processes.
+        work: Function to call; other processes must be able to import it.
         tasks: Arguments of each call.
-        seconds: For all together, from when the first begins: a process takes seconds to start [s].
-        executor: Where to run; unless given a pool of processes, or this one for one task or on one core.
+        seconds: Time for all tasks, from the start of the first, as processes take seconds to start [s].
+        executor: Executor of the tasks; by default a pool of processes, or this process for one task or core.
         note: Called in this process.
-        receive: Called in this process with what tasks `report` while they run; not for an executor's tasks.
+        receive: Called in this process with the values that tasks `report`, except those of an executor.
 
     Raises:
         TrajectoryError: A process of the pool died.
@@ -62,11 +62,11 @@ def run_all(
         _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
     elif workers == 1:
         end = time.monotonic() + seconds
-        with _interrupt_noted() as asked, _reporting_to(receive):
+        with _interrupt_noted() as interrupted, _reporting_to(receive):
             for place, task in enumerate(tasks):
-                left = end - time.monotonic()
-                if place == 0 or (left > 0.0 and not asked()):
-                    note(work(*task, left / (len(tasks) - place), asked))
+                remaining = end - time.monotonic()
+                if place == 0 or (remaining > 0.0 and not interrupted()):
+                    note(work(*task, remaining / (len(tasks) - place), interrupted))
     else:
         _in_processes(work, tasks, seconds, note, receive, workers)
 
@@ -79,7 +79,7 @@ def _in_processes(
     receive: Callable[[Any], None],
     workers: int,
 ) -> None:
-    """In a pool of processes, which is gone when this returns or raises."""
+    """Run tasks in a pool of processes, which has ended when this returns or raises."""
     context = get_context("spawn")
     event, begun, reports = context.Event(), context.Value("d", 0.0), context.SimpleQueue()
 
@@ -90,21 +90,21 @@ def _in_processes(
     of_script = b"__main__" in pickle.dumps(tasks)  # such as an effect that a script defines
     with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports), of_script) as pool:
         try:
-            with _deaf_to_interrupts():  # else it would kill a process that still imports
+            with _interrupts_blocked():  # an interrupt would kill a process that still imports
                 rounds = [-(-(len(tasks) - place) // workers) for place in range(len(tasks))]
                 futures = [
-                    pool.submit(_call_in_time, work, task, seconds, of)
-                    for task, of in zip(tasks, rounds, strict=True)
+                    pool.submit(_call_in_time, work, task, seconds, task_rounds)
+                    for task, task_rounds in zip(tasks, rounds, strict=True)
                 ]
             _gather(futures, seconds, note, event.set, listen, lambda: begun.value)
         except BrokenProcessPool as error:
             raise TrajectoryError(
                 "a process of the search died: memory may have run out, or a script that defines an effect "
-                "has no guard. Try fewer starts, an effect in a module of its own, or to call from under "
+                "has no guard. Try fewer starts, move the effect to its own module, or call the search under "
                 "`if __name__ == '__main__':`"
             ) from error
         finally:
-            event.set()  # what still runs after an error ends now, and not at the end of its time
+            event.set()  # tasks that still run after an error end now, not at the end of their time
 
 
 def _gather(
@@ -115,58 +115,58 @@ def _gather(
     listen: Callable[[], None] = lambda: None,
     begun: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Hand results on as they come; stop at the end of the time after one has begun, or on an interrupt."""
-    end, left, stopped = inf, set(futures), False
+    """Pass on results as they arrive; stop when the time is over, which counts from the first start."""
+    end, pending, stopped = inf, set(futures), False
     try:
-        while left:
+        while pending:
             try:
                 if end == inf and begun():
                     end = begun() + seconds
-                done = wait(left, timeout=POLL, return_when="FIRST_COMPLETED").done
+                done = wait(pending, timeout=POLL, return_when="FIRST_COMPLETED").done
                 listen()
                 while done:
                     future = done.pop()
-                    left.discard(future)
+                    pending.discard(future)
                     note(future.result())
                 enough = time.monotonic() > end
             except KeyboardInterrupt:
                 if stopped:
-                    raise  # asked twice
+                    raise  # second interrupt
                 enough = True
             if enough and not stopped:
                 stopped = True
                 ask_to_stop()
-                left = {future for future in left if not future.cancel()}
+                pending = {future for future in pending if not future.cancel()}
     finally:
-        for future in left:
+        for future in pending:
             future.cancel()  # after an error
 
 
 def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
-    return work(*task, seconds, _asked)
+    return work(*task, seconds, _stop_requested)
 
 
 def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: float, rounds: int) -> Any:
-    """The same with a share of what is left of the time of all, for one of so many `rounds` still to come."""
+    """Call work with a share of the remaining time of all tasks; this process has `rounds` tasks to come."""
     with _begun.get_lock():
         _begun.value = _begun.value or time.monotonic()
-    left = _begun.value + seconds - time.monotonic()
-    return work(*task, max(left, 0.0) / rounds, _asked)
+    remaining = _begun.value + seconds - time.monotonic()
+    return work(*task, max(remaining, 0.0) / rounds, _stop_requested)
 
 
-def _asked() -> bool:
-    """Whether this process was asked to end."""
+def _stop_requested() -> bool:
+    """Whether this process was requested to end."""
     return _stopping is not None and _stopping.is_set()
 
 
 def report(value: Any) -> None:
-    """From inside a task, to the process that waits for it."""
+    """Send a value from a task to the process that waits for it."""
     _reporter(value)
 
 
 @contextmanager
 def _reporting_to(receive: Callable[[Any], None]) -> Iterator[None]:
-    """Reports of tasks in this process go to `receive`."""
+    """Send reports of tasks in this process to `receive`."""
     global _reporter
     before, _reporter = _reporter, receive
     try:
@@ -176,7 +176,7 @@ def _reporting_to(receive: Callable[[Any], None]) -> Iterator[None]:
 
 
 def _begin(event: Any, begun: Any, reports: Any) -> None:
-    """First thing in a process of the pool: an interrupt is the parent's to handle."""
+    """Initialize a process of the pool, in which interrupts are ignored: the parent handles them."""
     global _stopping, _begun, _reporter
     _stopping, _begun, _reporter = event, begun, reports.put
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -184,9 +184,9 @@ def _begin(event: Any, begun: Any, reports: Any) -> None:
 
 @contextmanager
 def _interrupt_noted() -> Iterator[Stop]:
-    """Whether Ctrl-C was pressed inside, so that work here can end with what it has; a second one raises.
+    """Yield a function that tells whether Ctrl-C was pressed, to end work early; a second press raises.
 
-    A handler of the caller's own is called behind it: for whom work is a step of several.
+    The caller's own handler is called afterwards, since this work may be one step of several.
     """
     pressed: list[int] = []
 
@@ -195,7 +195,7 @@ def _interrupt_noted() -> Iterator[Stop]:
         if len(pressed) > 1:
             raise KeyboardInterrupt
 
-    if current_thread() is not main_thread():  # where Python hears no signals
+    if current_thread() is not main_thread():  # Python handles signals in the main thread only
         yield lambda: False
         return
     before = signal.signal(signal.SIGINT, on_interrupt)
@@ -208,8 +208,8 @@ def _interrupt_noted() -> Iterator[Stop]:
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Ctrl-C waits for as long as this lasts, and processes begun inside never get it."""
+def _interrupts_blocked() -> Iterator[None]:
+    """Defer Ctrl-C until the end of the block; processes started inside never receive it."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -222,7 +222,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes begun inside do their linear algebra on one thread, so as not to take each other's core."""
+    """Make processes started inside run linear algebra on one thread, so that they do not compete."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ[name] for name in names if name in os.environ}
     os.environ.update(dict.fromkeys(names, "1"))

@@ -1,7 +1,7 @@
-"""Problem: what excitation minimises, under which bounds, as functions of Fourier coefficients.
+"""Problem: objectives and bounds of an excitation as functions of Fourier coefficients.
 
-Coefficients are the rows centre, sines, cosines of every series, shape (k, n) with k = series times
-(1 + 2 harmonics); position is basis @ coefficients, and so are its derivatives.
+Coefficients are the rows center, sines, cosines of every series, shape (k, n) with k = series times
+(1 + 2 harmonics). Position and its derivatives are linear in them: basis @ coefficients.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,10 +25,10 @@ class Basis:
     """Samples of `series` Fourier series of one period.
 
     Attributes:
-        period: [s].
+        period: Base period [s].
         harmonics: Number of harmonics.
-        samples: Samples of each series in a period, evenly spread.
-        series: How many trajectories are planned together.
+        samples: Number of evenly spaced samples of each series in a period.
+        series: Number of trajectories that are planned together.
     """
 
     period: float
@@ -38,7 +38,7 @@ class Basis:
 
     @property
     def rows(self) -> int:
-        """Coefficients of a joint k."""
+        """Number of coefficients per joint, k."""
         return self.series * (1 + 2 * self.harmonics)
 
     @cached_property
@@ -52,28 +52,28 @@ class Basis:
         rate = 2 * np.pi / self.period * np.arange(1, self.harmonics + 1)
         angle = np.outer(self.time[: self.samples], rate)
         constant, sine, cosine = np.ones((self.samples, 1)), np.sin(angle), np.cos(angle)
-        found = []
+        matrices = []
         for _ in range(4):
             one_series = np.concatenate([constant, sine, cosine], axis=1)
-            found.append(np.kron(np.eye(self.series), one_series))
+            matrices.append(np.kron(np.eye(self.series), one_series))
             constant, sine, cosine = 0.0 * constant, rate * cosine, -rate * sine
-        return found
+        return matrices
 
     def states(self, coefficients: np.ndarray) -> States:
         """States at all samples."""
         return States(self.time, *(matrix @ coefficients for matrix in self.matrices))
 
     def motion(self, coefficients: np.ndarray) -> Motion:
-        """The same without jerk, as effects take it."""
+        """Motion at all samples, as effects take it."""
         return self.states(coefficients).motion()
 
     def pull(self, gradient: MotionGradient) -> np.ndarray:
-        """Gradient by the coefficients of what has this gradient by the motion, shape (k, n)."""
+        """Gradient by the coefficients, shape (k, n), from the gradient by the motion."""
         parts = (gradient.position, gradient.velocity, gradient.acceleration)
         return sum(matrix.T @ part for matrix, part in zip(self.matrices[:3], parts, strict=True))
 
     def fourier(self, coefficients: np.ndarray) -> list[Fourier]:
-        """The series themselves."""
+        """The series with these coefficients."""
         parts = np.split(coefficients.T, self.series, axis=1)
         middle = 1 + self.harmonics
         return [Fourier(self.period, p[:, 0], p[:, 1:middle], p[:, middle:]) for p in parts]
@@ -89,21 +89,22 @@ class Problem:
     """An objective under bounds over a basis.
 
     Attributes:
-        basis: What the coefficients mean, sampled for the objective.
-        objectives: One after the other, each from where the last ended: smooth ones first.
-        bounds: What must hold.
-        every: One sample in so many is kept to the bounds.
-        scale: Size of each coefficient, shape (k, n), or of each joint's, shape (n,) [rad].
+        basis: Basis of the coefficients, sampled for the objective.
+        objectives: Objectives to minimize in turn, each from the result of the previous one; smooth ones
+            first.
+        bounds: Bounds to keep.
+        stride: Spacing of the samples at which bounds are checked.
+        scale: Size of each coefficient, shape (k, n), or of each joint's coefficients, shape (n,) [rad].
     """
 
     basis: Basis
     objectives: Sequence[Objective]
     bounds: Sequence[Bound]
-    every: int
+    stride: int
     scale: np.ndarray
 
     def coefficients(self, unknowns: np.ndarray) -> np.ndarray:
-        """Coefficients (k, n) of the solver's unknowns, shape (k n,)."""
+        """Coefficients, shape (k, n), from the solver's unknowns, shape (k n,)."""
         return unknowns.reshape(self.basis.rows, -1) * self.scale
 
     def unknowns(self, coefficients: np.ndarray) -> np.ndarray:
@@ -111,46 +112,47 @@ class Problem:
         return np.asarray((coefficients / self.scale).ravel())
 
     def last(self) -> "Problem":
-        """The last smooth objective alone, and the goal that judges it where that is another."""
-        first = max(place for place, one in enumerate(self.objectives) if one.smooth)
+        """This problem with the last smooth objective only, and the nonsmooth goal after it, if any."""
+        first = max(place for place, objective in enumerate(self.objectives) if objective.smooth)
         return replace(self, objectives=self.objectives[first:])
 
     def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
-        """Objective, and what computes its gradient by the unknowns, shape (k n,)."""
+        """Value of an objective, and a function that computes its gradient by the unknowns, shape (k n,)."""
         value, gradient = objective(self._motion(unknowns))
         return value, lambda: (self.basis.pull(gradient()) * self.scale).ravel()
 
     def _motion(self, unknowns: np.ndarray) -> Motion:
-        """The motion itself, the same object where several objectives look at one place in turn."""
+        """The motion, cached for objectives that are evaluated in turn at the same unknowns."""
         known = self._last.get("unknowns")
         if known is None or not np.array_equal(known, unknowns):
             motion = self.basis.motion(self.coefficients(unknowns))
             self._last.update(unknowns=unknowns.copy(), motion=motion)
-        found: Motion = self._last["motion"]
-        return found
+        cached: Motion = self._last["motion"]
+        return cached
 
     @cached_property
     def _last(self) -> dict[str, Any]:
         return {}
 
     def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-        """Margins of all bounds, (r,), and what computes derivatives of some by the unknowns, (m, k n)."""
-        matrices = [matrix[:: self.every] for matrix in self.basis.matrices]
+        """Margins of all bounds, (r,), and a function that computes derivatives of some rows, (m, k n)."""
+        matrices = [matrix[:: self.stride] for matrix in self.basis.matrices]
         coefficients = self.coefficients(unknowns)
-        states = States(self.basis.time[:: self.every], *(matrix @ coefficients for matrix in matrices))
-        found = [bound.margins(states) for bound in self.bounds]
-        ends = np.cumsum([one.value.size for one in found])
+        states = States(self.basis.time[:: self.stride], *(matrix @ coefficients for matrix in matrices))
+        bound_margins = [bound.margins(states) for bound in self.bounds]
+        ends = np.cumsum([margins.value.size for margins in bound_margins])
 
-        def slopes(one: Margins, rows: np.ndarray) -> np.ndarray:
-            sample, place = np.divmod(rows, one.value.shape[1])
-            by = [(m, each) for m, each in zip(matrices, one.slopes(), strict=True) if each is not None]
-            parts = [matrix[sample, :, None] * each[sample, place][:, None] for matrix, each in by]
+        def slopes(margins: Margins, rows: np.ndarray) -> np.ndarray:
+            sample, place = np.divmod(rows, margins.value.shape[1])
+            pairs = zip(matrices, margins.slopes(), strict=True)
+            by_state = [(matrix, slope) for matrix, slope in pairs if slope is not None]
+            parts = [matrix[sample, :, None] * slope[sample, place][:, None] for matrix, slope in by_state]
             return np.asarray((sum(parts) * self.scale).reshape(len(rows), unknowns.size))
 
-        def chosen(rows: np.ndarray) -> np.ndarray:
+        def selected_slopes(rows: np.ndarray) -> np.ndarray:
             groups = np.split(rows, np.searchsorted(rows, ends[:-1]))
-            starts = ends - [one.value.size for one in found]
-            every = zip(found, groups, starts, strict=True)
-            return np.concatenate([slopes(one, group - first) for one, group, first in every])
+            starts = ends - [margins.value.size for margins in bound_margins]
+            parts = zip(bound_margins, groups, starts, strict=True)
+            return np.concatenate([slopes(margins, group - first) for margins, group, first in parts])
 
-        return np.concatenate([one.value.ravel() for one in found]), chosen
+        return np.concatenate([margins.value.ravel() for margins in bound_margins]), selected_slopes

@@ -1,4 +1,4 @@
-"""Setting: within what a trajectory is searched; and what a search found."""
+"""Setting and result of a search for a trajectory."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,15 +12,15 @@ from .torque_spread import TorqueSpread
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """Within what to search.
+    """Constraints and shape of the trajectories to search.
 
     Attributes:
-        limits: Finite ones of position, velocity, acceleration and jerk.
+        limits: Limits, finite for position, velocity, acceleration and jerk.
         harmonics: Number of harmonics.
         periods: Base periods that the starts take in turn [s].
         clearances: Collisions and regions.
-        series: How many trajectories are planned together.
-        tick: Tick of the controller [s]; a period is a whole number of them.
+        series: Number of trajectories that are planned together.
+        tick: Sampling period of the controller [s]; a base period is a multiple of it.
     """
 
     limits: Limits
@@ -32,15 +32,15 @@ class Setting:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """What one start came to, after the exact check.
+class SearchResult:
+    """Result of one start, after the exact check.
 
     Attributes:
         series: The trajectories.
         value: Value of the goal, at samples `delivery.FINE` apart.
         seed: Seed of this start.
-        history: Seconds and value of the goal as it would have been delivered, as the search went on.
-        spread: What is not known of the torque, with the factor by which the series keep to the limits.
+        history: Time [s] and value of each deliverable intermediate result.
+        spread: Uncertainty of the torque, with the factor by which the series keep to the limits.
     """
 
     series: tuple[Fourier, ...]

@@ -1,4 +1,4 @@
-"""Shrink: a series brought inside limits that hold between samples too."""
+"""Shrink: bring a series inside the limits, between samples too."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
@@ -16,40 +16,40 @@ from .goals import Goal
 from .torque_bound import TorqueBound
 
 STEP = 0.99
-"""Share of the excursion left after the first step where no ratio gives the excess, and how near to the
-largest that fits it ends. Each further step is the square of the one before."""
+"""Factor of the first step if no ratio gives the excess, and relative precision of the largest feasible
+excursion. Each further step squares the factor."""
 LEAST = 0.2
-"""Share of the excursion at which it ends: what does not fit then never was near."""
+"""Share of the excursion at which the search ends as infeasible."""
 MOST = 10
-"""Steps by ratios at most: each brings its joint inside, and more shows that none helps."""
+"""Maximum number of steps by ratios: each brings its joint inside, and more would not help."""
 
 
 def inside_kinematics(series: Fourier, limits: Limits, share: float = 1.0) -> Fourier:
-    """Each joint's excursion scaled to `share` of what its tightest limit allows; up or down."""
+    """The series with each joint's excursion scaled to `share` of what its tightest limit allows."""
     room = []
-    for (name, (lower, upper)), found in zip(ranges(limits).items(), series.extremes(), strict=True):
+    for (name, (lower, upper)), reached in zip(ranges(limits).items(), series.extremes(), strict=True):
         about = series.centre if name == "position" else 0.0
-        room += [(upper - about) / (found.upper - about), (lower - about) / (found.lower - about)]
+        room += [(upper - about) / (reached.upper - about), (lower - about) / (reached.lower - about)]
     return series.scaled(share * np.min(room, axis=0))
 
 
 def violations_of(series: Fourier, goal: Goal, limits: Limits, tick: float) -> list[Violation]:
-    """What a series does that the limits forbid, between samples too, in every run of the goal."""
+    """Violations of the limits by a series, between samples too, in every run of the goal."""
     bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
     return [v for payload in goal.payloads for v in check(series, limits, tick, bound.of(payload))]
 
 
 def tightened(limits: Limits, violations: Sequence[Violation]) -> Limits:
-    """Limits nearer by as much as each was passed: rates and torques as a share, positions in radians."""
+    """Limits tightened by each excess: rates and torques by its share, positions by its amount."""
     changed = {f.name: np.array(getattr(limits, f.name)) for f in fields(limits)}
-    for what, joint, _, value, limit in violations:
+    for kind, joint, _, value, limit in violations:
         side = "lower" if value < limit else "upper"
-        if what in ("position", "stop"):
+        if kind in ("position", "stop"):
             changed[f"position_{side}"][joint] -= value - limit
-        elif what in ("velocity", "acceleration") and side == "lower":
-            changed[f"{what}_lower"][joint] *= limit / value
-        elif what in changed:
-            changed[what][joint] *= limit / value
+        elif kind in ("velocity", "acceleration") and side == "lower":
+            changed[f"{kind}_lower"][joint] *= limit / value
+        elif kind in changed:
+            changed[kind][joint] *= limit / value
     return replace(limits, **changed)
 
 
@@ -60,14 +60,14 @@ def shrink_inside(
     clearances: Sequence[Clearance],
     tick: float,
 ) -> Fourier:
-    """The series, no larger than it was, inside every limit at every time.
+    """The series, scaled down until it keeps every limit at all times.
 
     Raises:
-        Infeasible: Not even a small motion about its centre keeps to the limits.
+        Infeasible: Not even a small motion about its center keeps to the limits.
     """
 
-    def excess(of: Fourier) -> tuple[list[Violation], bool]:
-        return violations_of(of, goal, limits, tick), _clear(of, clearances)
+    def excess(candidate: Fourier) -> tuple[list[Violation], bool]:
+        return violations_of(candidate, goal, limits, tick), _clear(candidate, clearances)
 
     for _ in range(MOST):
         violations, clear = excess(series)
@@ -77,14 +77,14 @@ def shrink_inside(
         series = series.scaled(shares)
     if not violations and clear:
         return series
-    step, left = STEP, STEP
-    while left >= LEAST:
+    step, remaining = STEP, STEP
+    while remaining >= LEAST:
         outside, series = series, series.scaled(np.full(series.dof, step))
         violations, clear = excess(series)
         if not violations and clear:
             return _largest(outside, step, excess)
         step **= 2
-        left *= step
+        remaining *= step
     raise Infeasible(_sentence(goal, violations, clearances, series))
 
 
@@ -95,7 +95,7 @@ def _clear(series: Fourier, clearances: Sequence[Clearance]) -> bool:
 def _largest(
     outside: Fourier, step: float, excess: Callable[[Fourier], tuple[list[Violation], bool]]
 ) -> Fourier:
-    """Between a series that does not fit and `step` of it, which does: the largest that fits, to a `STEP`."""
+    """The largest feasible scaling of a series, between `step`, which is feasible, and 1, which is not."""
     fits, beyond = step, 1.0
     while fits < STEP * beyond:
         middle = float(np.sqrt(fits * beyond))
@@ -105,20 +105,22 @@ def _largest(
 
 
 def _shares(series: Fourier, violations: Sequence[Violation]) -> np.ndarray:
-    """How much of each joint's excursion to keep where a ratio says it, else 1; shape (n,).
+    """Factor for each joint's excursion that removes its violations, shape (n,); 1 if no ratio gives it.
 
-    None does of torque, with which the motion of any joint may load this one, and of distances.
+    No ratio gives it for torque, since the motion of any joint may load this one, and for distances.
     """
     share = np.ones(series.dof)
     for violation in violations:
-        joint, centre = violation.joint, series.centre[violation.joint]
-        if violation.what == "torque":
+        joint, center = violation.joint, series.centre[violation.joint]
+        if violation.kind == "torque":
             continue
-        if violation.what in ("velocity", "acceleration", "jerk"):
+        if violation.kind in ("velocity", "acceleration", "jerk"):
             share[joint] = min(share[joint], violation.limit / violation.value * (1 - 1e-9))
-        else:  # position, or where a stop ends, which moves at least in proportion
-            away = violation.value - centre
-            ratio = (violation.limit - centre) / away if away else 0.0  # a centre outside: it stands still
+        else:  # position, or the end of a stop, which shrinks at least in proportion
+            away = violation.value - center
+            ratio = (
+                (violation.limit - center) / away if away else 0.0
+            )  # a center outside the limits: the joint rests
             share[joint] = min(share[joint], ratio * (1 - 1e-9))
     return np.maximum(share, 0.0)
 
@@ -126,22 +128,20 @@ def _shares(series: Fourier, violations: Sequence[Violation]) -> np.ndarray:
 def _sentence(
     goal: Goal, violations: Sequence[Violation], clearances: Sequence[Clearance], series: Fourier
 ) -> str:
-    """Why nothing fits."""
+    """Why no scaling is feasible."""
     if violations:
         robot = goal.model.robot
-        what = violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute).tolist())
-        unsure = ""
-        if violations[0].what == "torque" and goal.spread is not None:
+        violation = violations[0].sentence(robot.joints, np.flatnonzero(~robot.revolute).tolist())
+        margin = ""
+        if violations[0].kind == "torque" and goal.spread is not None:
             share = 100 * goal.spread.share
-            unsure = (
-                f" (with margin for {share:g} % of the arms that are possible; with --from fit.json less)"
-            )
+            margin = f" (with a margin for {share:g} % of the possible arms; --from fit.json reduces it)"
         return (
-            f"{what}{unsure}, and so it is for ever smaller motions about the same centre. "
-            "Try a start pose or position limits that avoid it"
+            f"{violation}{margin}, and smaller motions about the same center do not avoid it. "
+            "Try a start pose or position limits that do"
         )
-    nearest = min((clearance.worst(series) for clearance in clearances), key=lambda one: one.margin)
+    nearest = min((clearance.worst(series) for clearance in clearances), key=lambda approach: approach.margin)
     return (
-        f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s, and no more in ever "
-        "smaller motions about the same centre. Try a start pose away from it"
+        f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s, and smaller motions "
+        "about the same center have no more. Try a start pose away from it"
     )

@@ -1,6 +1,6 @@
-"""One start of the optimisation: a problem's objectives, minimised one after the other.
+"""One start of the optimization: a problem's objectives, minimized one after the other.
 
-What has been found so far is kept at every step, so that there is an answer whenever it is stopped.
+The best solution so far is stored at every step, so that there is a result whenever the search is stopped.
 """
 
 import time
@@ -11,34 +11,35 @@ from functools import partial
 import numpy as np
 
 from .problem import Problem
-from .sqp import Function, minimise
+from .sqp import Function, minimize
 
 TOLERANCE = 0.01
-"""Margin by which a sample may miss a bound and still count as kept, as a share of its room; the exact
-check afterwards takes it back, with the few per cent that a series rises between samples."""
+"""Violation of a bound, as a share of its room, up to which a sample counts as feasible; the exact check
+afterwards removes it, together with the few percent that a series rises between samples."""
 STEPS = 150
-"""Iterations of a stand-in; what it gains after that is less than what the next objective gains."""
+"""Maximum iterations of an approximation; beyond them, the next objective gains more."""
 LAST_STEPS = 400
-"""Iterations of the last smooth objective: it nearly always ends by `GAIN` before."""
+"""Maximum iterations of the last smooth objective, which nearly always ends earlier by `GAIN`."""
 ROUGH = 1e-3
-"""Fall of a stand-in, a logarithm, at which it is left for the next."""
+"""Decrease of an approximation, a logarithm, below which the search moves on to the next objective."""
 GAIN = 1e-4
-"""The same of the last: going on takes as long again for one or two per cent; another start gains more."""
+"""Decrease of the last objective below which the search ends: one or two percent more would take as long
+again, and another start gains more."""
 
 
 class _Stopped(Exception):
-    """Time is up, or an end was asked for."""
+    """Time is up, or a stop was requested."""
 
 
 @dataclass
 class Search:
-    """What one start found.
+    """Result of one start.
 
     Attributes:
-        curvature: Of the Lagrangian at the end, as learnt, shape (k n, k n).
-        unknowns: The best that keeps to the bounds at all samples, shape (k n,); None if nothing did.
+        curvature: Learned Hessian of the Lagrangian at the end, shape (k n, k n).
+        unknowns: Best unknowns that keep the bounds at all samples, shape (k n,); None if there are none.
         value: Value of the last objective there.
-        history: Seconds since the start and best value so far.
+        history: Time since the start [s] and best value so far.
     """
 
     curvature: np.ndarray
@@ -56,24 +57,24 @@ def solve(
     most: int = LAST_STEPS,
     curvature: np.ndarray | None = None,
 ) -> Search:
-    """Minimise a problem's smooth objectives one after the other from a start, shape (k n,).
+    """Minimize a problem's smooth objectives one after the other from a start, shape (k n,).
 
     Args:
         problem: Objectives and bounds.
-        start: Unknowns to begin with; they need not keep to the bounds.
-        seconds: Time after which it ends with what there is [s].
-        stop: Asked at every step whether to end.
-        report: Called whenever something better is found.
-        most: Steps of the last of them at most.
-        curvature: As an earlier search has learnt it in the same unknowns.
+        start: Initial unknowns, which need not keep the bounds.
+        seconds: Time limit [s].
+        stop: Called at every step; returns whether to end.
+        report: Called at every improvement.
+        most: Maximum iterations of the last objective.
+        curvature: Hessian that an earlier search has learned in the same unknowns.
     """
     begun, margins, unknowns = time.monotonic(), Function(problem.margins), np.array(start)
     search = Search(np.eye(len(unknowns)) if curvature is None else curvature)
-    values = [Function(partial(problem.value, objective=one)) for one in problem.objectives]
-    smooth = [value for value, one in zip(values, problem.objectives, strict=True) if one.smooth]
+    values = [Function(partial(problem.value, objective=objective)) for objective in problem.objectives]
+    smooth = [value for value, objective in zip(values, problem.objectives, strict=True) if objective.smooth]
 
     def note(at: np.ndarray) -> None:
-        """Keep what is best by the last objective; end when asked."""
+        """Store the best unknowns by the last objective; raise to end the search."""
         if np.min(margins.value(at)) >= -TOLERANCE:
             value = values[-1].value(at)
             if value < search.value:
@@ -87,9 +88,9 @@ def solve(
         note(unknowns)
         for objective in smooth:
             steps, gain = (most, GAIN) if objective is smooth[-1] else (STEPS, ROUGH)
-            for iterate in minimise(objective, margins, unknowns, search.curvature, steps, gain):
+            for iterate in minimize(objective, margins, unknowns, search.curvature, steps, gain):
                 unknowns, search.curvature = iterate
                 note(unknowns)
-    except (_Stopped, KeyboardInterrupt):  # in a process of its own, or at the keyboard
+    except (_Stopped, KeyboardInterrupt):
         pass
     return search

@@ -1,4 +1,4 @@
-"""Start: from random coefficients to series inside all limits, with the value that is delivered."""
+"""Start: the search from random coefficients to series inside all limits."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -17,30 +17,30 @@ from .bounds import ClearanceBound, kinematic_bounds
 from .delivery import Delivery
 from .goals import Goal
 from .problem import Basis, Problem
-from .setting import Found, Setting
+from .setting import SearchResult, Setting
 from .shrink import inside_kinematics, tightened, violations_of
 from .solve import Search, solve
 from .torque_bound import TorqueBound
 from .unknowns import design_model
 
 PER_HARMONIC = 20
-"""Samples of the objective a period of the highest harmonic: inertial torque has up to four times its
-frequency, and its square twice that again, so twenty hold the information matrix."""
+"""Samples of the objective per period of the highest harmonic: inertial torque has up to four times its
+frequency, and its square twice as much, so twenty samples represent the information matrix."""
 EVERY = 2
-"""Of these, one in so many is kept to the bounds: between ten samples a period a series rises by at most
-1 / cos(pi / 10), five per cent, which is taken back afterwards."""
+"""Stride of the samples at which bounds are checked: between ten samples per period a series rises by at most
+1 / cos(pi / 10), five percent, which is removed afterwards."""
 SETTLED = 2
-"""Searches within limits tightened by what a series passed between samples: one leaves a tenth of it."""
+"""Number of further searches with limits tightened by the excess between samples; one leaves a tenth."""
 FIRST = 0.5
-"""Share of the time after which the first of these begins, whatever the search has come to."""
+"""Share of the time after which the first of these begins."""
 TRIES = 3
-"""Random coefficients that a start tries: where two of them end differs by a fifth."""
+"""Number of random coefficients that a start tries: final values of two differ by a fifth."""
 TRY_STEPS = 12
-"""Steps of a try, by the smoothest objective: after them it shows which of two ends a tenth better."""
+"""Steps of a try with the smoothest objective: enough to tell which of two ends a tenth better."""
 APART = 1_000_000
-"""Between the seeds of two tries: more than there are starts."""
+"""Difference between the seeds of two tries, above the number of starts."""
 TRYING = 0.2
-"""Share of the time within which a try must be expected to end: the search itself begins anew after it."""
+"""Share of the time within which tries must be expected to end, as the search restarts after them."""
 
 
 def one_start(
@@ -50,18 +50,18 @@ def one_start(
     seconds: float,
     stop: Callable[[], bool],
     report: Callable[[float], None] = lambda _: None,
-) -> "Found | str":
-    """Search from the best of a few random starts; a sentence where nothing fits inside the limits.
+) -> "SearchResult | str":
+    """Search from the best of a few random starts; returns a sentence if nothing fits inside the limits.
 
-    `report` is called with the value of what would be delivered, whenever that is better.
+    `report` is called with the value of each improved deliverable result.
     """
     problem = problem_of(goal, setting, setting.periods[seed % len(setting.periods)])
     delivery = Delivery(goal, setting, problem.basis, report)
     try:
         start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
-    except Infeasible as reason:  # no pose is clear of everything
+    except Infeasible as reason:  # no pose keeps all clearances
         return str(reason)
-    coarse, note = FIRST * seconds - delivery.seconds, delivery.now_and_then(problem)
+    coarse, note = FIRST * seconds - delivery.seconds, delivery.offer_callback(problem)
     search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature)
     delivery.offer(start if search.unknowns is None else problem.coefficients(search.unknowns))
     if search.unknowns is not None:
@@ -77,53 +77,57 @@ def _settle(
     seconds: float,
     stop: Callable[[], bool],
 ) -> None:
-    """Search on within limits tightened by what a series passed between samples, in the time that is left."""
+    """Continue within limits tightened by the excess between samples, in the remaining time."""
     assert search.unknowns is not None
     (goal, narrower), limits = delivery.narrowed(), setting.limits
     best = problem.coefficients(search.unknowns)
-    for again in range(SETTLED):
-        left = seconds - delivery.seconds - delivery.takes
-        beyond = _violations(problem.basis.fourier(best), goal, setting)
-        if left <= 0.0 or stop() or not (beyond or (narrower and again == 0)):
+    for iteration in range(SETTLED):
+        remaining = seconds - delivery.seconds - delivery.takes
+        violations = _violations(problem.basis.fourier(best), goal, setting)
+        if remaining <= 0.0 or stop() or not (violations or (narrower and iteration == 0)):
             return
-        limits = tightened(limits, beyond)
-        within = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
-        within = replace(within, scale=problem.scale)  # in whose units the curvature was learnt
-        note, learnt = delivery.now_and_then(within), search.curvature
-        search = solve(within, within.unknowns(best), left, stop, note, curvature=learnt)
+        limits = tightened(limits, violations)
+        tighter = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
+        tighter = replace(tighter, scale=problem.scale)  # the curvature was learned in these units
+        note, curvature = delivery.offer_callback(tighter), search.curvature
+        search = solve(tighter, tighter.unknowns(best), remaining, stop, note, curvature=curvature)
         if search.unknowns is not None:
-            best = within.coefficients(search.unknowns)
+            best = tighter.coefficients(search.unknowns)
             delivery.offer(best)
 
 
 def best_of_tries(
     goal: Goal, setting: Setting, problem: Problem, seed: int, seconds: float, stop: Callable[[], bool]
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Where the most promising of `TRIES` random starts has come to in a few steps, shape (k, n).
+    """Coefficients of the most promising of `TRIES` random starts after a few steps, shape (k, n).
 
-    With it goes the curvature that it has learnt, None for nothing.
+    The second value is the curvature that it has learned, or None.
     """
     smooth, begun = replace(problem, objectives=problem.objectives[:1]), time.monotonic()
     first = best = random_start(goal, setting, problem.basis, seed)
     least, takes, curvature = np.inf, 0.0, None
     for number in range(TRIES):
-        left = seconds - (time.monotonic() - begun)
-        if left <= takes or stop():
+        remaining = seconds - (time.monotonic() - begun)
+        if remaining <= takes or stop():
             break
         start = random_start(goal, setting, problem.basis, seed + APART * number) if number else first
-        found = solve(smooth, smooth.unknowns(start), left, stop, most=TRY_STEPS)
-        takes = max(takes, left - (seconds - (time.monotonic() - begun)))
-        if found.unknowns is not None and found.value < least:
-            best, least, curvature = problem.coefficients(found.unknowns), found.value, found.curvature
+        search = solve(smooth, smooth.unknowns(start), remaining, stop, most=TRY_STEPS)
+        takes = max(takes, remaining - (seconds - (time.monotonic() - begun)))
+        if search.unknowns is not None and search.value < least:
+            best, least, curvature = problem.coefficients(search.unknowns), search.value, search.curvature
     return best, curvature
 
 
 def _violations(series: Sequence[Fourier], goal: Goal, setting: Setting) -> list[Violation]:
-    return [v for one in series for v in violations_of(one, goal, setting.limits, setting.tick)]
+    return [
+        violation
+        for fourier in series
+        for violation in violations_of(fourier, goal, setting.limits, setting.tick)
+    ]
 
 
 def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
-    """The goal under all bounds, over Fourier series of one period."""
+    """The problem of a goal under all bounds, over Fourier series of one period."""
     basis = Basis(period, setting.harmonics, PER_HARMONIC * setting.harmonics, setting.series)
     limits = setting.limits
     bounds = kinematic_bounds(limits, 2 * np.pi * setting.harmonics / period)
@@ -136,9 +140,9 @@ def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:
 
 
 def largest_coefficients(basis: Basis, limits: Limits) -> np.ndarray:
-    """How large each coefficient alone may be within the kinematic limits, shape (k, n) [rad].
+    """Largest value of each coefficient alone within the kinematic limits, shape (k, n) [rad].
 
-    In these units a search takes steps of like size along all of them.
+    In these units, a search takes steps of similar size along all coefficients.
     """
     room = 0.5 * (limits.position_upper - limits.position_lower)
     rate = 2 * np.pi / basis.period * np.arange(1, basis.harmonics + 1)[:, None]
@@ -155,10 +159,10 @@ def random_start(goal: Goal, setting: Setting, basis: Basis, seed: int) -> np.nd
     middle = 0.5 * (limits.position_lower + limits.position_upper)
     series = []
     for number in range(setting.series):
-        centre = (
+        center = (
             clear_position(robot, setting.clearances, seed + 1000 * number) if setting.clearances else middle
         )
         fade = np.arange(1, setting.harmonics + 1)
         sine, cosine = random.normal(size=(2, len(middle), setting.harmonics)) / fade
-        series.append(inside_kinematics(Fourier(basis.period, centre, sine, cosine), limits, 0.9))
+        series.append(inside_kinematics(Fourier(basis.period, center, sine, cosine), limits, 0.9))
     return basis.coefficients(series)

@@ -1,4 +1,4 @@
-"""Torque bound: torque of the nominal model, with room for what is not known of it."""
+"""Torque bound: torque of the nominal model, with room for its uncertainty."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,24 +15,24 @@ from .bounds import Bound, Margins, Slopes
 from .torque_spread import TorqueSpread
 
 CHUNK = 20000
-"""Samples whose columns are held at once; some tens of megabytes, and more than a search looks at."""
+"""Number of samples whose regressor is in memory at once; tens of megabytes, and more than a search needs."""
 
 NEAR = 0.5
-"""Margin, as a share of the limit, above which a row does without the derivatives of its band."""
+"""Margin, as a share of the limit, above which the derivatives of a row's band are omitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueBound(Bound):
-    """Torque of the nominal model, and the band about it, within the joints' limits, in every run.
+    """Torque of the nominal model, and the band about it, within the joint limits, in every run.
 
-    Of the joints, as URDF and data sheets have them: a drive of a coupled wrist feels a mixture of theirs,
-    which is not looked at. In the band the load on gears counts as nominal.
+    Limits apply to joint torques, as in URDF and data sheets; torques of the drives of a coupled wrist, which
+    mix joint torques, are not checked. The band uses the nominal gear loads.
 
     Attributes:
         model: Robot and effects with their priors.
-        limit: Shape (n,) [N m]; infinite where there is none.
-        payloads: Body carried in each run of the same motion.
-        spread: What is not known of the model's parameters; None where the nominal torque alone counts.
+        limit: Torque limits, shape (n,) [N m]; infinite for none.
+        payloads: Payload in each run of the same motion.
+        spread: Uncertainty of the model's parameters; None for the nominal torque alone.
     """
 
     model: Model
@@ -44,9 +44,9 @@ class TorqueBound(Bound):
         """Nominal joint torque, shape (t, n) [N m]."""
         kinematics, others, values = self._parts(payload)
         motion = others.loaded(states.motion(payload))
-        starts = range(0, len(motion), CHUNK)  # a run of minutes has a gigabyte of columns
+        starts = range(0, len(motion), CHUNK)  # the regressor of a run of minutes takes a gigabyte
         effects = [others.torque(motion[start : start + CHUNK], values) for start in starts]
-        return _of_bodies(kinematics, motion) + np.concatenate(effects)
+        return _body_torque(kinematics, motion) + np.concatenate(effects)
 
     def band(self, states: States, payload: str) -> np.ndarray:
         """Half the width of the band about the nominal torque, shape (t, n) [N m]."""
@@ -59,7 +59,7 @@ class TorqueBound(Bound):
         )
 
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
-        """The larger end of the band in one run, signed like the torque, as a function of states alone."""
+        """Function from states to the end of the band with the larger absolute torque in one run."""
 
         def farthest(states: States) -> np.ndarray:
             torque = self.torque(states, payload)
@@ -77,97 +77,100 @@ class TorqueBound(Bound):
         ]
 
         def slopes() -> Slopes:
-            found = []
+            run_slopes = []
             for payload, torque, row in zip(self.payloads, torques, rows, strict=True):
                 sign = np.where(torque > 0.0, 1.0, -1.0)[:, :, None]
-                nominal = self._slopes(states, payload, limited)
-                band = self._band_slopes(states, payload, limited, row)
-                found.append([-sign * one - other for one, other in zip(nominal, band, strict=True)])
+                nominal_slopes = self._slopes(states, payload, limited)
+                band_slopes = self._band_slopes(states, payload, limited, row)
+                pairs = zip(nominal_slopes, band_slopes, strict=True)
+                run_slopes.append([-sign * nominal - band for nominal, band in pairs])
             position, velocity, acceleration = (
-                np.concatenate(parts, axis=1) for parts in zip(*found, strict=True)
+                np.concatenate(parts, axis=1) for parts in zip(*run_slopes, strict=True)
             )
             return position, velocity, acceleration, None
 
         return Margins(np.concatenate(rows, axis=1), slopes)
 
     @cached_property
-    def _made(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
+    def _cache(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
         return {}
 
     def _parts(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
-        """Bodies of a run, and all other effects with their values."""
-        if payload not in self._made:
-            self._made[payload] = self._apart(payload)
-        return self._made[payload]
+        """Rigid bodies of a run, and a model of all other effects with its parameter values."""
+        if payload not in self._cache:
+            self._cache[payload] = self._split(payload)
+        return self._cache[payload]
 
-    def _apart(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
+    def _split(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
         model, values = self.model, self.model.nominal_values
-        if any(effect.needs_load for effect in model.effects):  # which includes that of bodies
+        if any(effect.needs_load for effect in model.effects):  # the load includes that of the bodies
             return replace(model, effects=()).bodies_apart(np.zeros(0), "")[0], model, values
         kinematics, others = model.bodies_apart(values, payload)
-        rest = replace(model, effects=tuple(effect for effect, _ in others))
-        return kinematics, rest, np.concatenate([np.zeros(0), *(own for _, own in others)])
+        other_model = replace(model, effects=tuple(effect for effect, _ in others))
+        other_values = np.concatenate([np.zeros(0), *(effect_values for _, effect_values in others)])
+        return kinematics, other_model, other_values
 
     def _slopes(self, states: States, payload: str, limited: np.ndarray) -> list[np.ndarray]:
-        """Derivatives of each limited joint's share, each (t, m, n).
+        """Derivatives of each limited joint's torque over its limit, each (t, m, n).
 
-        Rows far from their limit need theirs as well: with zeros there the solver finds no way downhill.
+        Rows far from their limit need them as well: with zeros the solver finds no descent direction.
         """
         kinematics, others, values = self._parts(payload)
         motion = others.loaded(states.motion(payload))
-        by_bodies = _derivatives_of_bodies(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
+        by_bodies = _body_torque_derivatives(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
         by_others = _by_motion(others, values, motion, limited, 1.0 / self.limit[limited])
-        return [one + other for one, other in zip(by_bodies, by_others, strict=True)]
+        return [bodies + others for bodies, others in zip(by_bodies, by_others, strict=True)]
 
     def _band_slopes(
         self, states: States, payload: str, limited: np.ndarray, margin: np.ndarray
     ) -> np.ndarray:
-        """Derivatives of the band of each limited joint over its limit, (3, t, m, n); zeros without one.
+        """Derivatives of the band of each limited joint over its limit, (3, t, m, n); zeros without a band.
 
-        They cost as much as all else together, so only rows have them whose margin (t, m) is below `NEAR`:
-        the nominal torque's derivatives show the others the way.
+        They cost as much as all else together, so they are computed only for rows whose margin, shape (t, m),
+        is below `NEAR`: for the others the derivatives of the nominal torque suffice.
         """
         rows, places = np.nonzero(margin < NEAR)
-        found = np.zeros((3, *margin.shape, self.model.robot.dof))
+        slopes = np.zeros((3, *margin.shape, self.model.robot.dof))
         if self.spread is not None and self.spread.factor > 0.0 and len(rows):
-            motion = _taken(self.model.loaded(states.motion(payload)), rows)
+            motion = _select_rows(self.model.loaded(states.motion(payload)), rows)
             columns, joints = self.model.regressor(motion), limited[places]
             weights = self.spread.weights(columns, joints) / self.limit[joints][:, None, None]
             gradient = self.model.motion_gradient(motion, weights)
-            found[:, rows, places] = gradient.position, gradient.velocity, gradient.acceleration
-        return found
+            slopes[:, rows, places] = gradient.position, gradient.velocity, gradient.acceleration
+        return slopes
 
 
 def _columns(model: Model, motion: Motion) -> np.ndarray:
-    """Torque per unit of each parameter, the loads of gears by the model, shape (t, n, p)."""
+    """Regressor with gear loads from the model, shape (t, n, p)."""
     return model.regressor(model.loaded(motion))
 
 
-def _of_bodies(kinematics: pin.Model, motion: Motion) -> np.ndarray:
-    """Torque of rigid bodies, shape (t, n) [N m]."""
+def _body_torque(kinematics: pin.Model, motion: Motion) -> np.ndarray:
+    """Torque of the rigid bodies, shape (t, n) [N m]."""
     data = kinematics.createData()
     states = zip(motion.position, motion.velocity, motion.acceleration, strict=True)
     return np.array([pin.rnea(kinematics, data, *state) for state in states])
 
 
-def _derivatives_of_bodies(kinematics: pin.Model, motion: Motion) -> np.ndarray:
-    """Of the same by position, velocity and acceleration, shape (3, t, n, n)."""
-    data, found = kinematics.createData(), np.empty((3, *motion.position.shape, kinematics.nv))
+def _body_torque_derivatives(kinematics: pin.Model, motion: Motion) -> np.ndarray:
+    """Derivatives of `_body_torque` by position, velocity and acceleration, shape (3, t, n, n)."""
+    data, derivatives = kinematics.createData(), np.empty((3, *motion.position.shape, kinematics.nv))
     states = zip(motion.position, motion.velocity, motion.acceleration, strict=True)
     for place, state in enumerate(states):
-        found[:, place] = pin.computeRNEADerivatives(kinematics, data, *state)
-    return found
+        derivatives[:, place] = pin.computeRNEADerivatives(kinematics, data, *state)
+    return derivatives
 
 
 def _by_motion(
     model: Model, values: np.ndarray, motion: Motion, joints: np.ndarray, scale: np.ndarray
 ) -> list[np.ndarray]:
-    """Derivatives of a model's torque on some joints (m,), each times its scale, each (t, m, n).
+    """Derivatives of a model's torque on some joints, shape (m,), each times its scale, each (t, m, n).
 
-    All joints in one pass: the motion repeated once for each, with the weights of that joint alone.
+    All joints are computed in one pass: the motion is repeated for each, with the weights of that joint
+    alone.
     """
     t, n = motion.position.shape
-    repeated = _taken(motion, np.tile(np.arange(t), len(joints)))
+    repeated = _select_rows(motion, np.tile(np.arange(t), len(joints)))
     pick = np.zeros((len(joints), t, n))
     pick[np.arange(len(joints)), :, joints] = scale[:, None]
     flat = pick.reshape(-1, n)
@@ -176,7 +179,7 @@ def _by_motion(
     return [part.reshape(len(joints), t, n).swapaxes(0, 1) for part in parts]
 
 
-def _taken(motion: Motion, rows: np.ndarray) -> Motion:
-    """Some samples of a motion, in any order; effects with a memory see them as one run."""
+def _select_rows(motion: Motion, rows: np.ndarray) -> Motion:
+    """Some samples of a motion, in any order; effects with memory treat them as one run."""
     names = ("time", "position", "velocity", "acceleration", "load", "temperature")
     return replace(motion, **{name: getattr(motion, name)[rows] for name in names})

@@ -1,11 +1,11 @@
-r"""Spread of torque: how far the torque of the true arm may be from that of the nominal one.
+r"""Spread of torque: how far the torque of the true arm may differ from that of the nominal model.
 
 With parameters :math:`\varphi = \varphi_0 + L \xi`, :math:`\xi` standard normal, the torque of joint j at
-time t deviates by :math:`y_j(t) L \xi`, whose standard deviation is the length of :math:`y_j(t) L`. What has
-to hold is a statement on all joints and times together: the band of `factor` standard deviations about the
-nominal torque holds the whole torque of a stated share of the arms. The factor is the quantile, over drawn
-arms, of the largest standardised deviation over a motion. It is between that of one sample and that of as
-many independent ones as there are unknowns.
+time t deviates by :math:`y_j(t) L \xi`, whose standard deviation is the length of :math:`y_j(t) L`. The
+required statement covers all joints and times together: the band of `factor` standard deviations about the
+nominal torque contains the entire torque of a given share of the arms. The factor is the quantile, over
+sampled arms, of the largest standardized deviation over a motion. It lies between the quantile for one sample
+and that for as many independent samples as there are unknowns.
 """
 
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
 
 DRAWS = 1000
-"""Arms drawn: of five per cent of them the count has a standard deviation of 0.7 per cent."""
+"""Number of sampled arms: the standard error of a share of 5 % is 0.7 %."""
 CHUNK = 500
-"""Samples whose torque is held at once for all drawn arms: tens of megabytes."""
+"""Number of samples whose torque is in memory at once for all sampled arms: tens of megabytes."""
 
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueSpread:
-    """What is not known of an arm's parameters, and how much of it a torque limit must leave room for.
+    """Uncertainty of an arm's parameters, and the torque band for which limits must leave room.
 
     Attributes:
-        root: Square root L of the covariance of the model's parameters, shape (p, r); zero rows for those
-            that count as exact.
+        root: Square root L of the covariance of the model's parameters, shape (p, r); zero rows for
+            parameters that count as exact.
         residual: Standard deviation of torque that no parameter explains, shape (n,) [N m].
-        share: Of the arms, whose torque the band holds at all times [-].
-        factor: Standard deviations to either side of the nominal torque [-].
-        widest: The factor with which the band holds the whole torque of that share.
+        share: Share of the arms whose torque the band contains at all times [-].
+        factor: Half the width of the band in standard deviations [-].
+        widest: Factor with which the band contains the entire torque of that share.
     """
 
     root: np.ndarray
@@ -43,25 +43,25 @@ class TorqueSpread:
     widest: float = np.nan
 
     def band(self, columns: np.ndarray) -> np.ndarray:
-        """Half the width of the band where these are the columns (t, n, p), shape (t, n) [N m]."""
-        return self.factor * self._deviation(columns)
+        """Half the width of the band for a regressor of shape (t, n, p), shape (t, n) [N m]."""
+        return self.factor * self._std(columns)
 
     def weights(self, columns: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """Derivative by the columns (t, n, p) of the band of one joint a sample, joints (t,); (t, n, p)."""
-        every = np.arange(len(joints))
-        own = columns[every, joints] @ self.root
-        # Where the deviation is zero the columns are zero, and so is what they pull.
-        deviation = np.maximum(np.sqrt(np.sum(own**2, axis=1) + self.residual[joints] ** 2), TINY)
-        found = np.zeros_like(columns)
-        found[every, joints] = self.factor * (own @ self.root.T) / deviation[:, None]
-        return found
+        """Derivative of the band by the regressor, for one joint per sample, joints (t,); shape (t, n, p)."""
+        rows = np.arange(len(joints))
+        by_unknown = columns[rows, joints] @ self.root
+        # If the standard deviation is zero, the columns are zero, and so are the weights.
+        std = np.maximum(np.sqrt(np.sum(by_unknown**2, axis=1) + self.residual[joints] ** 2), TINY)
+        weights = np.zeros_like(columns)
+        weights[rows, joints] = self.factor * (by_unknown @ self.root.T) / std[:, None]
+        return weights
 
-    def _deviation(self, columns: np.ndarray) -> np.ndarray:
+    def _std(self, columns: np.ndarray) -> np.ndarray:
         by_unknown = columns @ self.root
         return np.sqrt(np.einsum("tjr,tjr->tj", by_unknown, by_unknown) + self.residual**2)
 
     def for_motions(self, columns: np.ndarray, seed: int = 0) -> "TorqueSpread":
-        """The same with the factor that motions like one need whose columns are (t, n, p)."""
+        """This spread with the factor for motions like the one with a regressor of shape (t, n, p)."""
         by_unknown = (columns @ self.root).reshape(-1, self.root.shape[1])
         by_unknown = by_unknown[np.any(by_unknown != 0.0, axis=1)]
         if not len(by_unknown):
@@ -72,24 +72,24 @@ class TorqueSpread:
         return replace(self, factor=factor, widest=factor)
 
     def peaks(self, model: Model, motion: Motion, nominal: np.ndarray, seed: int = 1) -> np.ndarray:
-        """Largest torque of each of `DRAWS` drawn arms and joint, without its sign, shape (`DRAWS`, n) [N m].
+        """Largest absolute torque of each of `DRAWS` sampled arms and each joint, shape (`DRAWS`, n) [N m].
 
         Args:
-            model: The nominal one, whose parameters these are.
-            motion: As it is run, at samples near enough to each other.
-            nominal: Its torque, shape (t, n) [N m].
-            seed: Of the draws.
+            model: Nominal model with these parameters.
+            motion: Motion, densely sampled.
+            nominal: Nominal torque, shape (t, n) [N m].
+            seed: Seed of the sampled arms.
         """
-        drawn, found = self._drawn(seed), np.zeros((nominal.shape[1], DRAWS))
+        drawn, peaks = self._drawn(seed), np.zeros((nominal.shape[1], DRAWS))
         for start in range(0, len(motion), CHUNK):
             rows = slice(start, start + CHUNK)
             columns = model.regressor(model.loaded(motion[rows]))
             torque = nominal[rows][:, :, None] + columns @ self.root @ drawn
-            found = np.maximum(found, np.max(np.abs(torque), axis=0))
-        return found.T
+            peaks = np.maximum(peaks, np.max(np.abs(torque), axis=0))
+        return peaks.T
 
     def share_beyond(self, peaks: np.ndarray, limit: np.ndarray) -> float:
-        """Share of arms with a peak (k, n), and what no parameter explains, beyond a limit (n,) [N m]."""
+        """Share of arms whose peaks (k, n), plus unexplained torque, exceed a limit (n,) [N m]."""
         return float(np.mean(np.any(peaks + self.factor * self.residual > limit, axis=1)))
 
     def _drawn(self, seed: int) -> np.ndarray:
@@ -99,14 +99,14 @@ class TorqueSpread:
 def spread_of(
     covariance: np.ndarray, share: float, residual: np.ndarray, columns: np.ndarray
 ) -> TorqueSpread | None:
-    """The spread for parameters of a covariance (p, p); None where nothing is unsure.
+    """The spread for a covariance of the parameters, shape (p, p); None if no parameter is uncertain.
 
     Args:
-        covariance: Infinite variances stand for what is not known at all, which no torque limit could leave
-            room for: it counts as exact.
-        share: Of arms whose torque the band holds.
-        residual: Torque that no parameter explains, shape (n,) [N m].
-        columns: Of a motion like those that are planned, shape (t, n, p).
+        covariance: Covariance; parameters with infinite variance count as exact, since no torque limit could
+            leave room for them.
+        share: Share of arms whose torque the band contains.
+        residual: Standard deviation of torque that no parameter explains, shape (n,) [N m].
+        columns: Regressor of a motion like the planned ones, shape (t, n, p).
     """
     known = np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0.0)
     if not np.any(known):

@@ -1,6 +1,6 @@
-"""The model as a search sees it: unknowns beyond linear parameters, and reversals that have a gradient.
+"""The model that a search uses: unknowns besides linear parameters, and friction reversals with a gradient.
 
-Unknowns are effects whose columns are first derivatives.
+Such unknowns are effects whose regressor columns are first derivatives.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,23 +17,23 @@ from exidyn.identification.model import Model
 from ..errors import UnknownChoice
 
 WIDEST = 0.03
-"""Velocity over which friction reverses in a design at most [rad/s]: within a wider one a search lets joints
-creep, whose friction then seems small."""
+"""Largest velocity range over which friction reverses in a design [rad/s]: with a wider one, a search lets
+joints creep, as their friction then seems small."""
 
 
 def design_model(model: Model, limits: Limits, spacing: float) -> Model:
-    """The model with every reversal, also within its effects, as wide as a velocity changes between samples.
+    """The model with every friction reversal as wide as the typical velocity change between samples.
 
-    Friction that reverses within milliradians a second is a step between two samples, whose gradient is zero
-    everywhere else. A row of the equations is a mean over its time, in which it reverses as gradually as
-    here.
+    Friction that reverses within milliradians per second is a step between two samples, with zero gradient
+    everywhere else. A row of the equations is a mean over its sampling period, in which friction reverses as
+    gradually as here.
 
     Args:
-        model: Nominal.
-        limits: Finite accelerations.
+        model: Nominal model.
+        limits: Limits with finite acceleration.
         spacing: Time between samples [s].
     """
-    change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half of it: a sinusoid's mean
+    change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half: the mean of a sinusoid
     return _gradual(model, min(change, WIDEST))
 
 
@@ -42,10 +42,10 @@ def _gradual(model: Model, width: float) -> Model:
 
 
 def _gradual_effect(effect: Effect, width: float) -> Effect:
-    """An effect with what it contains.
+    """An effect, and the effects and models that it contains, with gradual reversals.
 
-    Else a drive gain, whose column is a model's torque, would seem to be known from the difference between
-    sharp and gradual friction.
+    Otherwise a drive gain, whose column is a model's torque, would seem to be identifiable from the
+    difference between sharp and gradual friction.
     """
     changed: dict[str, object] = {}
     for name in (field.name for field in fields(effect)):
@@ -61,13 +61,13 @@ def _gradual_effect(effect: Effect, width: float) -> Effect:
 
 @dataclass(frozen=True, eq=False)
 class DriveGains(Effect):
-    """Relative errors of the drive gains: a gain off by one per cent is torque off by one per cent.
+    """Relative errors of the drive gains: an error of one percent in a gain is one percent in torque.
 
-    Its equations, gain * current = regressor @ values + known torque, make the torque itself the column.
-    Only a run with a known payload distinguishes it from all parameters scaled together.
+    In the equations, gain * current = regressor @ values + known torque, the column of a gain is the torque.
+    Only a run with a known payload distinguishes it from a common scaling of all parameters.
 
     Attributes:
-        model: Whose nominal torque flows through the drives.
+        model: Model of the nominal torque of the drives.
     """
 
     model: Model
@@ -89,9 +89,11 @@ class DriveGains(Effect):
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        own = np.einsum("tji,ij->ti", weights, robot.coupling) @ robot.to_motors
+        joint_weights = np.einsum("tji,ij->ti", weights, robot.coupling) @ robot.to_motors
         values = self.model.nominal_values
-        return self.model.motion_gradient(self.model.loaded(motion), own[:, :, None] * values, own)
+        return self.model.motion_gradient(
+            self.model.loaded(motion), joint_weights[:, :, None] * values, joint_weights
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +101,9 @@ class ShapesOf(Effect):
     """Shapes of an effect (for example a Stribeck velocity) as unknowns, near their nominal values.
 
     Attributes:
-        effect: Whose shapes.
-        values: Its parameters' nominal values, shape (p,).
-        label: Puts the parameters of several apart.
+        effect: Effect with the shapes.
+        values: Nominal values of the effect's parameters, shape (p,).
+        label: Suffix that makes parameter names unique.
     """
 
     effect: Effect
@@ -110,7 +112,7 @@ class ShapesOf(Effect):
 
     @property
     def needs_load(self) -> bool:  # type: ignore[override]
-        """As the effect itself."""
+        """Whether the effect needs the load."""
         return self.effect.needs_load
 
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -139,7 +141,7 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
         keys: Names in `EFFECTS`.
 
     Raises:
-        UnknownChoice: A key that is of no effect of the model with shapes.
+        UnknownChoice: The model has no effect with shapes of that name.
     """
     kinds = {type(effect) for effect in model.effects}
     shaped = [key for key, kind in EFFECTS.items() if kind in kinds and kind.shapes()]
@@ -154,8 +156,8 @@ def with_shapes(model: Model, keys: Sequence[str]) -> Model:
             pieces = effect.apart(model.robot)
             share = len(values) // len(pieces)
             for place, piece in enumerate(pieces):
-                own = values[place * share : (place + 1) * share]
+                piece_values = values[place * share : (place + 1) * share]
                 label = piece.parameters(model.robot)[0].name
-                out = out + ShapesOf(piece, own, label)
+                out = out + ShapesOf(piece, piece_values, label)
         start = stop
     return out

@@ -29,7 +29,7 @@ from exidyn.trajectories.plans.plan_check import nominal_torque, violations
 from exidyn.trajectories.search import delivery, solve, start
 from exidyn.trajectories.search.excite import starts_of
 from exidyn.trajectories.search.goals import Goal
-from exidyn.trajectories.search.setting import Found, Setting
+from exidyn.trajectories.search.setting import SearchResult, Setting
 from exidyn.trajectories.search.start import one_start
 
 from .arm import ARMS, robots
@@ -82,7 +82,7 @@ def by_cpu(pool: Executor, model: Model, seconds: float, seed: int = 0) -> float
     share = seconds / -(-len(tasks) // CORES)
     futures = [pool.submit(_one, goal, one, number, share) for one, number in tasks]
     found = [future.result() for future in futures]
-    return goal.reached(min(one.value for one in found if isinstance(one, Found)))
+    return goal.reached(min(one.value for one in found if isinstance(one, SearchResult)))
 
 
 def _count_cpu_time() -> None:
@@ -91,7 +91,7 @@ def _count_cpu_time() -> None:
     solve.time = start.time = delivery.time = clock  # type: ignore[attr-defined]
 
 
-def _one(goal: Goal, setting: Setting, seed: int, seconds: float) -> "Found | str":
+def _one(goal: Goal, setting: Setting, seed: int, seconds: float) -> "SearchResult | str":
     return one_start(goal, setting, seed, seconds, lambda: False)
 
 

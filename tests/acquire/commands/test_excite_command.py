@@ -147,7 +147,7 @@ WRONG = {
     "seed": (["--seed", "-1"], "seed: -1"),
     "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one per joint"),
     "start NaN": (["--start", "nan"], "shoulder: start nan is outside"),
-    "window alone": (["--window", "0.1"], "window is around the start pose"),
+    "window alone": (["--window", "0.1"], "window is relative to the start pose"),
     "window NaN": (["--start", "0", "--window", "nan"], "shoulder: correction window"),
     "margin": (["--margin", "1"], "margins: velocity is 1"),
     "no fit": (["--after", "nowhere.json"], "nowhere.json"),

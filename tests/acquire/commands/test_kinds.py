@@ -55,7 +55,7 @@ def test_one_joint_alone_moves(robot, kind):
 
 def test_what_cannot_be_is_reported_by_the_joints_name(robot, capsys):
     assert excite(robot, "--kind", "single-joint", "--joints", "elbow", "--start", "0", "2.44") == REFUSED
-    assert "exidyn: elbow: at 2.44 rad it can swing by" in capsys.readouterr().err
+    assert "exidyn: elbow: at 2.44 rad its excursion is at most" in capsys.readouterr().err
 
 
 def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, capsys):

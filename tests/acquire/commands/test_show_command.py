@@ -49,7 +49,7 @@ def test_summary_is_printed_and_the_page_written(folder, capsys):
 def test_a_plan_beyond_its_limits_is_reported(folder, capsys):
     assert show(folder, "beyond.toml", "--page", str(folder / "other.html")) == 0
     assert "BEYOND: shoulder: velocity at" in capsys.readouterr().out
-    assert "Goes beyond limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
+    assert "Exceeds limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
     assert not (folder / "beyond.html").exists()
 
 
@@ -155,7 +155,7 @@ def test_what_a_motion_comes_nearest_to_is_stated_and_drawn(folder):
     page = (folder / "plan.html").read_text(encoding="utf-8")
     assert re.search(r"Nearest: link2_1 to crate \d{4} mm at .* s; flange z &lt;= 2 m \d{4} mm", page)
     assert ">crate</text>" in page
-    assert "Not looked at here: torque of" in page  # and no collisions
+    assert "Not checked here: torque of" in page  # and no collisions
 
 
 def test_a_motion_through_an_obstacle_is_beyond(folder, capsys):
@@ -177,4 +177,4 @@ def test_limits_raised_by_hand_are_reported_and_percentages_are_of_the_robot(fol
     printed, text = capsys.readouterr()
     assert printed == honest
     assert "warning: the plan's file has no checksum" in text
-    assert "warning: limits in the plan's file exceed those of two joints, which count: velocity of" in text
+    assert "warning: limits in the plan's file exceed those of two joints, which are used: velocity" in text

@@ -161,7 +161,7 @@ def test_limits_narrowed_in_the_file_hold_the_motion_and_are_named():
 
 def test_limits_of_the_file_apart_from_those_of_the_robot_are_refused():
     far = edited(plan(), position_lower=LIMITS.position_upper + 1.0, position_upper=LIMITS.position_upper + 2)
-    with pytest.raises(BadLimits, match="limits of cobot together with those in the plan's file"):
+    with pytest.raises(BadLimits, match="limits of cobot combined with those in the plan's file"):
         check_plan(far, MODEL)
 
 

@@ -125,12 +125,12 @@ def test_joints_that_move_neither_body_or_both_do_not_count(small):
     assert np.all(collision.reach(np.ones(robot.dof))[row, [mast, pan]] == 0)
 
 
-def test_neighbours_and_what_was_asked_for_are_left_out_and_listed(tmp_path):
+def test_adjacent_and_ignored_links_are_excluded_and_listed(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
     collision = Collision.of(robot, geometry, ignored=[("mast", "tool")])
     reasons = {frozenset((pair.first, pair.second)): pair.reason for pair in collision.excluded}
-    assert reasons[frozenset(("base_0", "shoulder_0"))] == "neighbours"
-    assert reasons[frozenset(("mast_0", "tool_1"))] == "asked for"
+    assert reasons[frozenset(("base_0", "shoulder_0"))] == "adjacent"
+    assert reasons[frozenset(("mast_0", "tool_1"))] == "ignored"
     assert not any("tool" in name and "mast" in name for name in collision.names)
     assert "tool_0 to tool_1" not in collision.names
     pairs = len(collision.names) + len(collision.excluded)
@@ -147,7 +147,7 @@ def test_bodies_together_by_design_are_left_out_and_listed_with_their_share(tmp_
     robot.limits.position_upper[robot.joints.index("slide")] = -0.15
     collision = Collision.of(robot, read_geometry(path))
     found = [pair for pair in collision.excluded if {pair.first, pair.second} == {"fore_0", "tool_0"}]
-    assert found[0].near == 1.0
+    assert found[0].near_share == 1.0
     assert "by design" in found[0].reason
     assert not any(name == "fore_0 to tool_0" for name in collision.names)
 
@@ -162,7 +162,7 @@ def test_geometry_of_another_robot_is_refused(tmp_path):
     _, geometry = arm.small_arm(tmp_path)
     parts = [arm.link("base"), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
     other = read_model(arm.write(tmp_path, parts, "other.urdf")).robot
-    with pytest.raises(RobotError, match="read robot and geometry from one file"):
+    with pytest.raises(RobotError, match="Read robot and geometry from one file"):
         Collision.of(other, geometry)
 
 

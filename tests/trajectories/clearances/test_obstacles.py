@@ -103,7 +103,7 @@ def test_nothing_on_a_trajectory_is_nearer_than_proved(tmp_path, seed):
     found = collision.worst(trajectory)
     seen = collision.margins(trajectory.at(np.linspace(0, 10, 1001)).position)
     assert found.bound <= np.min(seen) + 1e-9
-    assert found.kept == collision.required
+    assert found.required_distance == collision.required
     assert found.distance == pytest.approx(found.margin + collision.required)
 
 

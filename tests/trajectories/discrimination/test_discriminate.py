@@ -186,9 +186,9 @@ def test_fixed_hypotheses_have_nothing_to_move():
     ("make", "message"),
     [
         (lambda: Discriminate((balancer(),), OBSERVATION), "two or more"),
-        (lambda: Discriminate((balancer(), balancer()), OBSERVATION), "a name of its own"),
+        (lambda: Discriminate((balancer(), balancer()), OBSERVATION), "unique names"),
         (lambda: Discriminate((balancer(), spring()), Observation(np.zeros(2), 1.0)), "above 0"),
-        (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "a drive"),
+        (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "per drive"),
         (lambda: Discriminate((balancer(), spring()), OBSERVATION, np.zeros((3, 3))), "earlier"),
         (lambda: Hypothesis.of_priors("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
         (lambda: Hypothesis("x", model(), np.zeros(3), np.eye(3)), "parameters of its model"),

@@ -64,7 +64,7 @@ def test_no_motion_distinguishes_a_balancer_from_a_weight_and_a_tilted_base_does
     assert offers["link-side encoders"] < SURE
     (text,) = sentences([found])
     assert "No motion distinguishes them" in text
-    assert "What would: the same run once more, with the base tilted" in text
+    assert "To distinguish them, repeat the run with the base tilted" in text
 
 
 def test_link_side_encoders_distinguish_what_is_before_the_gear_from_what_is_behind():

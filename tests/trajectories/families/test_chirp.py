@@ -170,21 +170,21 @@ def test_an_amplitude_below_the_encoder_is_refused_and_states_from_which_frequen
 def test_a_motion_that_leaves_nothing_names_joint_and_quantity():
     reached = moving().extremes()
     tight = replace(LIMITS, velocity=np.array([3.0, float(reached.velocity.upper[1])]))
-    with pytest.raises(Infeasible, match="joint 2: the motion's own velocity"):
+    with pytest.raises(Infeasible, match="joint 2: the velocity of the base motion"):
         with_chirp(moving(), [0, 1], tight, TICK)
 
 
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"joints": [2]}, "joint number 2; valid are 0 to 1"),
-        ({"joints": []}, "no joint is to move"),
+        ({"joints": [2]}, "joint number 2 is out of range; valid are 0 to 1"),
+        ({"joints": []}, "no joint is selected"),
         ({"high": 200.0}, "200 Hz.*allows up to 83.33 Hz"),
         ({"low": 30.0}, "from 30 to 20 Hz"),
         ({"low": np.nan}, "from nan"),
         ({"low": 0.1}, "20 s at 0.1 Hz"),
-        ({"share": 1.2}, "share of 1.2"),
-        ({"tick": 0.0}, "tick of 0 s"),
+        ({"share": 1.2}, "share of the limits is 1.2"),
+        ({"tick": 0.0}, "sampling period is 0 s"),
         ({"limits": replace(LIMITS, jerk=np.array([1.0, np.inf]))}, "joint 2: jerk limit inf"),
         ({"limits": replace(LIMITS, velocity=np.array([np.inf, 1.0]))}, "joint 1: limit velocity is inf"),
     ],
@@ -209,7 +209,9 @@ def test_nothing_is_in_contact():
     assert not near.worst(free).allowed
     assert near.worst(kept).allowed
     assert not near.worst(kept.scaled(1 / 0.8)).allowed
-    with pytest.raises(Infeasible, match=r"the motion under the chirp: flange z >= .* m misses its margin"):
+    with pytest.raises(
+        Infeasible, match=r"the motion under the chirp: flange z >= .* m misses its safety margin"
+    ):
         with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[floor(-0.02)])
 
 
@@ -221,8 +223,8 @@ def test_nothing_is_in_contact():
         ({"largest": np.array([[1.0, 1.0, 1.0, 0.0]])}, "above 0"),
         ({"largest": np.array([[1.0, 1.0, 1.0, np.nan]])}, "above 0"),
         ({"high": 2.0}, "from 2 to 2 Hz"),
-        ({"length": 7.0}, "lasts 8 s"),
-        ({"fade": 2.1}, "rising and falling for 2.1 s"),
+        ({"length": 7.0}, "base motion of 8 s"),
+        ({"fade": 2.1}, "fades of 2.1 s"),
     ],
 )
 def test_fields_that_make_no_chirp_are_refused(wrong, words):

@@ -127,7 +127,9 @@ def test_it_ends_as_it_begins_after_every_period():
 
 
 def test_there_is_nothing_after_its_end():
-    with pytest.raises(OutsideTrajectory, match="lasts from 0 to 3.7 s; asked for 3.8 s"):
+    with pytest.raises(
+        OutsideTrajectory, match="time 3.8 s is outside the trajectory, which lasts from 0 to 3.7 s"
+    ):
         series().at(np.array([0.0, 3.8]))
 
 

@@ -133,13 +133,15 @@ def test_a_lead_that_overshoots_a_limit_names_it():
 
 
 def test_a_core_that_ends_between_two_ticks_is_refused():
-    with pytest.raises(BadLimits, match=r"5\.001 s, 2500\.5 ticks of 0\.002 s.*Try a duration of 5 s"):
+    with pytest.raises(
+        BadLimits, match=r"5\.001 s, 2500\.5 sampling periods of 0\.002 s.*Try a duration of 5 s"
+    ):
         with_leads(series(period=5.001), LIMITS, TICK)
 
 
 @pytest.mark.parametrize("tick", [0.0, np.nan])
 def test_a_tick_must_be_one(tick):
-    with pytest.raises(BadLimits, match="tick of"):
+    with pytest.raises(BadLimits, match="sampling period is"):
         with_leads(series(), LIMITS, tick)
 
 

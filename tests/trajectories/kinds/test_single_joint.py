@@ -81,14 +81,18 @@ def test_a_joint_swings_only_as_far_as_the_arm_is_clear(tmp_path):
 @pytest.mark.parametrize(
     ("wrong", "kind", "words"),
     [
-        ({"pose": np.array([0.0, 2.49])}, Infeasible, "joint 2: at 2.49 rad it can swing by 0.008 rad"),
+        (
+            {"pose": np.array([0.0, 2.49])},
+            Infeasible,
+            "joint 2: at 2.49 rad its excursion is at most 0.008 rad",
+        ),
         ({"pose": np.array([0.0, 2.6])}, Infeasible, "joint 2: pose 2.6"),
-        ({"widest": 0.01}, Infeasible, "needs 0.02"),
-        ({"widest": np.nan}, Infeasible, "needs 0.02"),
-        ({"share": 0.0}, BadLimits, "share of 0"),
+        ({"widest": 0.01}, Infeasible, "at least 0.02 is needed"),
+        ({"widest": np.nan}, Infeasible, "at least 0.02 is needed"),
+        ({"share": 0.0}, BadLimits, "share of the limits is 0"),
         ({"joints": [-1]}, BadLimits, "joint number -1"),
         ({"periods": 0}, BadLimits, "0 times"),
-        ({"rest": -1.0}, BadLimits, "must follow"),
+        ({"rest": -1.0}, BadLimits, "not decrease"),
         ({"limits": replace(LIMITS, velocity=np.array([1.0, 0.0]))}, BadLimits, "joint 2: velocity limit 0"),
     ],
 )
@@ -102,5 +106,5 @@ def test_a_pose_that_collides_reports_what(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
     folded = np.array([0.0, 0.0, 2.8, 0.0, 0.0])
-    with pytest.raises(Infeasible, match="the pose: .* to .* misses its margin by"):
+    with pytest.raises(Infeasible, match="the pose: .* to .* misses its safety margin by"):
         single_joint_runs(limits, [0], folded, TICK, clearances=[collision])

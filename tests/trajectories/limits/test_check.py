@@ -49,11 +49,11 @@ def test_a_limit_within_the_extremes_is_violated_once_and_only_it(what, side):
     def limited(factor):
         values = getattr(LIMITS, name).copy()
         values[1] = sign * worst * factor
-        return [v for v in check(core, replace(LIMITS, **{name: values}), TICK) if v.what != "stop"]
+        return [v for v in check(core, replace(LIMITS, **{name: values}), TICK) if v.kind != "stop"]
 
     assert limited(1 + 1e-8) == []
     (violation,) = limited(1 - 1e-6)
-    assert (violation.what, violation.joint) == (what, 1)
+    assert (violation.kind, violation.joint) == (what, 1)
     assert abs(violation.value) == pytest.approx(abs(worst), rel=1e-9)
     assert abs(violation.limit) == pytest.approx(abs(worst), rel=2e-6)
     assert abs(violation.value) > abs(violation.limit)
@@ -72,7 +72,7 @@ def test_what_cannot_be_stopped_in_time_is_reported():
     """Position 0.8 rad at most, but a stop from 2 rad/s at 4 rad/s^2 takes 0.5 rad and more."""
     violations = check(*fast_near_the_limit(), TICK)
     (violation,) = violations
-    assert (violation.what, violation.joint, violation.limit) == ("stop", 0, 1.0)
+    assert (violation.kind, violation.joint, violation.limit) == ("stop", 0, 1.0)
     # Half of 2 rad/s over 2 / 4 s and the 4 / 200 s that the acceleration takes to come.
     assert violation.value == pytest.approx(0.8 + 0.5 * 2.0 * (2 / 4 + 4 / 200), abs=1e-9)
     assert violation.time == pytest.approx(0.05)
@@ -83,7 +83,7 @@ def test_either_computation_of_the_stop_is_enough_to_refuse(monkeypatch, broken)
     none = Reach(np.zeros((26, 2)), np.zeros((26, 2)))
     monkeypatch.setattr(check_module, broken, lambda *_: none)
     (violation,) = check(*fast_near_the_limit(), TICK)
-    assert violation.what == "stop"
+    assert violation.kind == "stop"
 
 
 def test_torque_between_ticks_is_found():
@@ -92,7 +92,7 @@ def test_torque_between_ticks_is_found():
     peak = np.max(np.abs(nominal_torque(core.at(np.linspace(0, 5, 100_001)))), axis=0)
     assert check(core, replace(LIMITS, torque=peak + [1e-4, 1e-3]), TICK, nominal_torque) == []
     found = check(core, replace(LIMITS, torque=(1 - 1e-6) * peak), 0.01, nominal_torque)
-    assert [(violation.what, violation.joint) for violation in found] == [("torque", 0), ("torque", 1)]
+    assert [(violation.kind, violation.joint) for violation in found] == [("torque", 0), ("torque", 1)]
 
 
 def test_torque_without_a_limit_or_a_model_is_not_looked_at():
@@ -106,8 +106,8 @@ def test_a_motion_that_is_no_number_is_reported_and_not_passed():
     jerk[1, 1] = np.nan
     start = State(*np.zeros((3, 2)))
     (violation,) = check(Phases.of_jerks(start, np.full(3, 0.1), jerk), LIMITS, TICK)
-    assert (violation.what, violation.joint, violation.time) == ("no number", 1, pytest.approx(0.1))
-    assert violation.sentence(("shoulder", "elbow")) == "elbow: no number at 0.100 s, but nan"
+    assert (violation.kind, violation.joint, violation.time) == ("not finite", 1, pytest.approx(0.1))
+    assert violation.sentence(("shoulder", "elbow")) == "elbow: not finite at 0.100 s: nan"
 
 
 def test_no_number_between_two_ticks_is_reported():
@@ -118,7 +118,7 @@ def test_no_number_between_two_ticks_is_reported():
     limits = type(LIMITS)(*np.outer([-2.5, 2.5, 3.0, 12.0, 200.0, 200.0], np.ones(1)))
     found = check(phases, limits, TICK)
     assert found
-    assert {violation.what for violation in found} == {"no number"}
+    assert {violation.kind for violation in found} == {"not finite"}
 
 
 def test_torque_that_is_no_number_is_reported():
@@ -126,14 +126,17 @@ def test_torque_that_is_no_number_is_reported():
         return np.where(states.time[:, None] > 2.0, np.nan, 0.0) + np.zeros(2)
 
     found = check(series(), LIMITS, TICK, broken)
-    assert {(violation.what, violation.joint) for violation in found} == {("no number", 0), ("no number", 1)}
+    assert {(violation.kind, violation.joint) for violation in found} == {
+        ("not finite", 0),
+        ("not finite", 1),
+    }
 
 
 def test_limits_of_another_arm_and_a_tick_that_is_none_are_refused():
     with pytest.raises(BadLimits, match="2 joints, limits of 3"):
         check(series(), type(LIMITS).none(3), TICK)
     for tick in (0.0, np.nan):
-        with pytest.raises(BadLimits, match="tick of"):
+        with pytest.raises(BadLimits, match="sampling period of"):
             check(series(), LIMITS, tick)
 
 

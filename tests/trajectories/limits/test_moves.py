@@ -185,7 +185,7 @@ def test_a_target_beyond_its_limits_names_joint_value_and_limit():
 @pytest.mark.parametrize("tick", [0.0, -0.002, np.nan, np.inf])
 def test_a_tick_must_be_one(tick):
     start, target, limits = random_problem(3)
-    with pytest.raises(BadLimits, match="tick of"):
+    with pytest.raises(BadLimits, match="sampling period is"):
         move(start, target, limits, tick)
 
 

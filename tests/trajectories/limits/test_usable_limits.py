@@ -160,7 +160,8 @@ def test_a_window_must_hold_the_start(window, message):
 def test_a_window_that_leaves_nothing_names_the_place():
     start, window = np.array([0.0, 2.45]), np.array([[-1, 1], [0.0, 1.0]])
     with pytest.raises(
-        Infeasible, match="elbow: .*nothing is left in the correction window. Try another start"
+        Infeasible,
+        match="elbow: .*the correction window leaves nothing of the position limits. Try another start",
     ):
         usable(arm(), window=window, start=start)
 

@@ -14,9 +14,9 @@ from ...parts.small import small_diagnosis
 
 def test_a_body_is_asked_for_with_its_centre_of_mass():
     body = KnownPayload("L", known_parameters(5.0, (0.1, 0.0, -0.04)))
-    assert "body of 5 kg" in _request(body)
-    assert "(0.1, 0, -0.04) m of the flange" in _request(body)
-    assert _request(KnownPayload("L", known_parameters(5.0))) == "Hang the body of 5 kg on the flange"
+    assert "payload of 5 kg" in _request(body)
+    assert "(0.1, 0, -0.04) m along the flange's x" in _request(body)
+    assert _request(KnownPayload("L", known_parameters(5.0))) == "Mount the payload of 5 kg on the flange"
 
 
 def test_a_narrower_arm_has_the_same_middle_and_its_motion_is_one_for_the_whole_arm():

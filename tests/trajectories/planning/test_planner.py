@@ -58,7 +58,7 @@ def test_a_plan_reports_what_it_is(usual):
     assert usual.details["harmonics"] == 2
     assert usual.margins == vars(WISHES.margins)
     (text,) = usual.assumed
-    assert text.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2: nothing is stated of them")
+    assert text.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2 have no prior")
 
 
 def test_a_plan_is_a_whole_run_inside_all_limits(usual):
@@ -195,9 +195,9 @@ def test_a_fit_is_nominal_as_it_was_found():
 
 def test_after_a_fit_a_loaded_run_needs_a_body_that_the_fit_knows():
     wishes = replace(WISHES, fit=plain_fit(), bodies=(BODY,))
-    with pytest.raises(NothingToIdentify, match="the fit knows nothing of a payload"):
+    with pytest.raises(NothingToIdentify, match="the fit has no information on a payload"):
         identification_goal(two_joints.model(), wishes, limits())
-    with pytest.raises(NothingToIdentify, match="the fit knows nothing of shapes"):
+    with pytest.raises(NothingToIdentify, match="the fit has no information on shapes"):
         identification_goal(
             two_joints.model(), replace(WISHES, fit=fit(), shapes=("coulomb_friction",)), limits()
         )

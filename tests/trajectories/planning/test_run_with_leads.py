@@ -98,7 +98,7 @@ def test_leads_are_gentler_where_the_drives_are_weak():
     torque = TorqueBound(two_joints.model(), kept.torque).of("")
     start, slow = np.array([0.3, -0.3]), series(0.1)
     free = whole_run(slow, kept, TICK, start=start)
-    assert {violation.what for violation in check(free, kept, TICK, torque)} == {"torque"}
+    assert {violation.kind for violation in check(free, kept, TICK, torque)} == {"torque"}
     gentle = whole_run(slow, kept, TICK, start=start, torques=[torque])
     assert not check(gentle, kept, TICK, torque)
     assert gentle.duration > free.duration

@@ -76,7 +76,7 @@ def test_no_room_is_made_where_none_is_wished_or_needed():
 
 
 def test_an_arm_too_little_known_to_be_held_is_refused():
-    with pytest.raises(Infeasible, match="margin for 95 % of the arms that are possible"):
+    with pytest.raises(Infeasible, match="margin for 95 % of the possible arms"):
         planned(weak(torque=(20.0, 20.0), tolerance=1.0))
 
 

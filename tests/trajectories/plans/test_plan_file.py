@@ -203,7 +203,7 @@ def test_other_masses_change_the_model_and_not_the_robot():
     model = two_joints.model(gain=2 * two_joints.GAIN)
     assert robot_differences(known_plan(), model.robot) == []
     (text,) = model_differences(known_plan(), model)
-    assert "not the one planned with" in text
+    assert "not the one of the plan" in text
     assert fits(known_plan(), model) == [text]
 
 

@@ -190,7 +190,7 @@ def test_page_needs_nothing_else_and_closes_its_tags(plan):
     assert "<script" not in text
     assert "http" not in text
     for words in (
-        "Keeps all limits that are known",
+        "Keeps to all known limits",
         "shoulder",
         "elbow",
         "no wind",
@@ -204,10 +204,10 @@ def test_page_reports_what_it_did_not_look_at(plan):
     pair = replace(plan, payload_pair=True)
     bare, known = two_joints.model(), two_joints.model(Payload("L", BODY))
     for one, torque, words in (
-        (plan, None, "Not looked at here: collisions; torque, which needs the robot."),
-        (plan, nominal_torque(plan, bare), "Not looked at here: collisions."),
+        (plan, None, "Not checked here: collisions; torque, which needs the robot."),
+        (plan, nominal_torque(plan, bare), "Not checked here: collisions."),
         (pair, nominal_torque(pair, bare), "collisions; torque of the loaded run, since"),
-        (pair, nominal_torque(pair, known), "Not looked at here: collisions."),
+        (pair, nominal_torque(pair, known), "Not checked here: collisions."),
     ):
         assert words in plan_page(one, (), torque)
 
@@ -215,7 +215,7 @@ def test_page_reports_what_it_did_not_look_at(plan):
 def test_page_reports_what_is_beyond_and_colours_it(plan):
     far = beyond(plan)
     page = Page(plan_page(far, violations(far)).removeprefix("<!doctype html>"))
-    assert "Goes beyond limits: do not run it." in page.words
+    assert "Exceeds limits: do not run it." in page.words
     row = page.row("limits", "shoulder")
     assert [cell for cell, _ in row] == [
         "shoulder",
@@ -242,7 +242,7 @@ def test_page_escapes_what_people_wrote(plan):
 def test_unlimited_joints_are_reported(plan):
     jerky = replace(plan.limits, jerk=np.array([np.inf, 200.0]))
     page = Page(plan_page(replace(plan, limits=jerky)).removeprefix("<!doctype html>"))
-    assert "No jerk limit is known of shoulder." in page.words
+    assert "No jerk limit is known for shoulder." in page.words
     assert "no limit" in page.words
 
 
@@ -261,7 +261,7 @@ def test_facts_state_how_it_was_planned(plan):
     facts = plan_facts(replace(plan, payload_pair=True, details=details))
     assert facts["to be run"] == "twice, unloaded and loaded, a command every 4 ms"
     assert facts["criterion"] == "condition, reached 0.3333"
-    assert facts["kept off"] == "velocity 2 %, self collision 0.05"
+    assert facts["safety margins"] == "velocity 2 %, self collision 0.05"
     assert facts["period"] == "9.500 s"
     assert (facts["harmonics"], facts["worst"], facts["seed"]) == ("5", "0.2500", "12")
     assert "criterion" not in plan_facts(replace(plan, criterion=""))
@@ -270,9 +270,9 @@ def test_facts_state_how_it_was_planned(plan):
 def test_margins_are_those_of_joints_that_the_arm_has(plan):
     margins = {"position": 0.05, "slide": 0.01}
     turning = replace(plan, margins=margins, units=("rad", "rad"))
-    assert plan_facts(turning)["kept off"] == "position 0.05 rad"
+    assert plan_facts(turning)["safety margins"] == "position 0.05 rad"
     sliding = replace(plan, margins=margins, units=("m", "rad"))
-    assert plan_facts(sliding)["kept off"] == "position 0.05 rad, slide 0.01 m"
+    assert plan_facts(sliding)["safety margins"] == "position 0.05 rad, slide 0.01 m"
 
 
 def test_a_sequence_names_its_parts():

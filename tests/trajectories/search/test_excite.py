@@ -205,7 +205,7 @@ def test_starts_take_the_periods_in_turn():
 def test_a_search_that_no_start_fits_gives_the_reason(monkeypatch):
     nowhere = Region.of(two_joints.arm(), "flange", box([2.0, -1.0, -1.0], [3.0, 1.0, 1.0]))
     text = []
-    with pytest.raises(Infeasible, match=r"no position within the joints' limits keeps to: flange x >= 2 m"):
+    with pytest.raises(Infeasible, match=r"no position within the joint limits .* violates flange x >= 2 m"):
         excite(goal(), setting(clearances=(nowhere,)), starts=1, progress=text.append)
     assert text == []
 

@@ -231,7 +231,7 @@ def test_words_name_the_criterion():
         "average": "root mean square relative deviation 2.5",
         "worst": "worst relative deviation 2.5",
     }
-    assert goal(criterion=Focus((1,))).words(0.0) == "mean relative deviation of what is in focus 1"
+    assert goal(criterion=Focus((1,))).words(0.0) == "mean relative deviation of the selected parameters 1"
 
 
 def test_payloads_are_those_of_the_experiment():

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize, rosen, rosen_der
 
 from exidyn.trajectories.search import sqp
-from exidyn.trajectories.search.sqp import Function, minimise
+from exidyn.trajectories.search.sqp import Function
 
 pytestmark = pytest.mark.numerical
 
@@ -43,7 +43,7 @@ def inside_ball(x):
 def run(of, within, start, steps=200, gain=1e-12, curvature=None):
     """All iterates and the last curvature."""
     curvature = np.eye(len(start)) if curvature is None else curvature
-    found = list(minimise(of, within, start, curvature, steps, gain))
+    found = list(sqp.minimize(of, within, start, curvature, steps, gain))
     return [at for at, _ in found], found[-1][1]
 
 
@@ -110,7 +110,7 @@ def test_a_solver_without_an_answer_is_asked_once_more_without_what_was_learnt(m
 
     monkeypatch.setattr(sqp.daqp, "solve", fails)
     free = bounds(lambda x: np.ones(1), lambda x: np.zeros((1, SIZE)))
-    assert list(minimise(function(value, slope), free, np.zeros(SIZE), 3.0 * np.eye(SIZE), 9, 1e-9)) == []
+    assert list(sqp.minimize(function(value, slope), free, np.zeros(SIZE), 3.0 * np.eye(SIZE), 9, 1e-9)) == []
     np.testing.assert_array_equal(asked, [3.0 * np.eye(SIZE), np.eye(SIZE)])
 
 
