@@ -37,7 +37,7 @@ def test_a_folder_of_folders_names_those_that_can_be_imported(tmp_path):
     (tmp_path / "notes").mkdir()
     with pytest.raises(NotAFile, match="these folders in it can, one at a time: first, second. Known are"):
         import_source(tmp_path, model())
-    with pytest.raises(NotAFile, match="notes is nothing that can be imported. Known are"):
+    with pytest.raises(NotAFile, match="notes cannot be imported. Known formats: "):
         import_source(tmp_path / "notes", model())
 
 
