@@ -88,11 +88,11 @@ def _of_topics(
     Raises:
         RecordingError: A topic does not exist, or they lack a joint; the message names topics that have it.
     """
-    available = _topics(groups)
+    known = _topics(groups)
     for topic in topics:
-        if topic not in available:
+        if topic not in known:
             raise RecordingError(
-                f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(available)}; choose "
+                f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(known)}; choose "
                 "one by --topic TOPIC"
             )
     chosen = _on(groups, topics)
@@ -103,7 +103,7 @@ def _of_topics(
             robot, names_in(groups), joints, f"{source}"
         )  # its error is more specific if no topic has them
     missing = [name for name in names if name not in names_in(chosen)]
-    others = [topic for topic in available if set(missing) & set(names_in(_on(groups, [topic])))]
+    others = [topic for topic in known if set(missing) & set(names_in(_on(groups, [topic])))]
     raise RecordingError(
         f"{source}: {' and '.join(topics)} has no joint {listed(missing)}, which {' and '.join(others)} has. "
         f"Leave --topic out, or name all: --topic {','.join([*topics, *others])}"
