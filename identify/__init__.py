@@ -1,1 +1,1 @@
-"""From recordings to a robot arm's dynamics."""
+"""Identification of a robot arm's dynamics from recordings."""

@@ -1,11 +1,11 @@
-"""Child processes that end with the process that started them, however that ends: killed, too.
+"""Child processes that end when their parent ends, even if the parent is killed.
 
 On Linux the kernel kills a child once the thread that started it has ended (prctl, PR_SET_PDEATHSIG).
 Elsewhere a thread of the child waits for the other end of a pipe to close. Two kinds of children outlive
-their parent on purpose and do not come from here: the recorder of a run, which finishes its file, and the
-process of the driver `franka`, which brings the arm to rest; both end when their pipe or socket closes.
+their parent on purpose and are not started here: the recorder of a run, which finishes its file, and the
+process of the driver `franka`, which stops the arm. Both end when their pipe or socket closes.
 
-A program of others is started through this file as a script, which needs the standard library only.
+External programs are started through this file as a script, so it needs only the standard library.
 """
 
 import os
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
 
 PR_SET_PDEATHSIG = 1
-"""Of <sys/prctl.h>: the signal that a process gets when its parent ends."""
+"""Option of prctl, from <sys/prctl.h>: the signal that a process receives when its parent ends."""
 LIVES_ON = 0
-"""In place of the parent's number: of a program that outlives it."""
+"""Stands for the parent's process ID if the program outlives its parent."""
 
 
 def end_with_parent(parent: int, wait_for_its_end: Callable[[], object]) -> None:
-    """End this process once its parent has ended; to be called by the child as early as possible.
+    """End this process once its parent has ended; the child calls this as early as possible.
 
-    If the parent of that number has ended already, so does this process. `wait_for_its_end` returns when it
-    has, and is called in a thread where the kernel cannot watch.
+    If the parent with that process ID has already ended, this process ends at once. Where the kernel cannot
+    watch the parent, a thread calls `wait_for_its_end`, which returns when the parent has ended.
     """
     if sys.platform == "linux":
         import ctypes
 
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before the line above
+        if os.getppid() != parent:  # the parent ended before the line above
             os._exit(1)
     else:
         _in_thread(lambda: (wait_for_its_end(), os._exit(1)))
@@ -46,10 +46,10 @@ def process_pool(
     initargs: Sequence[Any] = (),
     with_main: bool = False,
 ) -> "ProcessPoolExecutor":
-    """A pool of spawned processes, which end with this one; to be used by the thread that makes it.
+    """Pool of spawned processes that end with this process; only the thread that creates it may use it.
 
-    They do not run the program of this process again, so that a script needs no guard; `with_main` has them
-    do so, for what it defines.
+    The processes do not run the main program again, so a script needs no guard. With `with_main` they do,
+    which makes the definitions of the script available to them.
     """
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
@@ -75,9 +75,9 @@ def _begin_worker(parent: int, initializer: Callable[..., object] | None, initar
 def start_program(
     command: Sequence[str], output: IO[bytes] | int, lives_on: bool = False
 ) -> "subprocess.Popen[bytes]":
-    """Start a program of others; signals that this process ignores have their usual effect on it.
+    """Start an external program; signals that this process ignores have their default effect on it.
 
-    One that `lives_on` outlives this process, in a session of its own.
+    With `lives_on` the program outlives this process, in a session of its own.
     """
     parent = LIVES_ON if lives_on else os.getpid()
     return subprocess.Popen(
@@ -90,7 +90,11 @@ def start_program(
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Become the program, or watch over it where the kernel does not: the parent's number, and a command."""
+    """Become the program, or watch over it where the kernel cannot.
+
+    Args:
+        arguments: Process ID of the parent, and the command.
+    """
     parent, command = int(arguments[0]), list(arguments[1:])
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
@@ -98,7 +102,7 @@ def main(arguments: Sequence[str]) -> int:
     if sys.platform == "linux":
         if parent != LIVES_ON:
             end_with_parent(parent, sys.stdin.read)
-        os.execv(command[0], command)  # which keeps what was asked of the kernel
+        os.execv(command[0], command)  # the kernel's parent-death signal stays in effect
     program = subprocess.Popen(command)
     if parent != LIVES_ON:
         _in_thread(lambda: (sys.stdin.read(), program.kill()))

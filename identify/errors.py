@@ -1,13 +1,13 @@
-"""The errors of `identify`, each a fact with a value, a limit and what to try.
+"""Errors of `identify`: each states a fact, a value, a limit and what to try.
 
 ExidynError
 ├── RobotError          the description of the robot is wrong
-│   ├── UnknownKey      a key in a robot file that is not known
+│   ├── UnknownKey      an unknown key in a robot file
 │   ├── UnknownJoint    a joint the robot does not have
 │   ├── EffectError     an effect of an installed package that cannot be used
 │   └── BrokenTree      kinematics that are not one tree of one-degree-of-freedom joints
-├── RecordingError      a recording cannot be what it claims to be
-│   ├── WrongShape      columns or rows that do not fit the robot
+├── RecordingError      a recording is wrong or incomplete
+│   ├── WrongShape      columns or rows that do not match the robot
 │   ├── NotFinite       NaN or infinity where a number is needed
 │   ├── NotRecorded     a signal that an effect needs, such as temperature, is not in the recording
 │   ├── BadTime         time stamps that do not increase
@@ -15,50 +15,54 @@ ExidynError
 │   ├── NotAFile        a file that does not hold what its name states, or is empty
 │   └── DifferentRobot  runs of two different robots in one identification
 ├── MissingPackage      an optional package that is not installed
-└── FitError            the data cannot carry what is asked of them
-    ├── NotExcited      a motion too poor to identify
-    └── NeedsPayload    drive gains asked for without a known payload
+└── FitError            the data do not determine the requested parameters
+    ├── NotExcited      a motion too poor to identify the model
+    └── NeedsPayload    drive gains requested without a known payload
 """
 
 import difflib
 from collections.abc import Iterable
 
 LONGEST = 290
-"""Characters of a message: with the command's name before it, at most 300 are printed."""
+"""Maximum length of a message in characters: with the command's name before it, at most 300 are printed."""
 HEAD = 200
-"""Of those, how many are the beginning of a message that was longer; what to try stands at its end."""
+"""Characters kept from the start of a longer message; the rest come from its end, which says what to try."""
 LISTED = 200
-"""Characters of a list of valid names, so that there is room for what is wrong."""
+"""Maximum length of a list of valid names in characters, which leaves room for what is wrong."""
 
 
 class ExidynError(Exception):
-    """Base of every error raised on purpose; its text, one line of bounded length, is meant for the user."""
+    """Base of every error raised on purpose; its text is one line of bounded length for the user."""
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(shortened(one) if isinstance(one, str) else one for one in arguments))
+        super().__init__(
+            *(shortened(argument) if isinstance(argument, str) else argument for argument in arguments)
+        )
 
 
 def shortened(text: str) -> str:
-    """A message in one line of at most `LONGEST` characters, without what a terminal would not print."""
+    """The message in one line of at most `LONGEST` characters, with unprintable characters escaped."""
     line = " ".join(text.split())
-    line = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    line = "".join(char if char.isprintable() else repr(char)[1:-1] for char in line)
     if len(line) <= LONGEST:
         return line
     return f"{line[:HEAD]} ... {line[HEAD + 5 - LONGEST :]}"
 
 
 def listed(names: Iterable[str], like: str = "") -> str:
-    """Names with commas; if they are too many, those most like a given one, and how many more there are."""
-    every = list(names)
-    if len(", ".join(every)) <= LISTED:
-        return ", ".join(every) or "none"
-    near = difflib.get_close_matches(like, every, n=len(every), cutoff=0.0)
+    """Names separated by commas; if the list is too long, the names most similar to `like` and a count."""
+    all_names = list(names)
+    if len(", ".join(all_names)) <= LISTED:
+        return ", ".join(all_names) or "none"
+    by_similarity = difflib.get_close_matches(like, all_names, n=len(all_names), cutoff=0.0)
     shown: list[str] = []
-    for name in near:
+    for name in by_similarity:
         if len(", ".join([*shown, name])) > LISTED:
             break
         shown.append(name)
-    return f"{', '.join(shown)} and {len(every) - len(shown)} more" if shown else f"{len(every)} names"
+    return (
+        f"{', '.join(shown)} and {len(all_names) - len(shown)} more" if shown else f"{len(all_names)} names"
+    )
 
 
 class RobotError(ExidynError, ValueError):
@@ -66,18 +70,18 @@ class RobotError(ExidynError, ValueError):
 
 
 class RobotWarning(UserWarning):
-    """Something in the description of a robot that no arm has, and with which one can go on all the same."""
+    """An implausible value in the description of a robot, which can be used nevertheless."""
 
 
 class UnknownKey(RobotError):
-    """A key that is not known; the message lists the valid ones."""
+    """An unknown key; the message lists the valid keys."""
 
     def __init__(self, key: str, where: str, valid: "list[str] | tuple[str, ...]") -> None:
         super().__init__(f"{where}: unknown key '{key}'. Valid keys: {listed(sorted(valid), key)}")
 
 
 class UnknownJoint(RobotError, LookupError):
-    """A joint that the robot does not have; the message lists the valid ones."""
+    """A joint that the robot does not have; the message lists the valid joints."""
 
     def __init__(self, joint: object, robot: str, valid: "list[str] | tuple[str, ...]") -> None:
         problem = (
@@ -87,7 +91,7 @@ class UnknownJoint(RobotError, LookupError):
 
 
 class EffectError(RobotError):
-    """An effect of an installed package that cannot be used; names the package."""
+    """An effect of an installed package that cannot be used; the message names the package."""
 
 
 class BrokenTree(RobotError):
@@ -95,15 +99,18 @@ class BrokenTree(RobotError):
 
 
 class RecordingError(ExidynError, ValueError):
-    """A recording cannot be what it claims to be."""
+    """A recording is wrong or incomplete."""
 
 
 class WrongShape(RecordingError):
-    """Columns or rows that do not fit the robot."""
+    """Columns or rows that do not match the robot."""
 
 
 class NotFinite(RecordingError):
-    """NaN or infinity where a number is needed; `time` is that of the first, if its stamp is finite [s]."""
+    """NaN or infinity where a finite number is needed.
+
+    `time` is the time of the first such sample [s], or None if its time stamp is not finite.
+    """
 
     def __init__(self, text: str, time: float | None = None) -> None:
         super().__init__(text)
@@ -131,11 +138,11 @@ class DifferentRobot(RecordingError):
 
 
 class MissingPackage(ExidynError, ImportError):
-    """An optional package that is not installed; names the extra that brings it."""
+    """An optional package that is not installed; the message names the extra that installs it."""
 
 
 class FitError(ExidynError, ArithmeticError):
-    """The data cannot carry what is asked of them."""
+    """The data do not determine the requested parameters."""
 
 
 class NotExcited(FitError):
@@ -143,4 +150,4 @@ class NotExcited(FitError):
 
 
 class NeedsPayload(FitError):
-    """Drive gains were asked for without a run that carries a known mass."""
+    """Drive gains were requested without a run that carries a known mass."""

@@ -1,8 +1,8 @@
-"""Work on a file in a process of its own, with limits of memory and time, which a damaged file may kill.
+"""Read a file in a separate process with limits of memory and time, since a damaged file may crash it.
 
-The process, this file run as a module, writes its result or an error to its standard output: a line of JSON,
-then the numbers of each array as they lie in memory. Nothing in it is code, as it would be in a pickle: what
-comes out of a library that a file has damaged is data.
+The process runs this file as a module. It writes its result or an error to its standard output: a line of
+JSON, then the raw numbers of each array. Unlike a pickle, this holds no code: even if a damaged file has
+corrupted a library, the result is only data.
 """
 
 import json
@@ -23,30 +23,30 @@ from . import errors
 from .child_processes import end_with_parent
 
 ARRAY = "array"
-"""Key of an object that stands for an array in the line of JSON; its value is type and shape."""
+"""Key of a JSON object that stands for an array; its value is the type, beside the key `shape`."""
 
 
 class Ended(Exception):
-    """A process that ended without a result; the text says how, such as `crashed (SIGSEGV)`."""
+    """The process ended without a result; the text says how, such as `crashed (SIGSEGV)`."""
 
 
 def call(place: str, arguments: Sequence[Any], memory: int, seconds: float) -> Any:
-    """The result of a function that is called in a process of its own.
+    """Result of a function that is called in a separate process.
 
     Args:
-        place: "module:function" with the module's whole name.
-        arguments: Arguments of the function, as JSON holds them.
-        memory: Memory that the process may take, and size of a file that it may write [B].
-        seconds: Time that it may take [s].
+        place: "module:function" with the full name of the module.
+        arguments: Arguments of the function, which JSON can represent.
+        memory: Maximum memory of the process, and maximum size of a file that it writes [B].
+        seconds: Maximum duration [s].
 
     Returns:
-        What the function returned: mappings and lists of texts, numbers and arrays.
+        Return value of the function: mappings and lists of texts, numbers and arrays.
 
     Raises:
-        Ended: The process died or took too long.
-        MemoryError: The memory was not enough.
+        Ended: The process crashed or took too long.
+        MemoryError: The memory limit was exceeded.
         OSError: A file cannot be opened.
-        ExidynError: The function raised it; type and text are kept.
+        ExidynError: The function raised it; type and text are preserved.
     """
     with (
         tempfile.TemporaryDirectory(prefix="exidyn-") as folder,
@@ -66,9 +66,9 @@ def call(place: str, arguments: Sequence[Any], memory: int, seconds: float) -> A
 def _process(
     place: str, arguments: Sequence[Any], memory: int, folder: str, printed: IO[bytes]
 ) -> Iterator["subprocess.Popen[bytes]"]:
-    """The process, which does not outlive the context; what libraries print in it goes to a file."""
+    """The process, which ends with the context; the output of libraries goes to the file `printed`."""
     command = [sys.executable, "-P", "-m", __name__, str(os.getpid()), str(memory), place]
-    # Modules are looked for where this process does, and linear algebra needs no threads.
+    # The process finds modules on the path of this one, and needs no threads for linear algebra.
     path = os.pathsep.join(filter(None, sys.path))
     process = subprocess.Popen(
         [*command, json.dumps(list(arguments))],
@@ -86,7 +86,7 @@ def _process(
 
 @contextmanager
 def _ended_after(seconds: float, process: "subprocess.Popen[bytes]") -> Iterator[list[bool]]:
-    """End the process after so long; the list is no longer empty then."""
+    """End the process after a time [s]; the list is not empty once it was ended."""
     ended: list[bool] = []
 
     def end() -> None:
@@ -103,7 +103,7 @@ def _ended_after(seconds: float, process: "subprocess.Popen[bytes]") -> Iterator
 
 
 def _how_it_ended(code: int, printed: IO[bytes]) -> str:
-    """An exit code in words; beyond 255 is Windows, where it is the number of an exception."""
+    """Description of an exit code; codes above 255 are exception numbers of Windows."""
     if code < 0:
         return f"crashed ({signal.Signals(-code).name})"
     printed.seek(0)
@@ -113,7 +113,10 @@ def _how_it_ended(code: int, printed: IO[bytes]) -> str:
 
 
 def _receive(stream: IO[bytes]) -> Any:
-    """The result that the process wrote; EOFError where it ended before, and an error is raised as it was."""
+    """Result that the process wrote.
+
+    Raises EOFError if the process ended before it wrote one, and raises the function's own error again.
+    """
     line = stream.readline()
     if not line.endswith(b"\n"):
         raise EOFError
@@ -126,7 +129,7 @@ def _receive(stream: IO[bytes]) -> Any:
 
 
 def _error(name: str, text: str) -> Exception:
-    """An error of a type by its name; its text is made already, and its constructor is not asked again."""
+    """Error from the name of its type and its final text, which its constructor would format again."""
     kind: type[Exception] = {"MemoryError": MemoryError}.get(name, getattr(errors, name, OSError))
     error: Exception = kind.__new__(kind)
     error.args = (text,)
@@ -134,7 +137,7 @@ def _error(name: str, text: str) -> Exception:
 
 
 def _filled(content: Any, stream: IO[bytes]) -> Any:
-    """The result with its arrays, whose numbers are read in the order in which they were written."""
+    """Result with its arrays, whose numbers are read in the order in which they were written."""
     if isinstance(content, list):
         return [_filled(item, stream) for item in content]
     if not isinstance(content, dict):
@@ -142,12 +145,12 @@ def _filled(content: Any, stream: IO[bytes]) -> Any:
     if ARRAY not in content:
         return {key: _filled(item, stream) for key, item in content.items()}
     values = np.empty(content["shape"], content[ARRAY])
-    rest = values.data.cast("B") if values.size else memoryview(b"")
-    while rest:
-        count = stream.readinto(rest)  # type: ignore[attr-defined]  # which pipes have
+    unfilled = values.data.cast("B") if values.size else memoryview(b"")
+    while unfilled:
+        count = stream.readinto(unfilled)  # type: ignore[attr-defined]  # pipes have it
         if not count:
             raise EOFError
-        rest = rest[count:]
+        unfilled = unfilled[count:]
     return values
 
 
@@ -155,18 +158,18 @@ def main(arguments: Sequence[str]) -> None:
     """Call the function, and write its result or an error to the standard output.
 
     Args:
-        arguments: Number of the parent, memory [B], "module:function", and the function's arguments as JSON.
+        arguments: Process ID of the parent, memory [B], "module:function", and the arguments as JSON.
     """
-    parent, memory, place, given = arguments
+    parent, memory, place, packed = arguments
     end_with_parent(int(parent), sys.stdin.read)
     _limit(int(memory))
-    # Whatever libraries print goes elsewhere than the result.
+    # The output of libraries must not mix with the result.
     with os.fdopen(os.dup(1), "wb") as stream:
         os.dup2(2, 1)
         module, name = place.split(":")
         arrays: list[np.ndarray] = []
         try:
-            content = {"result": _emptied(getattr(import_module(module), name)(*json.loads(given)), arrays)}
+            content = {"result": _emptied(getattr(import_module(module), name)(*json.loads(packed)), arrays)}
         except (errors.ExidynError, MemoryError, OSError) as error:
             content = {"error": type(error).__name__, "text": str(error)}
             if isinstance(error, OSError) and error.errno is not None:
@@ -177,7 +180,7 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def _emptied(content: Any, arrays: list[np.ndarray]) -> Any:
-    """The result without the numbers of its arrays, which are collected."""
+    """Result with a placeholder for each array; the arrays are appended to `arrays`."""
     if isinstance(content, np.ndarray):
         arrays.append(np.ascontiguousarray(content))
         return {ARRAY: content.dtype.str, "shape": content.shape}
@@ -187,7 +190,7 @@ def _emptied(content: Any, arrays: list[np.ndarray]) -> Any:
 
 
 def _limit(memory: int) -> None:
-    """Let allocations beyond it fail, so that a damaged size is an error and no other program has to go."""
+    """Let larger allocations fail: a damaged size causes an error and takes no memory from other programs."""
     if sys.platform != "win32":
         from resource import RLIMIT_DATA, RLIMIT_FSIZE, setrlimit
 

@@ -1,4 +1,4 @@
-"""Model: a robot, the effects that make its torque, and what lies between it and its recordings."""
+"""Model: a robot, the effects that produce its torque, and the measurements that shape its recordings."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ from .measurements import Gear, Measurement
 from .notebook import InNotebook
 
 CHUNK = 2000
-"""Samples whose full-rate regressor is held at once; a few megabytes stay in the cache."""
+"""Samples per piece of a full-rate regressor; a few megabytes fit into the cache."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,11 +25,11 @@ class Model(InNotebook):
 
     Attributes:
         robot: Kinematics, limits and drives.
-        effects: What makes torque; order is the order of the columns.
-        stated: Priors about parameters by name, beyond the robot's inertias.
-        bounded: Names of those that are certain to be within the square root of three deviations.
-        measurements: What makes a recording differ from the motion and torque of rigid joints: delays, gears
-            that give way, clipped currents. A fit takes it out of recordings, and a simulation puts it in.
+        effects: Contributions to the torque, in the order of the regressor's columns.
+        stated: Priors of parameters by name, beyond the robot's inertias.
+        bounded: Names of the parameters that are certain to lie within sqrt(3) standard deviations.
+        measurements: Reasons why a recording differs from the motion and torque of rigid joints: delays,
+            compliant gears, clipped currents. A fit removes them from recordings, and a simulation adds them.
     """
 
     robot: Robot
@@ -54,13 +54,13 @@ class Model(InNotebook):
         return f"Model of {self.robot.name}: {self.robot.dof} joints, {len(self.names)} parameters: {parts}"
 
     def with_values(self, **values: float) -> "Model":
-        """Return the model with other nominal values; standard deviations stay as they are.
+        """Return the model with other nominal values and unchanged standard deviations.
 
         Example:
             >>> robot("kr270").with_values(Fv2=30.0)
 
         Raises:
-            RobotError: There is no such parameter; the message lists the valid ones.
+            RobotError: There is no such parameter; the message lists the valid parameters.
         """
         priors = dict(zip(self.names, self.priors, strict=True))
         if unknown := [name for name in values if name not in priors]:
@@ -71,23 +71,23 @@ class Model(InNotebook):
         return replace(self, stated={**self.stated, **changed})
 
     def at(self, values: np.ndarray) -> "Model":
-        """The same model whose nominal values are these (p,), with the deviations that it has."""
+        """Model with nominal values (p,) and unchanged standard deviations."""
         priors = zip(self.names, values, self.priors, strict=True)
         return replace(self, stated={name: Prior(float(value), prior.std) for name, value, prior in priors})
 
     @property
     def parameters(self) -> list[Parameter]:
-        """Linear unknowns of all effects, one a column."""
+        """Linear parameters of all effects, one per column."""
         return [parameter for effect in self.effects for parameter in effect.parameters(self.robot)]
 
     @property
     def names(self) -> list[str]:
-        """Names of the parameters, one a column."""
+        """Names of the parameters, one per column."""
         return [parameter.name for parameter in self.parameters]
 
     @property
     def priors(self) -> list[Prior]:
-        """What is held true of each parameter; value zero and infinite deviation where nothing is."""
+        """Prior of each parameter; without one, the value is zero and the standard deviation infinite."""
         known = {n: b for effect in self.effects for n, b in effect.priors(self.robot).items()}
         known |= self.stated
         return [known.get(name, Prior(0.0)) for name in self.names]
@@ -99,10 +99,10 @@ class Model(InNotebook):
 
     @property
     def inertias(self) -> list[slice]:
-        """Columns that are the ten parameters of one rigid body each."""
+        """Columns of the ten parameters of each rigid body."""
         return [
-            slice(own.start + body.start, own.start + body.stop)
-            for effect, own in zip(self.effects, self.columns, strict=True)
+            slice(columns.start + body.start, columns.start + body.stop)
+            for effect, columns in zip(self.effects, self.columns, strict=True)
             for body in effect.inertias(self.robot)
         ]
 
@@ -114,41 +114,43 @@ class Model(InNotebook):
 
     @property
     def payloads(self) -> dict[str, Effect]:
-        """Bodies that runs may carry on the flange, by name."""
+        """Payloads that runs may carry on the flange, by name."""
         return {effect.payload: effect for effect in self.effects if effect.payload}
 
     @property
     def delay(self) -> np.ndarray:
-        """Time by which the effort of each joint is recorded later than its position, shape (n,) [s]."""
-        return sum((one.delay(self.robot) for one in self.measurements), np.zeros(self.robot.dof))
+        """Delay of each joint's recorded effort behind its position, shape (n,) [s]."""
+        return sum(
+            (measurement.delay(self.robot) for measurement in self.measurements), np.zeros(self.robot.dof)
+        )
 
     @property
     def current_limit(self) -> np.ndarray:
-        """Largest effort of each joint that is recorded, infinite without a limit, shape (n,) [A, N m]."""
+        """Largest effort that is recorded of each joint, infinite without a limit, shape (n,) [A, N m]."""
         return np.min(
             [np.full(self.robot.dof, np.inf), *(m.current_limit(self.robot) for m in self.measurements)], 0
         )
 
     def recorded(self, torque: np.ndarray) -> np.ndarray:
-        """Drive gains times the currents that are recorded at motor torques (..., n), as many [N m]."""
+        """Drive gains times the currents that are recorded at motor torques (..., n), same shape [N m]."""
         for measurement in self.measurements:
             torque = measurement.recorded(self.robot, torque)
         return torque
 
-    def restored(self, shown: np.ndarray) -> np.ndarray:
-        """Motor torques for drive gains times recorded currents (t, n), as many [N m]."""
+    def restored(self, torque: np.ndarray) -> np.ndarray:
+        """Motor torques from drive gains times recorded currents (t, n), same shape [N m]."""
         for measurement in reversed(self.measurements):
-            shown = measurement.restored(self.robot, shown)
-        return shown
+            torque = measurement.restored(self.robot, torque)
+        return torque
 
     @property
     def gears(self) -> tuple[Gear, ...]:
         """Gears that are not rigid."""
-        return tuple(one for one in self.measurements if isinstance(one, Gear))
+        return tuple(part for part in self.measurements if isinstance(part, Gear))
 
     def shares(self, values: np.ndarray) -> list[tuple[Effect, np.ndarray]]:
-        """Each effect with its own of the parameters (p,)."""
-        return [(effect, values[own]) for effect, own in zip(self.effects, self.columns, strict=True)]
+        """Each effect with its values, out of the values (p,) of all parameters."""
+        return [(effect, values[columns]) for effect, columns in zip(self.effects, self.columns, strict=True)]
 
     def regressor(self, motion: Motion) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
@@ -157,9 +159,10 @@ class Model(InNotebook):
     def pieces(
         self, motion: Motion, loading: "Model | None" = None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Regressor (t, n, p) and known torque (t, n) of a whole run, piece by piece to spare memory.
+        """Regressor (t, n, p) and known torque (t, n) of a run, in pieces to save memory.
 
-        Effects with a memory see the run at once; the load on gears is that of `loading`, or of this model.
+        Effects with memory, such as hysteresis, are evaluated over the entire run. The load on the gears is
+        taken from `loading`, by default from this model.
         """
         known = {
             place: e.regressor(self.robot, motion) for place, e in enumerate(self.effects) if not e.pointwise
@@ -178,7 +181,7 @@ class Model(InNotebook):
         return np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
 
     def known_torque(self, motion: Motion) -> np.ndarray:
-        """Torque that no parameter scales (a known payload), shape (t, n) [N m]."""
+        """Torque that depends on no parameter (a known payload), shape (t, n) [N m]."""
         return sum((e.known_torque(self.robot, motion) for e in self.effects), np.zeros_like(motion.position))
 
     def torque(self, motion: Motion, values: np.ndarray) -> np.ndarray:
@@ -188,10 +191,10 @@ class Model(InNotebook):
     def bodies_apart(
         self, values: np.ndarray, payload: str
     ) -> tuple[pin.Model, list[tuple[Effect, np.ndarray]]]:
-        """The joints with the bodies that parameters (p,) give them, and other effects with their parameters.
+        """Kinematics with the rigid bodies of parameters (p,), and the other effects with their values.
 
         Raises:
-            WrongShape: Not a value a parameter.
+            WrongShape: The number of values is not the number of parameters.
         """
         kinematics, others = self.robot.kinematics.copy(), []
         kinematics.armature = np.zeros(kinematics.nv)
@@ -201,20 +204,20 @@ class Model(InNotebook):
         if values.shape != (len(self.parameters),):
             raise WrongShape(
                 f"{self.robot.name}: values have shape {values.shape}, expected ({len(self.parameters)},), "
-                "one a parameter of the model"
+                "one per parameter of the model"
             )
-        for effect, own in self.shares(values):
-            bodies = effect.bodies(self.robot, own, payload)
+        for effect, share in self.shares(values):
+            bodies = effect.bodies(self.robot, share, payload)
             for link, body in bodies.items():
                 kinematics.inertias[link + 1] += body
             if not bodies:
-                others.append((effect, own))
+                others.append((effect, share))
         return kinematics, others
 
     def gear_torque(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Torque of the joints beyond that of rigid gears, and how far motors lead their links, along a run.
+        """Additional joint torque due to compliant gears, and lead of the motors over the links, along a run.
 
-        The load of the gears is nominal. Shapes (t, n) [N m] and (t, n) [rad].
+        The load of the gears is nominal. Both have shape (t, n), in [N m] and [rad].
         """
         torque, lead = np.zeros((2, *motion.position.shape))
         if not self.gears:
@@ -231,15 +234,15 @@ class Model(InNotebook):
     def motion_gradient(
         self, motion: Motion, weights: np.ndarray, known: np.ndarray | None = None
     ) -> MotionGradient:
-        """Derivatives of sum(weights * regressor) + sum(known * known torque) by a loaded motion.
+        """Derivatives of sum(weights * regressor) + sum(known * known torque) with respect to the motion.
 
-        It has the load that `loaded` gives it, so that what the load gains is passed on. Weights are (t, n,
-        p); known is (t, n), or nothing.
+        The motion has the load that `loaded` computes; derivatives with respect to the load are propagated
+        to the motion. Weights have shape (t, n, p); `known` has shape (t, n), or is None for zeros.
         """
         known = np.zeros_like(motion.position) if known is None else known
         total = MotionGradient.none(motion.position.shape)
-        for effect, own in zip(self.effects, self.columns, strict=True):
-            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, own], known)
+        for effect, columns in zip(self.effects, self.columns, strict=True):
+            total = total + effect.motion_gradient(self.robot, motion, weights[:, :, columns], known)
         if not np.any(total.load):
             return total
         gears = self._transmitted
@@ -248,17 +251,17 @@ class Model(InNotebook):
 
     @property
     def _transmitted(self) -> "Model":
-        """The part of the model whose torque the gears transmit."""
+        """Model of the effects whose torque the gears transmit."""
         return replace(self, effects=tuple(e for e in self.effects if e.transmitted))
 
     def loaded(self, motion: Motion) -> Motion:
-        """The motion with the nominal torque that gears transmit; unchanged if no effect needs it."""
+        """Motion with the nominal torque that the gears transmit; unchanged if no effect needs it."""
         if not any(effect.needs_load for effect in self.effects):
             return motion
         return replace(motion, load=self.gear_load(motion))
 
     def gear_load(self, motion: Motion) -> np.ndarray:
-        """Nominal torque that gears transmit, formed in pieces to spare memory, shape (t, n) [N m]."""
+        """Nominal torque that the gears transmit, computed in pieces to save memory, shape (t, n) [N m]."""
         part = self._transmitted
         values, starts = part.nominal_values, range(0, len(motion), CHUNK)
         return np.concatenate([part.torque(motion[start : start + CHUNK], values) for start in starts])

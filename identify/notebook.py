@@ -1,4 +1,4 @@
-"""What a notebook shows of a value: its text in HTML, and optional packages that it may lack."""
+"""Text of a value as HTML for notebooks, and the import of optional packages."""
 
 from html import escape
 from importlib import import_module
@@ -7,23 +7,23 @@ from typing import Any
 from .errors import MissingPackage
 
 
-def counted(count: int, what: str) -> str:
+def counted(count: int, noun: str) -> str:
     """A number with its noun, such as "1 run" or "6 joints"."""
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 class InNotebook:
-    """A value whose text is what a notebook shows."""
+    """Base of values that a notebook shows as text."""
 
     def _repr_html_(self) -> str:
         return f'<pre style="line-height: 1.35">{escape(repr(self))}</pre>'
 
 
 def optional(package: str, purpose: str, extra: str = "notebook") -> Any:
-    """A package, or a module of it, that an extra of exidyn brings.
+    """An optional package, or a module of it, which an extra of exidyn installs.
 
     Raises:
-        MissingPackage: It is not installed; names the extra.
+        MissingPackage: It is not installed; the message names the extra.
     """
     try:
         return import_module(package)

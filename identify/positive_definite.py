@@ -1,8 +1,8 @@
-"""Factors of symmetric matrices made from data: normal matrices and covariances, whatever their rank.
+"""Cholesky factors of normal matrices and covariances of any rank.
 
-In exact arithmetic such a matrix has no negative eigenvalue. Rounding gives it some where the data do not
-determine a direction, and then Cholesky's method ends in an error. Here it ends in a factor all the same,
-which says which directions are not determined.
+In exact arithmetic such a matrix has no negative eigenvalue. In a direction that the data do not determine,
+rounding may make one, and a Cholesky factorization fails. The functions here return a factor nevertheless,
+with the undetermined directions.
 """
 
 from typing import NamedTuple
@@ -14,20 +14,21 @@ from scipy.linalg import lapack
 from .errors import FitError
 
 ROUNDING = 1e-12
-"""Eigenvalue of a matrix with a unit diagonal below which it is rounding: a sum of some thousand products has
-lost four of sixteen digits."""
+"""Eigenvalues of a matrix with a unit diagonal that count as rounding errors are below this: a sum of some
+thousand products has lost four of sixteen digits."""
 NOTHING = 1e-30
-"""Element on the diagonal below which a row is zero: the square of a femtometre or a femtonewton."""
+"""Diagonal element below which a row counts as zero: the square of a femtometer or a femtonewton."""
 
 
 class Factor(NamedTuple):
-    """A factor of a matrix (n, n) whose rows and columns were multiplied by a scale.
+    """Factor of a matrix (n, n) whose rows and columns were multiplied by a scale.
 
     Attributes:
-        triangle: Upper triangle R (n, n), the scaled matrix being R^T R; what is below it means nothing.
-        scale: One over the root of the diagonal, shape (n,).
-        undetermined: Unit vectors of the scaled unknowns of which the matrix shows nothing but rounding, as
-            columns, shape (n, k); their eigenvalue was raised to what stands out of rounding.
+        triangle: Upper triangle R (n, n) with R^T R equal to the scaled matrix; ignore what is below the
+            diagonal.
+        scale: One over the square root of the diagonal, shape (n,).
+        undetermined: Undetermined directions: unit vectors of the scaled unknowns, as columns, shape (n, k).
+            Their eigenvalues were raised to the level of rounding errors.
     """
 
     triangle: np.ndarray
@@ -36,21 +37,21 @@ class Factor(NamedTuple):
 
 
 def factored(matrix: np.ndarray, ridge: float = 0.0) -> Factor:
-    """Factor of a symmetric matrix (n, n) without negative eigenvalues, but for rounding.
+    """Factor of a symmetric matrix (n, n) whose eigenvalues are not negative, except for rounding.
 
     Args:
         matrix: Normal matrix or covariance.
-        ridge: Added to the diagonal after scaling, so that unknowns that no row determines come out as zero.
+        ridge: Number added to the diagonal after scaling, so that undetermined unknowns become zero.
 
     Raises:
-        FitError: It is not finite.
+        FitError: The matrix is not finite.
     """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), NOTHING))
     scaled = matrix * scale[:, None] * scale
     scaled[np.diag_indices_from(scaled)] += ridge
-    # LAPACK itself: thousands of matrices are factored, and what SciPy adds takes as long as many of them.
+    # LAPACK is called directly: thousands of matrices are factored, and SciPy's checks take longer than that.
     triangle, failed = lapack.dpotrf(scaled, clean=0)
-    # LAPACK lets NaN pass, which is not above anything.
+    # LAPACK does not report NaN; no comparison with NaN is true.
     if not failed and np.min(np.diagonal(triangle)) > np.sqrt(ROUNDING):
         return Factor(triangle, scale, np.zeros((len(scale), 0)))
     return _singular(scaled, scale)
@@ -64,52 +65,52 @@ def solve(factor: Factor, right: np.ndarray) -> np.ndarray:
 
 
 def root(matrix: np.ndarray) -> np.ndarray:
-    """Lower triangle L (n, n) of a matrix as of `factored`, which is L L^T.
+    """Lower triangle L (n, n) with L L^T equal to a matrix that `factored` accepts.
 
     Raises:
-        FitError: It is not finite.
+        FitError: The matrix is not finite.
     """
     factor = factored(matrix)
     return np.asarray(np.triu(factor.triangle).T / factor.scale[:, None])
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
-    """Inverse (n, n) of a matrix as of `factored`.
+    """Inverse (n, n) of a matrix that `factored` accepts.
 
     Raises:
-        FitError: It is not finite.
+        FitError: The matrix is not finite.
     """
     return solve(factored(matrix), np.eye(len(matrix)))
 
 
 def covariance(factor: Factor) -> np.ndarray:
     """Inverse of a normal matrix, shape (n, n); variances of undetermined unknowns are infinite."""
-    whole = solve(factor, np.eye(len(factor.scale)))
-    whole = 0.5 * (whole + whole.T)
+    inverted = solve(factor, np.eye(len(factor.scale)))
+    inverted = 0.5 * (inverted + inverted.T)
     unknown = np.any(np.square(factor.undetermined) > ROUNDING, axis=1)
-    whole[unknown, unknown] = np.inf
-    return whole
+    inverted[unknown, unknown] = np.inf
+    return inverted
 
 
 def whitening(factor: Factor) -> np.ndarray:
-    """Rows W (n, n) that make unknowns of this covariance M independent, of deviation one: W M W^T = 1."""
+    """Matrix W (n, n) that whitens unknowns with covariance M: W M W^T = 1."""
     inverse, _ = lapack.dtrtri(np.triu(factor.triangle))
     return np.asarray(inverse.T * factor.scale)
 
 
 def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Eigenvalues (n,) above rounding, eigenvectors (n, n), and which were rounding (n,), of a scaled matrix.
+    """Eigenvalues (n,), eigenvectors (n, n) of a scaled matrix, and a mask (n,) of those that are rounding.
 
-    An eigenvalue below zero shows up to which size the others are rounding.
+    Eigenvalues are raised to the level of rounding errors, which a negative eigenvalue reveals.
 
     Raises:
-        FitError: It is not finite.
+        FitError: The matrix is not finite.
     """
     if not np.all(np.isfinite(scaled)):
         count = np.count_nonzero(~np.isfinite(scaled))
         raise FitError(
-            f"{count} of {scaled.size} numbers of a covariance or of equations are not finite; values, "
-            "deviations or weights behind them are too large: check their units"
+            f"{count} of {scaled.size} elements of a covariance or normal matrix are not finite; the values, "
+            "standard deviations or weights behind them are too large: check their units"
         )
     values, axes = np.linalg.eigh(scaled)
     least = max(ROUNDING, -2.0 * float(values[0]))
@@ -117,31 +118,32 @@ def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def after_unit_prior(rows: np.ndarray) -> np.ndarray:
-    """Covariance (p, p) of unknowns of unit prior variance after rows (b, p) of unit noise.
+    """Posterior covariance (p, p) of unknowns with unit prior variance, given rows (b, p) with unit noise.
 
-    The inverse of rows^T rows + 1, by singular values: the sum would lose the prior beside rows of 1e8.
+    This is the inverse of rows^T rows + 1, computed from singular values: beside rows of 1e8 the sum would
+    lose the prior.
 
     Raises:
-        FitError: They are not finite.
+        FitError: The rows are not finite.
     """
     if not np.all(np.isfinite(rows)):
         raise FitError(
-            "deviations of the fit are too small beside those of nominal values: check their units"
+            "standard deviations of the fit are too small beside those of nominal values: check their units"
         )
     _, sizes, axes = linalg.svd(rows, full_matrices=True, lapack_driver="gesvd")
-    left = np.ones(rows.shape[1])
-    left[: len(sizes)] = 1.0 / np.hypot(1.0, sizes)
-    spread = axes.T * left
+    std = np.ones(rows.shape[1])
+    std[: len(sizes)] = 1.0 / np.hypot(1.0, sizes)
+    spread = axes.T * std
     return spread @ spread.T
 
 
 def _singular(scaled: np.ndarray, scale: np.ndarray) -> Factor:
-    """Factor of a scaled matrix that is not positive definite to the last digits."""
+    """Factor of a scaled matrix that is numerically not positive definite."""
     values, axes = np.full(len(scale), ROUNDING), np.eye(len(scale))
-    rounding, shown = np.ones(len(scale), bool), np.flatnonzero(np.any(scaled, axis=1))
-    if shown.size:  # rows of zeros stay apart from the others to the last digit
-        place = np.ix_(shown, shown)
-        values[shown], axes[place], rounding[shown] = spectrum(scaled[place])
+    rounding, nonzero = np.ones(len(scale), bool), np.flatnonzero(np.any(scaled, axis=1))
+    if nonzero.size:  # keeps rows of zeros exactly separate from the others
+        place = np.ix_(nonzero, nonzero)
+        values[nonzero], axes[place], rounding[nonzero] = spectrum(scaled[place])
     triangle = np.asarray(np.linalg.qr((axes * np.sqrt(values)).T, mode="r"))
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
     return Factor(triangle * signs[:, None], scale, axes[:, rounding])

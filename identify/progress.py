@@ -1,8 +1,8 @@
-"""Stage: a sentence about work that begins, and which part of the whole that is."""
+"""Progress messages: a sentence about the work that begins, with the name of its stage."""
 
 
 class StageText(str):
-    """A sentence that a command prints, with the name of the stage that it begins.
+    """A sentence that a command prints when a stage begins, with the name of the stage.
 
     Example:
         >>> StageText("filter", "filter and differentiate").stage

@@ -1,4 +1,4 @@
-"""Quantity: a physical number with what is known of it."""
+"""Quantity: a physical value with its standard deviation and unit."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from .text_table import NORMAL_95
 
 @dataclass(frozen=True, repr=False)
 class Quantity:
-    """A physical number, its standard deviation, NaN where the data do not determine it, and its unit.
+    """A physical value, its standard deviation (NaN if the data do not determine it), and its unit.
 
     Example:
         >>> Quantity(2.0, 0.1, "N m").interval

@@ -1,9 +1,9 @@
-"""Schemas: files that exidyn wrote and that a person may have edited are checked before anything uses them.
+"""Schemas that check files before use: exidyn wrote them, but a person may have edited them.
 
 A schema is a frozen `msgspec.Struct`. Its annotations are the types and ranges of single values; its
-`__post_init__` checks what has to agree between fields, by the `check_` functions here; with
-`forbid_unknown_fields` a key that it lacks is refused. What is wrong is told in one line: the file, the
-field, what was expected, and the value; of TOML, whose errors are a `RobotError`, in its own words.
+`__post_init__` checks that fields agree with each other, with the `check_` functions here;
+`forbid_unknown_fields` refuses unknown keys. An error is one line with the file, the field, what was
+expected, and the value. Errors in TOML files are a `RobotError` and use the terms of TOML.
 """
 
 import re
@@ -17,14 +17,14 @@ from msgspec import Meta
 from .errors import ExidynError, NotAFile, RobotError, UnknownKey
 
 LARGEST = 1e100
-"""Size of a number, at most: the product of three is still a number, and nothing of an arm comes near it."""
+"""Largest magnitude of a number: the product of three does not overflow, and no arm needs larger numbers."""
 NEGATIVE = 1e-6
-"""Negative eigenvalue of a correlation matrix, at most: what rounding and printing leave of zero."""
+"""Largest magnitude of a negative eigenvalue of a correlation matrix, due to rounding and printing."""
 SHOWN = 60
-"""Characters of a wrong value in a message."""
+"""Maximum length of a wrong value in a message, in characters."""
 
 Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
-"""Finite."""
+"""A finite number of plausible magnitude."""
 LARGEST_FLOAT = 1.7e308
 """Size of a number that a simulation may leave when it diverges, at most."""
 if TYPE_CHECKING:
@@ -37,13 +37,13 @@ else:
 
 Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
 Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
-"""Zero or above, as a deviation or a root mean square is."""
+"""A number of at least zero, such as a standard deviation or a root mean square."""
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 JointNumber = Annotated[int, Meta(ge=1, le=2**53)]
-"""From 1."""
+"""Number of a joint, from 1."""
 Written = Number | Literal["inf", "-inf", "nan"]
-"""A number of which fit.json writes what is not finite as text."""
+"""A number in fit.json, which holds numbers that are not finite as text."""
 SizeWritten = Size | Literal["inf", "nan"]
 NumberOrNull = Number | None
 SizeOrNull = Size | None
@@ -59,11 +59,11 @@ OF_TOML = {
     "str": "text in quotes", "float": "number", "int": "whole number", "bool": "true or false",
     "object": "table", "array": "list",
 }  # fmt: skip
-"""What msgspec calls a type -> what it is called where people write TOML."""
+"""Name of a type in msgspec -> its name in messages about TOML."""
 
 
 class Disagreement(ValueError):
-    """Fields that do not agree; msgspec puts before it where they are."""
+    """Fields that do not agree; msgspec adds their place to the message."""
 
 
 def checked(
@@ -85,8 +85,8 @@ def checked(
         written: The table as the file has it, for the value in a message, where the table was changed.
 
     Raises:
-        ExidynError: Of that type; the message names the field, what is expected, and the value.
-        UnknownKey: In place of a `RobotError`, with the keys that are valid.
+        ExidynError: The content is wrong; the message names the field, what is expected, and the value.
+        UnknownKey: A key is unknown and `error` is a `RobotError`; the message lists the valid keys.
     """
     try:
         return msgspec.convert(table, schema, dec_hook=read)
@@ -99,8 +99,8 @@ def checked(
         of_table = bool(missing or unknown or by_check)
         place = f"{where}{_place(path.lstrip('.'), toml, of_table)}"
         if unknown:
-            kept = UnknownKey(unknown[1], place, _keys(schema, path))
-            raise (kept if toml else error(str(kept))) from None
+            unknown_key = UnknownKey(unknown[1], place, _keys(schema, path))
+            raise (unknown_key if toml else error(str(unknown_key))) from None
         if missing:
             raise error(f"{place}: key '{missing[1]}' is missing") from None
         if of_table:
@@ -115,7 +115,7 @@ def checked(
 
 
 def _place(path: str, toml: bool, of_table: bool) -> str:
-    """Where in a file: of JSON as msgspec has it, of TOML the table in brackets and the key behind it."""
+    """Place in a file: for JSON the path from msgspec, for TOML the table in brackets and the key."""
     if not toml or not path:
         return f": {path}" if path else ""
     table, _, key = (path, "", "") if of_table else path.rpartition(".")
@@ -128,7 +128,7 @@ def _of_toml(kind: re.Match[str]) -> str:
 
 
 def _keys(schema: Any, path: str) -> list[str]:
-    """Keys of the struct at a path of msgspec."""
+    """Keys of the struct at a path from msgspec."""
     for step in STEP.finditer(path):
         if step["name"]:
             schema = next(f.type for f in _fields(schema) if f.encode_name == step["name"])
@@ -136,14 +136,14 @@ def _keys(schema: Any, path: str) -> list[str]:
 
 
 def _fields(kind: Any) -> tuple[msgspec.structs.FieldInfo, ...]:
-    """Fields of a struct, or of the one inside an annotation such as a list of it."""
+    """Fields of a struct, or of the struct inside an annotation such as a list of structs."""
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         return msgspec.structs.fields(kind)
-    return next((found for part in get_args(kind) if (found := _fields(part))), ())
+    return next((inner for part in get_args(kind) if (inner := _fields(part))), ())
 
 
 def _shown_at(table: object, path: str) -> str:
-    """The value at a path of msgspec, which does not tell the names of tables' entries."""
+    """Value at a path from msgspec, which omits the keys of mappings."""
     value = table
     for step in STEP.finditer(path):
         if step["any"]:
@@ -153,7 +153,7 @@ def _shown_at(table: object, path: str) -> str:
 
 
 def shown(value: object) -> str:
-    """A value in a message, cut off where it is long."""
+    """Text of a value for a message, cut off if it is long."""
     if isinstance(value, list | dict) and len(value) > SHOWN:
         return f"{type(value).__name__} of {len(value)}"
     text = repr(value) if not isinstance(value, int) or abs(value) < 10**SHOWN else "a number of many digits"
@@ -164,66 +164,66 @@ def check(holds: bool, field: str, value: object, expected: str) -> None:
     """Refuse a field that does not agree with the others.
 
     Raises:
-        Disagreement: It does not hold.
+        Disagreement: `holds` is false.
     """
     if not holds:
         raise Disagreement(f"{_small(field)}: expected {expected}; found {shown(value)}")
 
 
-def check_length(values: Sized | None, field: str, length: int, of: str) -> None:
-    """Refuse a list of another length; one that is not there is not checked.
+def check_length(values: Sized | None, field: str, length: int, description: str) -> None:
+    """Refuse a list whose length differs from `length`; None, for a missing list, passes.
 
     Raises:
-        Disagreement: With the field and both lengths.
+        Disagreement: The length differs; the message names the field and both lengths.
     """
     if values is not None and len(values) != length:
-        raise Disagreement(f"{_small(field)}: expected {length} values, {of}; found {len(values)}")
+        raise Disagreement(f"{_small(field)}: expected {length} values, {description}; found {len(values)}")
 
 
-def check_rows(rows: Sequence[Sized] | None, field: str, width: int, of: str) -> None:
-    """Refuse a table of which a row has another length.
+def check_rows(rows: Sequence[Sized] | None, field: str, width: int, description: str) -> None:
+    """Refuse a table with a row whose length differs from `width`.
 
     Raises:
-        Disagreement: With the first such row.
+        Disagreement: A length differs; the message names the first such row.
     """
     for place, row in enumerate(rows or ()):
-        check_length(row, f"{field}[{place}]", width, of)
+        check_length(row, f"{field}[{place}]", width, description)
 
 
 def check_different(values: Sequence[Any], field: str) -> None:
-    """Refuse a list that has something twice.
+    """Refuse a list with repeated values.
 
     Raises:
-        Disagreement: With the first that was there before.
+        Disagreement: A value is repeated; the message names the first.
     """
     seen: set[Any] = set()
     for place, value in enumerate(values):
-        check(value not in seen, f"{field}[{place}]", value, "what is not in the list before")
+        check(value not in seen, f"{field}[{place}]", value, "a value not listed before")
         seen.add(value)
 
 
 def check_known(values: Sequence[Any], field: str, known: Collection[Any], expected: str) -> None:
-    """Refuse a list that has something unknown.
+    """Refuse a list with unknown values.
 
     Raises:
-        Disagreement: With the first.
+        Disagreement: A value is unknown; the message names the first.
     """
     for place, value in enumerate(values):
         check(value in known, f"{field}[{place}]", value, expected)
 
 
 def check_joints(numbers: Sequence[int], field: str, count: int) -> None:
-    """Refuse numbers of joints, from 1, that an arm of so many joints does not have, or has there twice.
+    """Refuse joint numbers that are repeated, or not between 1 and the number of joints, `count`.
 
     Raises:
-        Disagreement: With the first.
+        Disagreement: A number is wrong; the message names the first.
     """
     check_known(numbers, field, range(1, count + 1), f"the number of a joint, from 1 to {count}")
     check_different(numbers, field)
 
 
 def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
-    """Refuse a matrix (n, n) that is no covariance.
+    """Refuse a matrix (n, n) that is not a covariance.
 
     Raises:
         Disagreement: A variance below zero, asymmetry, a correlation beyond one, an eigenvalue below zero.
@@ -237,7 +237,7 @@ def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
     for k, j in np.argwhere(np.abs(matrix - matrix.T) > NEGATIVE * scale)[:1]:
         check(False, f"{field}[{k}][{j}]", rows[k][j], f"{rows[j][k]}, which is {field}[{j}][{k}]")
     for k, j in np.argwhere(np.abs(matrix) > (1.0 + NEGATIVE) * scale)[:1]:
-        limit = f"at most {scale[k, j]:.3g} in size, the product of both deviations"
+        limit = f"at most {scale[k, j]:.3g} in size, the product of both standard deviations"
         check(False, f"{field}[{k}][{j}]", rows[k][j], limit)
     known = std > 0.0
     correlation = matrix[np.ix_(known, known)] / std[known] / std[known][:, None]
@@ -247,5 +247,5 @@ def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
 
 
 def _small(field: str) -> str:
-    """Messages of checks begin in lower case, by which they are told from those of msgspec."""
+    """Field for a message: messages of checks begin in lower case, unlike those of msgspec."""
     return field if field[:1].islower() else f"field {field}"

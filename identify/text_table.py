@@ -7,29 +7,29 @@ from collections.abc import Sequence
 import numpy as np
 
 WIDTH = 80
-"""Columns of a page: what every terminal shows."""
+"""Width of a page in characters, which every terminal can show."""
 INDENT = 2
-"""Columns that are left to who indents a table."""
+"""Width reserved for callers that indent a table, in characters."""
 TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> ")
-"""What no line begins with."""
+"""Texts inside which no line is broken."""
 STAYS = "\N{NO-BREAK SPACE}"
 LEAST_SENTENCE = 20
 """Width below which a column of sentences is not wrapped."""
 KEYS = 2
-"""Columns on the left, at most, that stand beside those below once more."""
+"""Maximum number of columns on the left that are repeated beside columns moved below."""
 MOST_NARROW = 5
-"""Width to which heads of columns are folded at most."""
+"""Least width to which the heads of columns are folded."""
 
 NORMAL_95 = 1.96
-"""Half of a 95 % interval over the standard deviation: what ± means wherever it is printed."""
+"""Half-width of a 95 % interval in standard deviations; ± always means this interval."""
 SMALL, LARGE = 1e-4, 1e7
-"""Sizes below and above which a number is written with an exponent."""
+"""Magnitudes below and above which a number is written with an exponent."""
 UNKNOWN = "-"
-"""Shown for a number that is not known."""
+"""Text for an unknown number."""
 
 
 def digits(value: float, significant: int = 4) -> str:
-    """A number with so many significant digits; all digits before the point are kept."""
+    """A number with `significant` digits; all digits before the decimal point are kept."""
     value = float(value)
     if not np.isfinite(value):
         return UNKNOWN
@@ -42,7 +42,7 @@ def digits(value: float, significant: int = 4) -> str:
 
 
 def percent(share: float, significant: int = 2) -> str:
-    """A share in per cent, "97 %"; what is next to nothing or to all is bounded: "below 0.1 %"."""
+    """A share in percent, such as "97 %"; shares close to 0 or 1 are bounded: "below 0.1 %"."""
     if 0.0 < share < 1e-3:
         return "below 0.1 %"
     if 0.999 < share <= 1.0:
@@ -52,15 +52,15 @@ def percent(share: float, significant: int = 2) -> str:
 
 
 def fixed(value: float, places: int) -> str:
-    """A number with so many digits behind the point; what rounds to zero has no sign."""
+    """A number with `places` digits after the decimal point; a number that rounds to zero has no sign."""
     return f"{round(float(value), places) + 0.0:.{places}f}"
 
 
 def at_point(texts: Sequence[str]) -> list[str]:
-    """Numbers padded on the right so that their points stand below each other when right-aligned."""
-    behind = [len(text) - text.index(".") if "." in text and "e" not in text else 0 for text in texts]
-    widest = max(behind, default=0)
-    return [text + " " * (widest - after) for text, after in zip(texts, behind, strict=True)]
+    """Numbers padded on the right so that their decimal points align when the numbers are right-aligned."""
+    decimals = [len(text) - text.index(".") if "." in text and "e" not in text else 0 for text in texts]
+    most = max(decimals, default=0)
+    return [text + " " * (most - count) for text, count in zip(texts, decimals, strict=True)]
 
 
 def table(
@@ -68,9 +68,9 @@ def table(
 ) -> list[str]:
     """Lines of a table; columns in `left` are aligned left, the others right.
 
-    A row of one cell is a heading, written as it is. What is too wide for the page gets its heads, and the
-    sentences of a last column or the widest column of words, in several lines; if that is not enough, its
-    last columns stand below, beside those on the left once more.
+    A row of one cell is a heading, written unchanged. If the table is too wide for the page, its heads are
+    folded, then the sentences of the last column or the widest column of words are wrapped. If that is not
+    enough, the last columns are moved below, beside a copy of the columns on the left.
     """
     lines = _laid([[words] for words in head], rows, range(len(head)), left, gap)
     if not _too_wide(lines):
@@ -83,11 +83,11 @@ Heads = Sequence[Sequence[str]]
 
 
 def _narrow(
-    heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int, again: int = 0
+    heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int], gap: int, repeated: int = 0
 ) -> list[str]:
-    """Lines of a table with folded heads, its last columns below where it is still too wide.
+    """Lines of a table with folded heads; if it is still too wide, its last columns are moved below.
 
-    Of so many columns on the left that stand in it `again` the last may be left out, where there are `KEYS`.
+    The first `repeated` columns are copies; if their number is `KEYS`, the last of them may be dropped.
     """
     columns = list(range(len(heads)))
     for narrower in (gap, 1):
@@ -99,51 +99,51 @@ def _narrow(
     words = [columns[-1]] if columns[-1] in left else []
     words += [max(left, key=lambda column: widths[column])] if left and rows else []
     for column in words:
-        others = [one for one in columns if one != column]
+        others = [index for index in columns if index != column]
         beside = max(map(len, _laid(heads, rows, others, left, gap))) + gap if others else 0
         room = WIDTH - INDENT - beside
         if room >= LEAST_SENTENCE:
             return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
     if len(columns) - len(keys) < 2:
-        dropped = again == len(keys) == KEYS
-        return _narrow(*_without(keys[-1], heads, rows, left), gap, again - 1) if dropped else lines
+        dropped = repeated == len(keys) == KEYS
+        return _narrow(*_without(keys[-1], heads, rows, left), gap, repeated - 1) if dropped else lines
     for count in range(len(columns) - 1, len(keys), -1):
         first = _laid(heads, rows, columns[:count], left, gap)
         if count == len(keys) + 1 or not _too_wide(first):
             break
-    rest = [*keys, *columns[count:]]
-    below = [[row[column] for column in rest] if len(row) == len(heads) else row for row in rows]
-    under = [place for place, column in enumerate(rest) if column in left]
-    return [*first, *_narrow([heads[column] for column in rest], below, under, gap, len(keys))]
+    moved = [*keys, *columns[count:]]
+    below = [[row[column] for column in moved] if len(row) == len(heads) else row for row in rows]
+    under = [place for place, column in enumerate(moved) if column in left]
+    return [*first, *_narrow([heads[column] for column in moved], below, under, gap, len(keys))]
 
 
 def _without(
     column: int, heads: Heads, rows: Sequence[Sequence[str]], left: Sequence[int]
 ) -> tuple[Heads, list[Sequence[str]], list[int]]:
-    """The same table without one of its columns."""
+    """Heads, rows and left-aligned columns of the table after one column is removed."""
     fewer = [[*row[:column], *row[column + 1 :]] if len(row) == len(heads) else row for row in rows]
-    kept = [one - (one > column) for one in left if one != column]
-    return [*heads[:column], *heads[column + 1 :]], fewer, kept
+    still_left = [index - (index > column) for index in left if index != column]
+    return [*heads[:column], *heads[column + 1 :]], fewer, still_left
 
 
 def _widths(rows: Sequence[Sequence[str]], count: int) -> list[int]:
-    """Width of the cells of each of so many columns."""
+    """Width of the cells of each of `count` columns."""
     full = [row for row in rows if len(row) == count]
     return [max((len(row[column]) for row in full), default=0) for column in range(count)]
 
 
 def _wrapped(rows: Sequence[Sequence[str]], column: int, count: int, width: int) -> list[Sequence[str]]:
-    """Rows of `count` cells, one of which is continued below where it is wider than `width`."""
-    found: list[Sequence[str]] = []
+    """Rows of `count` cells; a cell of the column that is wider than `width` continues in rows below."""
+    wrapped: list[Sequence[str]] = []
     for row in rows:
         if len(row) != count:
-            found.append(row)
+            wrapped.append(row)
             continue
         first, *more = textwrap.wrap(row[column], width, break_on_hyphens=False) or [""]
-        found.append([*row[:column], first, *row[column + 1 :]])
-        found += [[line if place == column else "" for place in range(count)] for line in more]
-    return found
+        wrapped.append([*row[:column], first, *row[column + 1 :]])
+        wrapped += [[line if place == column else "" for place in range(count)] for line in more]
+    return wrapped
 
 
 def _too_wide(lines: Sequence[str]) -> bool:
@@ -157,7 +157,7 @@ def _laid(
     cells = _widths(rows, len(heads))
     deep = max(len(heads[column]) for column in columns)
     words = [[*[""] * (deep - len(heads[column])), *heads[column]] for column in columns]
-    widths = [max(cells[column], *map(len, own)) for column, own in zip(columns, words, strict=True)]
+    widths = [max(cells[column], *map(len, head)) for column, head in zip(columns, words, strict=True)]
     lines = []
     for row in [*zip(*words, strict=True), *rows]:
         if isinstance(row, tuple):
@@ -176,7 +176,7 @@ def _laid(
 
 
 def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
-    """Lines of each head over cells of these widths; those that differ in their number only fold alike."""
+    """Lines of each head over cells of these widths; heads that differ only in a number fold alike."""
     kinds = [re.sub(r"\d+", "", head) for head in heads]
     narrowest = {
         kind: max(MOST_NARROW, min(width for width, of in zip(cells, kinds, strict=True) if of == kind))
@@ -189,10 +189,10 @@ def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
 
 
 def paragraph(text: str, indent: str = "", first: str | None = None, width: int = WIDTH) -> list[str]:
-    """A text wrapped to the page, numbers beside their signs; lines after the first begin with `indent`."""
+    """A text wrapped to the page, with numbers and units together; later lines begin with `indent`."""
     opening = indent if first is None else first
     lines = textwrap.wrap(
-        TOGETHER.sub(lambda found: found[0].replace(" ", STAYS), text),
+        TOGETHER.sub(lambda match: match[0].replace(" ", STAYS), text),
         width,
         initial_indent=opening,
         subsequent_indent=indent,

@@ -1,4 +1,4 @@
-"""Spawned processes that do not run the program of their parent again, so that a script needs no guard."""
+"""Spawned processes that do not run the main program of their parent again, so a script needs no guard."""
 
 import sys
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -10,7 +10,7 @@ class ProcessWithoutMain(SpawnProcess):
 
     def start(self) -> None:
         main = sys.modules["__main__"]
-        sys.modules["__main__"] = ModuleType("__main__")  # it has no file that the new process would run
+        sys.modules["__main__"] = ModuleType("__main__")  # has no file that the new process could run
         try:
             super().start()
         finally:
@@ -18,6 +18,6 @@ class ProcessWithoutMain(SpawnProcess):
 
 
 class ContextWithoutMain(SpawnContext):
-    """Makes such processes."""
+    """Context of multiprocessing that starts such processes."""
 
     Process = ProcessWithoutMain

@@ -109,7 +109,9 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     clock_unit = unit_of(f"time {names[clock]}")
     # Between runs that are put one after the other there is no clock.
     if len(runs_of(time)) == 1 and (regular := regular_clock(time, log.values["position"])):
-        clock_notes.append(f"{regular.what}: import replaces them by a regular clock" * regular.certain)
+        clock_notes.append(
+            f"{regular.description}: import replaces them by a regular clock" * regular.certain
+        )
         log = replace(log, time=regular.time) if regular.certain else log
     require_measured(log.values[effort], chosen[effort].pattern)
     units, order, reading, gravity, more, doubt, doubted = propose_units(log, model, chosen, clock_unit)

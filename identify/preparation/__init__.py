@@ -1,1 +1,1 @@
-"""From a `Recording` to what can be fitted: filtered `Motion`, decimated current, cut-offs, noise."""
+"""Preparation of a `Recording` for a fit: filtered `Motion`, decimated current, cut-offs, noise."""

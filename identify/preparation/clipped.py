@@ -1,4 +1,4 @@
-"""Currents beyond what a sensor shows: which they are, and what stands for them in filters."""
+"""Clipped currents, beyond the range of a sensor: their detection, and their replacement in filters."""
 
 import numpy as np
 from scipy import ndimage
@@ -7,13 +7,14 @@ from ..arm.motion import Motion
 from ..model import Model
 
 NEAR = 0.01
-"""Share of the largest current within which a sample counts as clipped [-]: noise and steps of a sensor."""
+"""Distance from the largest current within which a sample counts as clipped, as a share of it [-]; it allows
+for noise and quantization."""
 
 
 def is_clipped(model: Model, current: np.ndarray, apart: int) -> np.ndarray:
-    """Whether a sensor of the model shows no more at currents (t, n) [A], bool of shape (t, n).
+    """Whether currents (t, n) [A] are at the limit of a sensor in the model, bool of shape (t, n).
 
-    Noise may take single samples below the limit: so are those between two that are at most `apart`.
+    Noise may take single samples below the limit, so gaps of less than `apart` samples count as clipped.
     """
     at_limit = np.abs(current) >= (1.0 - NEAR) * model.current_limit
     return np.asarray(ndimage.binary_closing(at_limit, np.ones((apart, 1))) | at_limit)
@@ -22,9 +23,9 @@ def is_clipped(model: Model, current: np.ndarray, apart: int) -> np.ndarray:
 def filled(
     model: Model, motion: Motion, current: np.ndarray, gain: np.ndarray, clipped: np.ndarray
 ) -> np.ndarray:
-    """Currents (t, n) [A] with nominal ones where they are clipped, shifted to what was measured around them.
+    """Currents (t, n) [A] in which clipped samples are nominal currents, shifted to match their neighbors.
 
-    Such samples do not count. But filters reach over them, from rows that do.
+    Clipped samples have no weight, but the filters of samples with weight extend over them.
     """
     if not np.any(clipped):
         return current
@@ -35,6 +36,6 @@ def filled(
     for joint in np.flatnonzero(np.any(clipped, axis=0) & ~np.all(clipped, axis=0)):
         gaps = clipped[:, joint]
         around = (current - nominal)[~gaps, joint]
-        beside = np.interp(motion.time[gaps], motion.time[~gaps], around)
-        values[gaps, joint] = nominal[gaps, joint] + beside
+        shift = np.interp(motion.time[gaps], motion.time[~gaps], around)
+        values[gaps, joint] = nominal[gaps, joint] + shift
     return values

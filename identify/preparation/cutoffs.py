@@ -1,13 +1,13 @@
 """Cut-off frequencies chosen from the data.
 
-Positions are low-passed where they are below encoder noise. Torque and regressor are compared up to the
-frequency at which the encoder's noise, twice differentiated and times inertia, would exceed the noise of
-the current: beyond it, samples depend more on the encoder than on the arm.
+Positions are low-passed at the frequency above which encoder noise exceeds them. Torque and regressor are
+compared up to the frequency at which the encoder's noise, differentiated twice and multiplied by inertia,
+would exceed the noise of the current: beyond it, samples depend more on the encoder than on the arm.
 
-A torque may also have been low-passed before it was recorded, by a controller or by whoever published it, and
-positions were not. Dry friction steps at every reversal, and a step has power at all frequencies: a recording
-that has none of it beyond some frequency was filtered there. What is compared beyond would look like friction
-that reverses slowly: hysteresis.
+A torque, unlike positions, may also have been low-passed before it was recorded, by a controller or by its
+publisher. Dry friction steps at every reversal, and a step has power at all frequencies: a recording without
+such power beyond some frequency was filtered there. If the comparison extended beyond it, the result would
+look like friction that reverses slowly, that is, hysteresis.
 """
 
 import numpy as np
@@ -21,25 +21,25 @@ from .noise import smoothed
 LOWEST = 5.0
 """Lowest cut-off [Hz]: a few times the base frequency of the motions arms are identified with."""
 QUIET = 0.35
-"""Share of the sample rate above which no arm follows; the spectrum there is noise."""
+"""Share of the sampling rate above which no arm moves; the spectrum there is noise."""
 SMOOTHED_RATE = 50.0
-"""Sample rate at which a torque and its fit are compared [Hz]: drives' slowest filters are below 10 Hz."""
+"""Sampling rate at which a torque and its fit are compared [Hz]: drives' slowest filters are below 10 Hz."""
 WINDOW = 8.0
-"""Length of a window of a spectrum [s], or a quarter of a shorter run."""
+"""Duration of a window of a spectrum [s]; a quarter of a shorter run."""
 LOBES = ("kaiser", 12.0)
 """Window of the spectra: its side lobes are 90 dB down, its main lobe is half a hertz wide."""
 ABSENT = 1e-3
-"""Share of the power beyond a frequency that is nothing: 3 % of the amplitude. No presliding takes away so
-much on all joints."""
+"""Ratio of measured to fitted power beyond a frequency below which the power counts as absent: 3 % of the
+amplitude. Presliding never removes that much on all joints."""
 TENTH = 0.1
-"""Share of the power beyond a frequency that is left at nine tenths of a steep filter's cut-off, as the power
-of steps falls by frequency squared."""
+"""Ratio of measured to fitted power beyond nine tenths of a steep filter's cut-off, since the power of steps
+falls with frequency squared."""
 
 
 def spectra(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies (f,), one-sided densities (f, n) and white noise density (n,).
 
-    Averaged over windows of 2 s, or an eighth of a shorter run.
+    Densities are averages over windows of 2 s, or of an eighth of a shorter run.
     """
     length = int(max(16, min(2.0 * rate, len(values) / 8)))
     frequency, density = signal.welch(values, rate, nperseg=length, axis=0, detrend="linear")
@@ -47,10 +47,10 @@ def spectra(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np
 
 
 def accelerations(position: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frequencies (f,) and densities of the acceleration (f, n): measured, and that of encoder noise.
+    """Frequencies (f,), and densities (f, n) of the measured acceleration and of encoder noise.
 
-    Differentiation comes before the spectrum: the window's side lobes fall by frequency cubed, so
-    that in a spectrum of positions the slow motion would cover everything up to tens of hertz.
+    Positions are differentiated before the spectrum is computed: the window's side lobes fall with frequency
+    cubed, so in a spectrum of positions the slow motion would cover everything up to tens of hertz.
     """
     frequency, density, _ = spectra(differentiate(position, rate)[1][3:-3], rate)
     noise = spectra(position, rate)[2] * (2 * np.pi * frequency[:, None]) ** 4
@@ -58,12 +58,12 @@ def accelerations(position: np.ndarray, rate: float) -> tuple[np.ndarray, np.nda
 
 
 def position_cutoff(position: np.ndarray, rate: float) -> float:
-    """Highest frequency up to which some joint's acceleration stands above its encoder's noise [Hz].
+    """Highest frequency up to which some joint's acceleration exceeds its encoder's noise [Hz].
 
-    Above means four times the noise density, which an average over eight windows of noise alone
-    exceeds with p < 1e-4 (chi-squared with sixteen degrees of freedom). That takes the noise for white.
-    Jittering time stamps and filters in the controller colour it, but whatever its colour it grows once
-    it is twice differentiated: an octave above the least acceleration, noise has long taken over.
+    The threshold is four times the noise density, which an average over eight windows of white noise exceeds
+    with p < 1e-4 (chi-squared with sixteen degrees of freedom). Jitter of the time stamps and filters in the
+    controller color the noise. But noise of any color grows when it is differentiated twice, so an octave
+    above the minimum of the acceleration it dominates.
     """
     frequency, density, noise = accelerations(position, rate)
     above = np.any(density > 4.0 * noise, axis=1) & (frequency < QUIET * rate)
@@ -73,10 +73,11 @@ def position_cutoff(position: np.ndarray, rate: float) -> float:
 
 
 def _valley(frequency: np.ndarray, density: np.ndarray, rate: float) -> float:
-    """Frequency of the least acceleration above that of the fastest motion, the highest of all joints [Hz].
+    """Frequency of the minimum of the acceleration above the peak of the velocity, the largest of all [Hz].
 
-    The fastest, not the most accelerated: past the valley noise may accelerate more than the motion does.
-    Infinite where it is less than 10 dB deep on some joint: scatter of the spectrum makes such dips too.
+    The velocity marks the motion, since beyond the valley the acceleration of noise may exceed that of the
+    motion. The result is infinite if the valley of some joint is less than 10 dB deep: scatter of the
+    spectrum makes such dips too.
     """
     smooth = np.apply_along_axis(np.convolve, 0, density, np.ones(3) / 3, "same")
     inside = (frequency > 0) & (frequency < QUIET * rate)
@@ -100,8 +101,8 @@ def torque_cutoff(
 def motion_band(position: np.ndarray, rate: float) -> float:
     """Frequency from which every joint's acceleration stays 30 dB below its strongest line [Hz].
 
-    For an octave, that is: a gap between a slow motion and a swept sine on top is narrower, and further
-    up encoder noise, which grows by frequency to the fourth, comes back.
+    It has to stay there for one octave: a gap between a slow motion and a superposed swept sine is narrower,
+    and at higher frequencies encoder noise, which grows with frequency to the fourth, exceeds it again.
     """
     frequency, density, _ = accelerations(position, rate)
     weak = np.all(density < 1e-3 * np.maximum.accumulate(density, axis=0), axis=1)
@@ -117,9 +118,9 @@ def noise_crossing(
 ) -> float:
     """Frequency up to which encoder noise adds at most 5 % to the torque's noise variance [Hz].
 
-    White position noise gives torque noise M (2 pi f)^2 times its density. Where that meets the torque's
-    own noise density, at f_x, the sum up to f_x holds a fifth more variance; up to 0.7 f_x, 5 % more.
-    The joint that meets first decides.
+    White position noise causes torque noise of M (2 pi f)^2 times its density, which equals the noise density
+    of the measured torque at f_x. It adds a fifth to the variance up to f_x, and 5 % to that up to 0.7 f_x.
+    The joint with the lowest f_x determines the result.
     """
     inertia = nominal_inertia(model, np.mean(position, axis=0))
     encoder = np.sqrt(inertia**2 @ spectra(position, rate)[2])
@@ -129,7 +130,7 @@ def noise_crossing(
 
 
 def nominal_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
-    """Mass matrix from nominal values, rotors included, shape (n, n) [kg m^2]."""
+    """Mass matrix from nominal values, including rotors, shape (n, n) [kg m^2]."""
     n = len(posture)
     still = np.zeros((n + 1, n))
     acceleration = np.vstack([np.zeros(n), np.eye(n)])
@@ -139,9 +140,13 @@ def nominal_inertia(model: Model, posture: np.ndarray) -> np.ndarray:
 
 
 def recorded_band(model: Model, motion: Motion, current: np.ndarray, rate: float) -> float:
-    """Frequency up to which currents or torques (t, n) were recorded [Hz]; infinite if not smoothed before.
+    """Frequency up to which currents or torques were recorded [Hz]; infinite if they were not filtered.
 
-    `model` is nominal, `motion` the whole run at `rate` [Hz], `current` as measured.
+    Args:
+        model: Nominal model.
+        motion: Motion of the run.
+        current: Measured currents or torques, shape (t, n).
+        rate: Sampling rate of both [Hz].
     """
     if not smoothed(current, rate):
         return np.inf
@@ -156,18 +161,18 @@ def recorded_band(model: Model, motion: Motion, current: np.ndarray, rate: float
 
 
 def _fitted(model: Model, motion: Motion, current: np.ndarray) -> np.ndarray:
-    """Currents (t, n) by least squares of each joint, with friction of its own."""
-    columns = model.regressor(model.loaded(motion))
-    found = []
+    """Currents (t, n) from a least-squares fit of each joint, with Coulomb and viscous friction added."""
+    rigid = model.regressor(model.loaded(motion))
+    fits = []
     for joint, measured in enumerate(current.T):
         velocity = motion.velocity[:, joint]
-        own = np.column_stack([columns[:, joint], np.sign(velocity), velocity, np.ones(len(velocity))])
-        own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
-        found.append(own @ linalg.lstsq(own, measured, cond=1e-8)[0])
-    return np.column_stack(found)
+        regressor = np.column_stack([rigid[:, joint], np.sign(velocity), velocity, np.ones(len(velocity))])
+        regressor = regressor / np.maximum(np.linalg.norm(regressor, axis=0), 1e-300)
+        fits.append(regressor @ linalg.lstsq(regressor, measured, cond=1e-8)[0])
+    return np.column_stack(fits)
 
 
 def _beyond(values: np.ndarray, rate: float, length: int) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (f,) [Hz], and power of columns (t, n) beyond each of them (f, n)."""
+    """Frequencies (f,) [Hz], and power of the columns of values (t, n) beyond each frequency (f, n)."""
     frequency, density = signal.welch(values, rate, LOBES, length, axis=0, detrend="linear")
     return frequency, np.cumsum(density[::-1], axis=0)[::-1]

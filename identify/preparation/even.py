@@ -1,4 +1,4 @@
-"""A recording on an even time axis: its motion, its effort, and where a drive was off."""
+"""A recording on an even time axis: its motion, its effort, and samples in which a drive was off."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from .prepare import Prepared
 
 FEWEST = 64
-"""Samples below which there is no spectrum to choose filters from; no filter fits such a run anyway."""
+"""Minimum number of samples for a spectrum from which filters are chosen; filters need more anyway."""
 OFF = 0.2
-"""Length [s] of a stretch of currents that are zero to the last digit: a drive that moves passes through."""
+"""Minimum duration of a stretch of exactly zero current for a drive to count as off [s]; the current of an
+active drive only crosses zero."""
 MOVED = 0.02
-"""Share of a joint's range in a run that it moves in such a stretch; at rest, nothing need flow."""
+"""Minimum motion in such a stretch, as a share of the joint's range; at rest, a current may be zero."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,11 @@ class Even:
     """A recording on an even time axis, not yet filtered.
 
     Attributes:
-        recording: One run.
-        time: Shape (t,) [s].
-        position: Shape (t, n) [rad].
-        rate: Samples per second [Hz].
-        measures: "current" or "torque".
+        recording: Recording of one run.
+        time: Even time axis, shape (t,) [s].
+        position: Joint positions, shape (t, n) [rad].
+        rate: Sampling rate [Hz].
+        measures: Measured effort, "current" or "torque".
     """
 
     recording: Recording
@@ -44,11 +45,11 @@ class Even:
 
     @classmethod
     def of(cls, recording: Recording, rate: float | None) -> "Even":
-        """Resample where position and effort were both recorded; by default at the median rate [Hz].
+        """Resample the overlap of position and effort, by default at the median rate [Hz].
 
         Raises:
-            NotRecorded: Neither currents nor torques.
-            RecordingError: Too few samples.
+            NotRecorded: Neither currents nor torques were recorded.
+            RecordingError: There are too few samples.
         """
         recording = without_delay(recording)
         signal = recording.signals["position"]
@@ -56,7 +57,7 @@ class Even:
             raise RecordingError(
                 f"{recording.name}: only {len(signal)} samples; record at least some seconds"
             )
-        # Stamps are whole nanoseconds: they give a rate to mHz only.
+        # Time stamps are whole nanoseconds, which determine the rate to about 1 mHz.
         rate = rate or round(1.0 / signal.period, 3)
         time, position = uniform(signal.time, signal.values, rate)
         measures = next((name for name in EFFORT if len(recording.signals.get(name, ()))), "")
@@ -65,24 +66,24 @@ class Even:
                 f"{recording.name}: neither motor currents nor torques were recorded; set the controller up "
                 "to send them, or put a trace of it beside the run (exidyn import --align)"
             )
-        # Where one of the two was not recorded, there is nothing to compare.
+        # Samples in which only position or only effort was recorded cannot be compared.
         effort = recording.signals[measures].time
-        both = (time > effort[0] - 1.5 / rate) & (time < effort[-1] + 1.5 / rate)
-        if np.count_nonzero(both) < FEWEST:
+        overlap = (time > effort[0] - 1.5 / rate) & (time < effort[-1] + 1.5 / rate)
+        if np.count_nonzero(overlap) < FEWEST:
             raise RecordingError(
-                f"{recording.name}: position and {measures} share only {np.count_nonzero(both)} samples; "
+                f"{recording.name}: position and {measures} share only {np.count_nonzero(overlap)} samples; "
                 "are their time stamps from one clock?"
             )
-        return cls(recording, time[both], position[both], rate, measures)
+        return cls(recording, time[overlap], position[overlap], rate, measures)
 
     @property
     def gain(self) -> np.ndarray:
-        """Nominal torque per unit of what was measured, shape (n,)."""
+        """Nominal torque per unit of the measured effort, shape (n,)."""
         known = self.measures == "torque"
         return np.ones(self.position.shape[1]) if known else self.recording.robot.drive_gain
 
     def signal(self, name: str) -> np.ndarray:
-        """A signal of its own rate, on the even time axis, shape (t, n)."""
+        """A signal, recorded at any rate, on the even time axis, shape (t, n)."""
         signal = self.recording.signals[name]
         if (
             signal.time.shape == self.time.shape
@@ -92,7 +93,7 @@ class Even:
         return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
 
     def motion(self, cutoff: float) -> Motion:
-        """Motion low-passed at a cut-off [Hz], its ends included."""
+        """Motion low-passed at a cut-off [Hz], including the transients of the filter at both ends."""
         smooth = low_pass(self.position, self.rate, cutoff)
         velocity, acceleration = self._derivatives(smooth, cutoff)
         temperature = self.signal("temperature") if "temperature" in self.recording.signals else None
@@ -100,14 +101,14 @@ class Even:
         return Motion.of(self.time, smooth, velocity, acceleration, None, temperature, payload)
 
     def _derivatives(self, smooth: np.ndarray, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity and acceleration; from the controller's own velocity where it can be trusted.
+        """Velocity and acceleration, from the recorded velocity if it is consistent with the position.
 
-        A controller counts encoder ticks on its own clock, so its velocity knows nothing of the jitter of
-        time stamps. But it comes later than the position, by half the time over which they are counted and
-        by what its filter takes: a millisecond or two, of which inertia would look like damping. So each
-        joint's is brought to the position's time first, to first order in that time. It is trusted if it
-        then differs from the differentiated position by less than a twentieth on every joint: a velocity of
-        another quantity, unit or filter differs by more.
+        A controller counts encoder ticks on its own clock, so jitter of the time stamps does not affect its
+        velocity. But the velocity lags behind the position, by half the time over which ticks are counted and
+        by the delay of its filter. A lag of a millisecond or two would make inertia look like damping, so the
+        lag of each joint is removed first, to first order. The velocity is used if it then differs from the
+        differentiated position by less than 5 % on every joint: a velocity of another quantity, unit or
+        filter differs by more.
         """
         velocity, acceleration = differentiate(smooth, self.rate)
         if "velocity" not in self.recording.signals:
@@ -123,9 +124,12 @@ class Even:
 
 
 def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.ndarray:
-    """Whether a drive gave nothing though its joint moved, as of a pendulum let go, bool of shape (t, n).
+    """Whether a drive was off while its joint moved, such as a released pendulum, bool of shape (t, n).
 
-    Current, or torque, is unfiltered; it and the position [rad] are (t, n).
+    Args:
+        current: Unfiltered current [A] or torque [N m], shape (t, n).
+        position: Joint positions, shape (t, n) [rad].
+        rate: Sampling rate [Hz].
     """
     off = np.zeros(current.shape, bool)
     reach = np.ptp(position, axis=0)
@@ -139,11 +143,11 @@ def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.nda
 
 
 def torque_off_warnings(joints: Sequence[str], runs: Sequence["Prepared"]) -> Iterator[str]:
-    """What was left out of runs because a drive was off, in sentences."""
+    """Warnings about samples that are not used because a drive was off."""
     for run in runs:
         for joint, seconds in zip(joints, run.off, strict=True):
             if seconds > 0.0:
                 yield (
-                    f"{run.name}: the {run.measures} of {joint} is exactly zero in {seconds:.1f} s in which "
-                    "it moves: its drive was off, or measures none that small; those samples are left out"
+                    f"{run.name}: the {run.measures} of {joint} is exactly zero for {seconds:.1f} s in which "
+                    "it moves: its drive was off, or its resolution is too low; these samples are not used"
                 )

@@ -8,18 +8,18 @@ import numpy as np
 from scipy import interpolate, signal
 
 CLOSE = 0.25
-"""Gap between two stamps, over the median gap, below which their samples are averaged. A cubic through both
-would extend their noise over a period, and multiply it by one over this share."""
+"""Gap between two time stamps, over the median gap, below which their samples are averaged. A cubic through
+both would spread their noise over a period, and multiply it by one over this ratio."""
 
 BLOCK = 8
-"""Outputs of a filter that are formed by one matrix product: more would mostly be products with zeros."""
+"""Filter outputs that one matrix product computes: with more, most products would be with zeros."""
 
 
 def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Even time axis from the first of increasing stamps (t,) [s] to the last, at a rate [Hz], and values.
+    """Even time axis at a rate [Hz] between the first and last time stamp, and resampled values.
 
-    Values (t, n) are those of a cubic spline through the recorded stamps; samples whose stamps nearly
-    coincide, as those of messages that arrive late, count as one.
+    Stamps (t,) [s] increase. Values (t, n) are interpolated with a cubic spline. Samples whose stamps nearly
+    coincide, such as those of messages that arrived late, are averaged.
     """
     count = int(np.floor((time[-1] - time[0]) * rate + 1e-6)) + 1
     even = time[0] + np.arange(count) / rate
@@ -29,7 +29,7 @@ def uniform(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarr
 
 
 def _merged(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stamps (t,) and values (t, n), with the mean of samples whose stamps nearly coincide."""
+    """Stamps (t,) and values (t, n), where samples whose stamps nearly coincide are averaged."""
     gaps = np.diff(time)
     starts = np.flatnonzero(np.append(True, gaps >= CLOSE * np.median(gaps)))
     if len(starts) == len(time):
@@ -49,13 +49,13 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Decimation:
-    """Linear-phase low-pass and downsampling, the same for torque and for every regressor column.
+    """Linear-phase low-pass and downsampling, identical for torque and for every regressor column.
 
     Attributes:
-        rate: Samples per second before [Hz].
+        rate: Sampling rate of the input before thinning [Hz].
         cutoff: Half-amplitude frequency [Hz].
-        factor: Samples before per sample after.
-        step: Only every so many of the samples before are given; a divisor of `factor`.
+        factor: Ratio of `rate` to the sampling rate of the output.
+        step: Ratio of `rate` to the actual sampling rate of the input; a divisor of `factor`.
     """
 
     rate: float
@@ -65,35 +65,35 @@ class Decimation:
 
     @classmethod
     def at(cls, rate: float, cutoff: float) -> "Decimation":
-        """Decimation whose output band just holds the filter's: cut-off at 0.8 of the new Nyquist.
+        """Decimation whose output band just contains the filter's: cut-off at 0.8 of the new Nyquist rate.
 
-        The factor is a product of 2, 3 and 5, so that it has divisors to thin out by.
+        The factor is a product of 2, 3 and 5, so that `thinned` can choose among its divisors.
         """
         most = max(1, int(0.4 * rate / cutoff))
         factor = next(k for k in range(most, 0, -1) if _only_small_primes(k))
         return cls(rate, min(cutoff, 0.5 * rate), factor)
 
     def thinned(self, rate: float) -> "Decimation":
-        """The same filter for a signal given at a lower rate, at least `rate` [Hz]."""
+        """The same filter for an input that is sampled at a lower rate, at least `rate` [Hz]."""
         steps = [k for k in range(1, self.factor + 1) if self.factor % k == 0 and self.rate / k >= rate]
         return replace(self, step=max(steps, default=1))
 
     @property
     def output_rate(self) -> float:
-        """Samples per second after [Hz]."""
+        """Sampling rate of the output [Hz]."""
         return self.rate / self.factor
 
     @property
     def stride(self) -> int:
-        """Samples given per sample after."""
+        """Input samples per output sample."""
         return self.factor // self.step
 
     @property
     def half(self) -> int:
-        """Half length of the filter in samples given, a multiple of the stride.
+        """Half length of the filter in input samples, a multiple of the stride.
 
-        Its transition is half of the cut-off (Kaiser, 5 / length), so that it ends where the output's band
-        does, 81 dB down.
+        Its transition band is half of the cut-off wide (Kaiser, 5 / length), so that attenuation reaches
+        81 dB at the end of the output's band.
         """
         return self.stride * int(np.ceil(5.0 * self.rate / self.cutoff / self.factor))
 
@@ -102,25 +102,25 @@ class Decimation:
         """Filter coefficients, shape (2 half + 1,), sum 1."""
         if self.cutoff >= 0.5 * self.rate:
             return np.ones(1)
-        # Of a filter that lets less through above, every step-th tap has the same response below.
+        # As the filter attenuates high frequencies, every step-th tap gives the same response at low ones.
         length = 2 * self.half * self.step + 1
         taps = signal.firwin(length, self.cutoff, fs=self.rate, window=("kaiser", 8.0))[:: self.step]
         return taps / np.sum(taps)
 
     def centres(self, samples: int) -> np.ndarray:
-        """Indices of the samples on which the outputs are centred; the filter never leaves the data."""
+        """Indices of the samples on which the outputs are centered; filters never extend beyond the data."""
         half = (len(self.taps) - 1) // 2
         return np.arange(half, samples - half, self.stride)
 
     def apply(self, values: np.ndarray) -> np.ndarray:
-        """Filter and thin out along time, shape (t, ...) -> (centres, ...)."""
+        """Filter and downsample along time, shape (t, ...) -> (centers, ...)."""
         taps, stride = self.taps, self.stride
         count = len(self.centres(len(values)))
         flat = np.ascontiguousarray(values.reshape(len(values), -1))
         out = np.empty((count, flat.shape[1]))
         if not count:
             return out.reshape(0, *values.shape[1:])
-        # A block of outputs is one small matrix product; the block's matrix is the same everywhere.
+        # A block of outputs is one small matrix product, with the same matrix for all blocks.
         block = min(BLOCK, count)
         matrix = np.zeros((block, (block - 1) * stride + len(taps)))
         for row in range(block):
@@ -133,19 +133,19 @@ class Decimation:
             writeable=False,
         )
         np.matmul(matrix, inputs, out=out[: blocks * block].reshape(blocks, block, -1))
-        if rest := count - blocks * block:
-            last = flat[blocks * block * stride :][: (rest - 1) * stride + len(taps)]
-            out[blocks * block :] = matrix[:rest, : len(last)] @ last
+        if remaining := count - blocks * block:
+            last = flat[blocks * block * stride :][: (remaining - 1) * stride + len(taps)]
+            out[blocks * block :] = matrix[:remaining, : len(last)] @ last
         return out.reshape(count, *values.shape[1:])
 
     def stream(self, pieces: Iterable[np.ndarray]) -> np.ndarray:
-        """`apply` to consecutive pieces of a signal, each (t, ...), as if they were one."""
+        """Result of `apply` to a signal that comes in consecutive pieces, each (t, ...)."""
         ready: list[np.ndarray] = []
         waiting: np.ndarray | None = None
         for piece in pieces:
             waiting = piece if waiting is None else np.concatenate([waiting, piece])
             ready.append(self.apply(waiting))
-            # What the filter still needs for the next output stays for the next piece.
+            # The samples that the next output still needs are kept for the next piece.
             waiting = waiting[len(ready[-1]) * self.stride :]
         return np.concatenate(ready)
 

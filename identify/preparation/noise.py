@@ -1,6 +1,6 @@
-"""Coloured noise: its spectrum, and each joint's noise floor.
+"""Colored noise: its spectrum, and the noise floor of each joint.
 
-Current noise and residuals at 500 Hz are far from white, and those of several joints are correlated.
+Current noise and residuals at 500 Hz are far from white, and they are correlated between joints.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from .filters import Decimation
 def autocovariance(pieces: Sequence[np.ndarray], weights: Sequence[np.ndarray], lags: int) -> np.ndarray:
     """Covariance of x(k) with x(k - lag) over pieces of signals (t, n), shape (lags + 1, n, n).
 
-    Rows with zero weight count as zeros, and every lag is divided by the same number of rows: the
-    sequence is then positive semi-definite whatever the gaps, which lag-by-lag means are not.
+    Rows with zero weight count as zeros, and every lag is divided by the same number of rows. Unlike means
+    over the rows of each lag, the sequence is then positive semi-definite for any gaps.
     """
     n = pieces[0].shape[1]
     products, counts = np.zeros((lags + 1, n, n)), np.zeros(n)
@@ -29,7 +29,7 @@ def autocovariance(pieces: Sequence[np.ndarray], weights: Sequence[np.ndarray], 
 
 
 def spectrum(covariance: np.ndarray, count: int) -> np.ndarray:
-    """Variance density at `count` even frequencies round the circle, shape (count, n, n).
+    """Variance density at `count` or more even frequencies round the circle, shape (count, n, n).
 
     Autocovariances (lags + 1, n, n) are weighted by Parzen's window, which keeps the density positive
     semi-definite; its mean over the circle is the covariance at lag zero.
@@ -49,13 +49,13 @@ def noise_at_rest(
     """Noise of each current behind the decimation filter, from the times when no joint moves.
 
     Args:
-        current: Shape (t, n).
-        still: Whether the whole arm rests, shape (t,).
-        decimation: The filter through which torque is compared.
-        shortest: Pieces of rest shorter than this are left out [s].
+        current: Currents, shape (t, n).
+        still: Whether all joints are at rest, shape (t,).
+        decimation: Filter through which torque is compared.
+        shortest: Minimum duration of a rest that is used [s].
 
     Returns:
-        Standard deviation, shape (n,); NaN where the arm rests for less than two periods of the cut-off.
+        Standard deviation, shape (n,); NaN if the arm rests for less than two periods of the cut-off.
     """
     before, after = _rests(still, decimation.rate, shortest)
     spans, line = (before, "constant") if before else (after, "linear")
@@ -70,9 +70,9 @@ def noise_at_rest(
 
 
 def _rests(still: np.ndarray, rate: float, shortest: float) -> tuple[list, list]:
-    """Spans of rest before the first motion, and after some motion.
+    """Spans of rest before the first motion, and spans of rest after a motion.
 
-    A tenth of a second is cut off where a motion starts or stops: the filters smear both.
+    A tenth of a second is cut off where a motion starts or stops, since the filters smear both.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
     margin = int(0.1 * rate)
@@ -85,10 +85,11 @@ def _rests(still: np.ndarray, rate: float, shortest: float) -> tuple[list, list]
 
 
 def _density(piece: np.ndarray, rate: float, frequency: np.ndarray, line: str) -> np.ndarray:
-    """One-sided noise density (f, n) of a piece (t, n) at given frequencies.
+    """One-sided noise density (f, n) of a piece (t, n) at the requested frequencies.
 
-    After a motion a stuck joint creeps, so a straight line is taken out; before one a mean will do. The
-    line takes the lowest two bins of the noise with it, the mean the lowest one; the next stand for them.
+    After a motion a stuck joint creeps, so a straight line is removed; before the first motion a mean
+    suffices. The line also removes the lowest two bins of the noise, and the mean the lowest bin; they are
+    replaced by the bins above.
     """
     bins, density = signal.periodogram(piece, rate, axis=0, detrend=line)
     if line == "linear":
@@ -98,10 +99,10 @@ def _density(piece: np.ndarray, rate: float, frequency: np.ndarray, line: str) -
     return np.stack([np.interp(frequency, bins, column) for column in density.T], axis=1)
 
 
-def quantisation(current: np.ndarray, decimation: Decimation) -> np.ndarray:
-    """Noise that the resolution of a current as recorded (t, n) leaves behind the filter, shape (n,).
+def quantization(current: np.ndarray, decimation: Decimation) -> np.ndarray:
+    """Quantization noise of a recorded current (t, n) behind the decimation filter, shape (n,).
 
-    A coarse current is constant while the arm rests, and so seems to be without noise; in motion its
+    A coarsely quantized current is constant while the arm rests, and so seems free of noise; in motion its
     error is white and uniform over a step.
     """
     steps = np.abs(np.diff(current, axis=0))
@@ -110,17 +111,19 @@ def quantisation(current: np.ndarray, decimation: Decimation) -> np.ndarray:
 
 
 STEEP = 50.0
-"""Density of a record a third below half its rate over that near it, from which it was low-passed before:
-white noise has 1, noise that falls by frequency squared 2, a filter of second order with one pass 200."""
+"""Ratio of the noise density a third below the Nyquist frequency to that near it, above which a signal was
+low-passed before it was recorded. It is 1 for white noise, 2 for noise that falls with frequency squared, and
+200 behind a second-order filter with one pass."""
 EMPTY = 1e-7
-"""Noise near half the rate over the whole signal below which it is rounding: converters have 24 bits."""
+"""Ratio of the noise near the Nyquist frequency to the signal below which it is rounding: converters have 24
+bits."""
 
 
 def smoothed(current: np.ndarray, rate: float) -> bool:
-    """Whether a current (t, n) was low-passed before it was recorded: no noise is left near half its rate.
+    """Whether a current (t, n) was low-passed before it was recorded: no noise remains near half its rate.
 
-    What is then seen at rest, or above the motion, is not the noise of a motion: the filter has taken a part
-    of both, and of the arm's answer as well.
+    Noise at rest, or at frequencies above the motion, then underestimates the noise in motion: the filter has
+    removed part of it, and part of the arm's response too.
     """
     window = ("kaiser", 20.0)  # its side lobes are lower than the noise of any converter
     length = int(max(16, min(2.0 * rate, len(current) / 8)))
@@ -137,15 +140,15 @@ def smoothed(current: np.ndarray, rate: float) -> bool:
 
 
 def noise_above(current: np.ndarray, decimation: Decimation) -> np.ndarray:
-    """Noise of each current behind the filter if it is as strong below the cut-off as above it, (n,).
+    """Noise of each current behind the filter, assumed as strong below the cut-off as above it, shape (n,).
 
-    A lower bound where the noise is coloured; used when the arm never rests.
+    This is a lower bound if the noise is colored; it is used if the arm never rests.
     """
     rate, cutoff = decimation.rate, decimation.cutoff
     spectrum = np.abs(np.fft.rfft(current * np.hanning(len(current))[:, None], axis=0)) ** 2
     frequency = np.fft.rfftfreq(len(current), 1 / rate)
-    # Half-way between cut-off and Nyquist the motion is gone; the median ignores ripple lines, and
-    # that of a chi-squared with two degrees of freedom is ln 2 of its mean.
+    # Halfway between cut-off and Nyquist frequency no motion remains. The median ignores ripple lines; for a
+    # chi-squared with two degrees of freedom it is ln 2 times the mean.
     quiet = frequency > 0.5 * (cutoff + 0.5 * rate)
     if not np.any(quiet):
         return np.full(current.shape[1], np.nan)

@@ -1,4 +1,4 @@
-"""From a recording to motion and current on one even time axis, filtered as in the paper's section III."""
+"""Preparation of a recording: motion and current on an even time axis, filtered (paper, section III)."""
 
 from dataclasses import dataclass, field, replace
 
@@ -13,28 +13,28 @@ from . import cutoffs
 from .clipped import filled, is_clipped
 from .even import Even, torque_off
 from .filters import Decimation, low_pass
-from .noise import noise_above, noise_at_rest, quantisation, smoothed
+from .noise import noise_above, noise_at_rest, quantization, smoothed
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
-"""Where a noise floor is from. Of a recording that was smoothed before, even that at rest is none."""
+"""Source of a noise floor. If a recording was filtered before, even its noise at rest is too low."""
 SHORTEST = 30.0
-"""Periods of the torque's cut-off in a run, at least: three times the length of its filter."""
+"""Minimum duration of a run in periods of the torque's cut-off: three times the length of its filter."""
 FROM_DATA = "leave it out to have it chosen from the data"
 
 
 @dataclass(frozen=True)
 class Filtering:
-    """How to filter; what is None is chosen from the data.
+    """Options of the filters; an option that is None is chosen from the data.
 
     Attributes:
-        rate: Sample rate of the even time axis [Hz]; the recording's median rate by default.
-        position_cutoff: Low-pass of positions before differentiation [Hz].
-        torque_cutoff: Parallel decimation of torque and regressor [Hz].
-        standstill: Speed below which a joint sticks rather than slides [rad/s], one for all joints.
+        rate: Sampling rate of the even time axis [Hz]; the recording's median rate by default.
+        position_cutoff: Cut-off of the low-pass of positions before differentiation [Hz].
+        torque_cutoff: Cut-off of the parallel decimation of torque and regressor [Hz].
+        standstill: Speed below which a joint sticks rather than slides, the same for all joints [rad/s].
 
     Raises:
-        RecordingError: One that is not above zero.
+        RecordingError: An option is not above zero.
     """
 
     rate: float | None = None
@@ -53,10 +53,10 @@ class Filtering:
         return ("--position-cutoff", self.position_cutoff), ("--torque-cutoff", self.torque_cutoff)
 
     def check_cutoffs(self, rate: float, run: str) -> None:
-        """Refuse a cut-off that no filter of a run at this rate [Hz] can have.
+        """Refuse a cut-off that is too high for a run at this sampling rate [Hz].
 
         Raises:
-            RecordingError: Not below half the sample rate.
+            RecordingError: A cut-off is not below half the sampling rate.
         """
         for option, cutoff in self._cutoffs:
             if cutoff is not None and not cutoff < 0.5 * rate:
@@ -73,22 +73,22 @@ class Prepared:
     Attributes:
         name: Name of the run.
         motion: Filtered motion at full rate, edges dropped.
-        current: Motor currents at full rate, unfiltered, shape (t, n) [A]; torque [N m] where the
-            controller gives that instead; as of rigid gears and constant drive gains, and not delayed.
-        measures: "current" or "torque".
+        current: Motor currents at full rate, unfiltered, shape (t, n) [A], or torques [N m] if the controller
+            records those; converted to those of rigid gears and constant drive gains, without delay.
+        measures: Measured effort, "current" or "torque".
         gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
-        decimation: The filter through which torque and regressor are compared.
-        position_cutoff: Low-pass that was used before differentiation [Hz].
+        decimation: Filter through which torque and regressor are compared.
+        position_cutoff: Cut-off of the low-pass before differentiation [Hz].
         noise: Noise floor of `current` behind the decimation filter, shape (n,).
-        noise_source: `REST` if measured while the arm stood still, else `ABOVE`; of a recording that was
-            smoothed before it was recorded `SMOOTHED_REST` or `SMOOTHED`.
+        noise_source: `REST` if measured while the arm stood still, else `ABOVE`; `SMOOTHED_REST` or
+            `SMOOTHED` if the effort was filtered before it was recorded.
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
-        commanded: Motion that was commanded, filtered alike; None if it was not recorded.
-        known: What is known of the payload carried: (parameter, value) pairs.
+        commanded: Commanded motion, filtered in the same way; None if it was not recorded.
+        known: Known parameters of the payload: (parameter, value) pairs.
         link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
-            (t, n) [rad]; NaN where a joint has no second encoder, None if none was recorded.
-        off: For how long each joint moved with its drive off, which does not count, shape (n,) [s].
+            (t, n) [rad]; NaN if a joint has no second encoder, None if no link positions were recorded.
+        off: Time in which each joint moved with its drive off, which has no weight, shape (n,) [s].
     """
 
     name: str
@@ -119,7 +119,7 @@ class Prepared:
 
     @property
     def weight(self) -> np.ndarray:
-        """1 where the joint slides all around a decimated sample, else 0, shape (r, n)."""
+        """1 if the joint slides throughout the neighborhood of a decimated sample, else 0, shape (r, n)."""
         span = self.decimation.factor
         centres = self.decimation.centres(len(self.motion))
         counts = np.cumsum(np.pad(~self.sliding, ((span + 1, span), (0, 0))), axis=0)
@@ -128,10 +128,10 @@ class Prepared:
 
 
 def choose(recording: Recording, filtering: Filtering) -> Filtering:
-    """The filtering, with what it leaves open chosen from a recording.
+    """Filtering in which every option that is None was chosen from a recording.
 
     Raises:
-        RecordingError: Too short to have a spectrum, or a cut-off that no filter can have.
+        RecordingError: The recording is too short for a spectrum, or a cut-off is too high.
     """
     return _chosen(Even.of(recording, filtering.rate), filtering)
 
@@ -144,13 +144,13 @@ def _chosen(even: Even, filtering: Filtering) -> Filtering:
         model, current = even.recording.model, even.signal(even.measures)
         comparable = cutoffs.torque_cutoff(model, even.position, current, even.gain, even.rate)
         torque_cutoff = min(comparable, _recorded_up_to(even, position_cutoff))
-    # Positions are low-passed first: beyond 0.7 of that cut-off accelerations are short.
+    # Positions are low-passed first, which attenuates accelerations beyond 0.7 of that cut-off.
     torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
     return replace(filtering, rate=even.rate, position_cutoff=position_cutoff, torque_cutoff=torque_cutoff)
 
 
 def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
-    """Frequency up to which torque or current was recorded [Hz], as far as the run is long enough for it."""
+    """Frequency up to which torque or current was recorded [Hz], and at least what the run can resolve."""
     return _recorded_up_to(Even.of(recording, filtering.rate), float(filtering.position_cutoff or 0.0))
 
 
@@ -164,7 +164,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     """Resample, filter and differentiate; find standstill and noise.
 
     Raises:
-        RecordingError: Too short for its filters, or a standstill above all speeds.
+        RecordingError: The recording is too short for its filters, or `standstill` exceeds all speeds.
         NotExcited: No joint moves.
     """
     even = Even.of(recording, filtering.rate)
@@ -178,14 +178,16 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     driven = ~np.isin(recording.robot.joints, recording.robot.passive)
     off = torque_off(current, motion.position, even.rate) & driven
     clipped = is_clipped(model, current, decimation.factor)
-    # All samples that the decimation filter takes from where a drive was off.
-    near = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1))) | clipped
-    # Never zero: what each joint exceeds in a twentieth of the run, shape (n,) [rad/s].
+    # All samples whose decimation filter extends over samples in which a drive was off.
+    excluded = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1))) | clipped
+    # Speed that each joint exceeds in a twentieth of the run, above zero, shape (n,) [rad/s].
     usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
-    sliding = (np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)) & ~near
+    sliding = (
+        np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)
+    ) & ~excluded
     measured = recording.signals[even.measures].values
-    # Below a tenth of the speed at which a joint counts as standing still: creeping, it would still reverse
-    # its friction.
+    # A tenth of the speed below which a joint counts as stuck: a creeping joint would still reverse its
+    # friction.
     still = np.all(np.abs(motion.velocity) < 1e-3 * usual_speed, axis=1)
     noise, source = noise_at_rest(current, still, decimation), REST
     if not np.all(np.isfinite(noise)):
@@ -204,7 +206,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         sliding=sliding[inside],
         decimation=decimation,
         position_cutoff=cutoff,
-        noise=np.maximum(noise, quantisation(measured, decimation)),
+        noise=np.maximum(noise, quantization(measured, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
@@ -217,27 +219,27 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
 def _of_rigid_arm(
     even: Even, motion: Motion, current: np.ndarray, clipped: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Currents (t, n), and positions behind the gears, as of an arm with rigid gears and constant gains."""
+    """Currents (t, n) and positions behind the gears of an arm with rigid gears and constant drive gains."""
     model = even.recording.model
     behind = even.signal("link_position") if "link_position" in even.recording.signals else None
     if not model.measurements:
         return current, behind
     torque = model.restored(even.gain * filled(model, motion, current, even.gain, clipped))
-    more, lead = model.gear_torque(motion)
-    current = (torque - more @ model.robot.to_motors.T) / even.gain
+    compliance_torque, lead = model.gear_torque(motion)
+    current = (torque - compliance_torque @ model.robot.to_motors.T) / even.gain
     return current, None if behind is None else behind + lead
 
 
 def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.ndarray]:
-    """Motion and current of a whole run at full rate, the filters' transients at both ends included.
+    """Motion and current of a run at full rate, including the transients of the filters at both ends.
 
-    For a comparison with figures that others made without dropping edges; a fit takes `prepare`.
+    Use it to compare with published figures that include the transients; a fit uses `prepare`.
 
     Returns:
-        Filtered motion, and currents as measured, shape (t, n) [A], or [N m] where the controller gave that.
+        Filtered motion, and measured currents, shape (t, n) [A], or torques [N m] if those were recorded.
 
     Raises:
-        RecordingError: Too short to have a spectrum.
+        RecordingError: The recording is too short for a spectrum.
     """
     even = Even.of(recording, filtering.rate)
     cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
@@ -245,10 +247,10 @@ def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.nda
 
 
 def _inside(even: Even, cutoff: float, decimation: Decimation) -> slice:
-    """The samples that the filters' transients do not reach.
+    """Samples beyond the reach of the filters' transients.
 
-    A fourth-order Butterworth's start makes accelerations wrong by 4 % after one period of its cut-off and
-    by 0.3 % after two; the decimation filter, of ten periods, is centred further in.
+    The transient of a fourth-order Butterworth filter makes accelerations wrong by 4 % after one period of
+    its cut-off and by 0.3 % after two; the decimation filter, of ten periods, is centered further in.
     """
     edge, samples = 3 + int(np.ceil(even.rate / cutoff)), len(even.time)
     if samples - 2 * edge < 2 * len(decimation.taps):
@@ -260,7 +262,7 @@ def _inside(even: Even, cutoff: float, decimation: Decimation) -> slice:
 
 
 def _commanded(even: Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
-    """The commanded motion, at the temperature and with the payload that were measured."""
+    """Commanded motion, with the temperature and payload of the measured motion."""
     recorded = even.recording.signals.get("command")
     if recorded is None or not len(recorded):  # a run that was stopped before its first command
         return None
@@ -275,8 +277,8 @@ def _commanded(even: Even, cutoff: float, measured: Motion, inside: slice) -> Mo
 def _standstill(motion: Motion, filtering: Filtering, usual_speed: np.ndarray, run: str) -> np.ndarray:
     """Speed below which each joint counts as standing still, shape (n,) [rad/s].
 
-    Friction of a stuck joint is whatever holds it. One per cent of the joint's usual speed is where a
-    sliding joint passes through within milliseconds, so little is lost.
+    The friction of a stuck joint may have any value that holds it. The default is 1 % of the joint's usual
+    speed, which a sliding joint passes within milliseconds, so few samples are lost.
     """
     if filtering.standstill is None:
         return 0.01 * usual_speed

@@ -1,4 +1,4 @@
-"""Recordings without the delays that their model holds."""
+"""Removal of the delays in a model's measurements from recordings."""
 
 from dataclasses import replace
 
@@ -9,14 +9,14 @@ from ..recordings.recording import EFFORT, Recording, Signal
 from ..recordings.servo_error import delayed_command
 
 DEGREE = 5
-"""Degree of the spline between samples: at a quarter of the sampling rate it loses 0.1 %, and a straight line
-would lose a third, noise included."""
+"""Degree of the spline between samples: at a quarter of the sampling rate it attenuates by 0.1 %; linear
+interpolation would attenuate by a third."""
 
 
 def without_delay(recording: Recording) -> Recording:
-    """The recording with efforts at the times at which they acted.
+    """Recording whose efforts are shifted to the times at which they acted.
 
-    Where the error of servos stands for the current, their commands are moved.
+    If the error of servos stands for the current, their commands are shifted instead.
     """
     delay = recording.model.delay
     if not np.any(delay):
@@ -24,12 +24,12 @@ def without_delay(recording: Recording) -> Recording:
     commanded = delayed_command(recording, -delay)
     if commanded is not None:
         return commanded
-    moved = {name: _without(recording.signals[name], delay) for name in EFFORT if name in recording.signals}
+    moved = {name: _advanced(recording.signals[name], delay) for name in EFFORT if name in recording.signals}
     return replace(recording, signals={**recording.signals, **moved})
 
 
-def _without(signal: Signal, delay: np.ndarray) -> Signal:
-    """A signal at the times at which it was, as long as all joints were recorded."""
+def _advanced(signal: Signal, delay: np.ndarray) -> Signal:
+    """Signal shifted earlier by the delay of each joint (n,) [s], as long as all joints are known."""
     time = signal.time
     if len(time) <= DEGREE:
         return signal
@@ -38,9 +38,9 @@ def _without(signal: Signal, delay: np.ndarray) -> Signal:
 
 
 def earlier(time: np.ndarray, values: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """Values (t, n) of a time axis (t,) [s], each column earlier by its number of seconds (n,).
+    """Values (t, n) on a time axis (t,) [s], with each column shifted earlier by its time `seconds` (n,) [s].
 
-    Beyond the ends of the axis, those of the end; a column with gaps stays as it is.
+    Beyond the ends of the axis the values are constant; a column with gaps stays unchanged.
     """
     moved = np.array(values)
     for column in np.flatnonzero(seconds):

@@ -1,1 +1,1 @@
-"""From MCAP files and what other tools write to a `Recording`, with units, checks and warnings."""
+"""Recordings, read from MCAP files and from files of other tools, with units, checks and warnings."""

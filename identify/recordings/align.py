@@ -1,8 +1,8 @@
-"""Aligning a recording to another one of the same run that was made by another recorder with another clock.
+"""Alignment of two recordings of the same run by different recorders with different clocks.
 
-A controller's trace and the run that was commanded to it both have the positions, from the same encoders:
-where these agree best is the offset between the clocks. In the same way it is seen how late an arm follows
-its commands, which is of drives and their smoothing, and in no measurement.
+A controller's trace and the recorded run both contain positions from the same encoders. The clocks differ by
+the offset at which these positions agree best. The latency with which an arm follows its commands, due to
+drives and their smoothing, is found in the same way.
 """
 
 from dataclasses import dataclass, replace
@@ -15,40 +15,40 @@ from ..errors import DifferentRobot, RecordingError
 from .recording import Recording, Signal
 
 OVERLAP = 0.25
-"""Least share of the shorter recording that lies within the other; less is found by chance."""
+"""Minimum overlap as a share of the shorter recording; a smaller overlap may agree by chance."""
 MOVES = 0.01
-"""Least motion within the overlap [rad], root mean square: standing arms agree at any offset."""
+"""Minimum motion within the overlap, root mean square [rad]: arms at rest agree at any offset."""
 AGREES = 1e-3
-"""Largest disagreement of two recordings of one run [rad], root mean square: 12 ms at 0.1 rad/s."""
+"""Maximum difference of two recordings of one run, root mean square [rad]: 12 ms at 0.1 rad/s."""
 CLEARER = 4.0
-"""By how much every other offset must be worse, as variance, for one to be taken as the right one."""
+"""Ratio of variances by which every other offset must be worse for the best offset to be unique."""
 RESOLVED = 1e-6
-"""Difference that no encoder sees [rad]."""
+"""Difference below the resolution of any encoder [rad]."""
 NEAR = 0.1
-"""Offsets no further from the best than this are not others, but the same minimum [s]."""
+"""Distance from the best offset within which offsets belong to the same minimum [s]."""
 STEPS = 20
-"""Of Gauss and Newton, at most; three do, from a grid."""
+"""Maximum number of Gauss-Newton steps; from a grid, three suffice."""
 BLOCKS = 20
-"""Pieces of the overlap whose disagreement is taken as independent of each other's."""
+"""Number of pieces of the overlap whose differences count as independent."""
 LONGEST = 0.3
-"""Latency up to which is looked for [s]: more than any drive has that can be streamed to."""
+"""Maximum latency of the search [s]: more than that of any drive that accepts streamed commands."""
 LATENCY_STEP = 0.001
-"""Between latencies that are tried; a parabola finds what lies between [s]."""
+"""Distance between trial latencies, refined by a parabola [s]."""
 SAMPLES = 4000
-"""Positions that are looked at, at most."""
-LEAST_WAY = 1e-3
-"""Way of commands below which none can be seen [rad]."""
+"""Maximum number of positions that are compared."""
+LEAST_TRAVEL = 1e-3
+"""Minimum travel of commands for a latency to be observable [rad]."""
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """How two clocks are related.
+    """Relation of two clocks.
 
     Attributes:
-        offset: To be added to the time of the first recording [s].
+        offset: Time to add to the clock of the first recording [s].
         std: Standard deviation of the offset [s].
         difference: Difference of the positions after alignment, root mean square, shape (n,) [rad].
-        overlap: How long both were recording [s].
+        overlap: Duration of the overlap of both recordings [s].
     """
 
     offset: float
@@ -65,40 +65,41 @@ class Alignment:
 
 
 def align(recording: Recording, run: Recording) -> Alignment:
-    """The offset between a recording, such as a trace, and the run whose time counts, by `nearest`.
+    """Offset by `nearest` between a recording, such as a trace, and the run to whose clock it is aligned.
 
     Raises:
-        DifferentRobot: Not the same joints.
-        RecordingError: No motion in common, not one run, or a motion that repeats itself.
+        DifferentRobot: The joints differ.
+        RecordingError: There is no common motion, the runs differ, or the motion repeats itself.
     """
-    found, again = nearest(recording, run)
-    worst = float(found.difference.max())
+    alignment, distance = nearest(recording, run)
+    worst = float(alignment.difference.max())
     if worst > AGREES:
-        joint = run.robot.joints[int(found.difference.argmax())]
+        joint = run.robot.joints[int(alignment.difference.argmax())]
         raise RecordingError(
-            f"{recording.name} and {run.name} differ by {worst:.2g} rad on {joint} where they agree best, "
-            f"limit {AGREES:g}: they are not of one run, or their joints count otherwise (sign and zero)"
+            f"{recording.name} and {run.name} differ by {worst:.2g} rad on {joint} at the best offset, "
+            f"limit {AGREES:g}: they are different runs, or their joints differ in sign or zero"
         )
-    if again:
+    if distance:
         raise RecordingError(
-            f"{recording.name} and {run.name} agree as well {again:.2f} s further: the motion repeats "
-            "itself. Trace a piece with its beginning or end in it"
+            f"{recording.name} and {run.name} agree equally well {distance:.2f} s further: the motion "
+            "repeats itself. Trace a piece that contains its beginning or end"
         )
-    return found
+    return alignment
 
 
 def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
-    """The offset at which positions of a recording agree best with those of the run whose time counts.
+    """Offset at which the positions of a recording agree best with those of a run.
 
-    First on a grid, by correlation; then between its points, by least squares on a spline. The standard
-    deviation is that between pieces of the overlap, so that disagreement that is no white noise counts.
+    The offset is found on a grid by correlation, and then refined by least squares on a spline. Its standard
+    deviation comes from the scatter between pieces of the overlap, which includes differences that are not
+    white noise.
 
     Returns:
-        The offset, and how much further they agree as well; zero if they do not [s].
+        Alignment, and distance to another offset at which they agree equally well [s]; zero if there is none.
 
     Raises:
-        DifferentRobot: Not the same joints.
-        RecordingError: No motion in common.
+        DifferentRobot: The joints differ.
+        RecordingError: There is no common motion.
     """
     if recording.robot.joints != run.robot.joints:
         raise DifferentRobot(
@@ -112,20 +113,21 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
             f"needs {2 * BLOCKS}"
         )
     step = max(ours.period, theirs.period)
-    offset, again = _coarse(recording, run, step)
-    return _refined(ours, theirs, offset, step), again
+    offset, distance = _coarse(recording, run, step)
+    return _refined(ours, theirs, offset, step), distance
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:
-    """A recording on the clock of a run, with all that is known of it: payload, trajectory, settings.
+    """A recording on the clock of a run, with the payload, trajectory and settings of the run.
 
     Raises:
-        DifferentRobot: As `align`.
-        RecordingError: As `align`.
+        DifferentRobot: The joints differ.
+        RecordingError: There is no common motion, the runs differ, or the motion repeats itself.
     """
-    found = align(recording, run)
+    alignment = align(recording, run)
     signals = {
-        name: Signal(signal.time + found.offset, signal.values) for name, signal in recording.signals.items()
+        name: Signal(signal.time + alignment.offset, signal.values)
+        for name, signal in recording.signals.items()
     }
     for name in ("command", "command_velocity"):
         if name in run.signals:
@@ -134,7 +136,12 @@ def aligned(recording: Recording, run: Recording) -> Recording:
         run,
         name=recording.name,
         signals=signals,
-        settings={**run.settings, **recording.settings, "aligned to": run.name, "clock offset": str(found)},
+        settings={
+            **run.settings,
+            **recording.settings,
+            "aligned to": run.name,
+            "clock offset": str(alignment),
+        },
         host_time=_host_time(run, signals["position"].time),
         timing=None,
         warnings=(*run.warnings, *recording.warnings),
@@ -142,8 +149,8 @@ def aligned(recording: Recording, run: Recording) -> Recording:
 
 
 def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, float]:
-    """The best offset of whole steps [s], and how far from it another is as good; zero if none is."""
-    ours, theirs = (_even(one.signals["position"], step) for one in (recording, run))
+    """Best offset in whole steps, and distance to another equally good offset [s]; zero if there is none."""
+    ours, theirs = (_even(source.signals["position"], step) for source in (recording, run))
     count = round(OVERLAP * min(len(ours), len(theirs)))
     lags = np.arange(count - len(ours), len(theirs) - count + 1)
     mean, power = _disagreement(ours, theirs, lags)
@@ -152,36 +159,36 @@ def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, f
         raise RecordingError(
             f"{recording.name} and {run.name} have no motion in common: root mean square below {MOVES:g} rad"
         )
-    # What no encoder resolves is as good as nothing.
+    # A difference below the resolution of encoders counts as zero.
     good = CLEARER * max(float(np.min(mean)), RESOLVED**2)
     time = lags * step
     best = _first(mean, good, np.minimum(lags + len(ours), len(theirs)) - np.maximum(lags, 0), time)
     away = np.abs(time - time[best])
     others = np.where(away > NEAR, mean, np.inf)
-    again = float(away[_first(others, good, -away, time)]) if np.any(others < good) else 0.0
+    distance = float(away[_first(others, good, -away, time)]) if np.any(others < good) else 0.0
     start = run.signals["position"].time[0] - recording.signals["position"].time[0]
-    return float(start + time[best]), again
+    return float(start + time[best]), distance
 
 
 def _first(mean: np.ndarray, good: float, preference: np.ndarray, time: np.ndarray) -> int:
-    """The place of the least disagreement near the one that is preferred of all that are good.
+    """Index of the smallest difference near the preferred offset among all good offsets.
 
-    Of a motion that repeats itself, most of both is compared at one offset only.
+    If a motion repeats itself, only one of these offsets has the largest overlap.
     """
     preferred = int(np.argmax(np.where(mean <= good, preference, -np.inf)))
     return int(np.argmin(np.where(np.abs(time - time[preferred]) <= NEAR, mean, np.inf)))
 
 
 def _even(signal: Signal, step: float) -> np.ndarray:
-    """Positions in even steps from the first on, shape (t, n)."""
+    """Positions resampled at even steps, shape (t, n)."""
     time = np.arange(signal.time[0], signal.time[-1], step)
     return CubicSpline(signal.time, signal.values)(time)
 
 
 def _disagreement(ours: np.ndarray, theirs: np.ndarray, lags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean square of the difference, and of the motion, where both overlap, at each lag."""
-    centre = theirs.mean(axis=0)
-    ours, theirs = ours - centre, theirs - centre
+    """Mean square of the difference and of the motion in the overlap, at each lag."""
+    center = theirs.mean(axis=0)
+    ours, theirs = ours - center, theirs - center
     size = next_fast_len(len(ours) + len(theirs))
     product = irfft((rfft(theirs, size, axis=0) * rfft(ours, size, axis=0).conj()).sum(axis=1), size)[lags]
     begin, end = np.maximum(lags, 0), np.minimum(lags + len(ours), len(theirs))
@@ -194,9 +201,9 @@ def _disagreement(ours: np.ndarray, theirs: np.ndarray, lags: np.ndarray) -> tup
     return (squares - 2.0 * product) / length, power
 
 
-def _refined(ours: Signal, theirs: Signal, near: float, step: float) -> Alignment:
-    """The offset by least squares within a step of one, by Gauss and Newton."""
-    offset = near
+def _refined(ours: Signal, theirs: Signal, start: float, step: float) -> Alignment:
+    """Alignment whose offset is within a step of the start, by Gauss-Newton least squares."""
+    offset = start
     spline = CubicSpline(ours.time, ours.values)
     slope = spline.derivative()
     for _ in range(STEPS):
@@ -205,8 +212,8 @@ def _refined(ours: Signal, theirs: Signal, near: float, step: float) -> Alignmen
         velocity, difference = slope(time), spline(time) - theirs.values[inside]
         power = float((velocity**2).sum())
         change = float((velocity * difference).sum()) / power
-        if abs(change) < 1e-9 or abs(offset + change - near) > step:
-            break  # there, or away from where nothing agrees
+        if abs(change) < 1e-9 or abs(offset + change - start) > step:
+            break  # converged, or diverging because nothing agrees
         offset += change
     score = (velocity * difference).sum(axis=1)
     pieces = np.array([piece.sum() for piece in np.array_split(score, BLOCKS)])
@@ -215,7 +222,7 @@ def _refined(ours: Signal, theirs: Signal, near: float, step: float) -> Alignmen
 
 
 def _host_time(run: Recording, time: np.ndarray) -> np.ndarray | None:
-    """Host's clock at times of a run, beyond its ends too, shape (t,) [ns]."""
+    """Host clock at times of a run, extrapolated beyond its ends, shape (t,) [ns]."""
     if run.host_time is None or not len(run.host_time):
         return None
     known = run.signals["position"].time
@@ -225,11 +232,11 @@ def _host_time(run: Recording, time: np.ndarray) -> np.ndarray | None:
 
 
 def follows_by(command: Signal, position: Signal) -> float:
-    """By how much positions are behind commands, in least squares over all joints [s]; NaN where unseen.
+    """Latency of positions behind commands, by least squares over all joints [s]; NaN if it is unobservable.
 
-    A steady distance, as of a joint that bears a load, does not count.
+    A constant difference, such as that of a loaded joint, has no influence.
     """
-    if len(command) < 2 or np.nanmax(np.ptp(command.values, axis=0)) < LEAST_WAY:
+    if len(command) < 2 or np.nanmax(np.ptp(command.values, axis=0)) < LEAST_TRAVEL:
         return float("nan")
     inside = (position.time >= command.time[0] + LONGEST) & (position.time <= command.time[-1])
     rows = np.flatnonzero(inside & np.isfinite(position.values).all(axis=1))
@@ -238,16 +245,16 @@ def follows_by(command: Signal, position: Signal) -> float:
         return float("nan")
     time, values = position.time[rows], position.values[rows]
     latencies = np.arange(0.0, LONGEST + 0.5 * LATENCY_STEP, LATENCY_STEP)
-    left = np.array([_distance(command, time - latency, values) for latency in latencies])
-    best = int(np.argmin(left))
-    if best in (0, len(left) - 1):
+    squares = np.array([_distance(command, time - latency, values) for latency in latencies])
+    best = int(np.argmin(squares))
+    if best in (0, len(squares) - 1):
         return float(latencies[best]) if best == 0 else float("nan")
-    before, here, after = left[best - 1 : best + 2]
+    before, here, after = squares[best - 1 : best + 2]
     return float(latencies[best] + 0.5 * LATENCY_STEP * (before - after) / (before - 2.0 * here + after))
 
 
 def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
-    """Sum of squares of positions away from commands at a time, but for the mean of each joint [rad^2]."""
+    """Sum of squared differences between positions and commands, less the mean of each joint [rad^2]."""
     commanded = np.column_stack([np.interp(time, command.time, joint) for joint in command.values.T])
     away = values - commanded
     return float(np.sum((away - away.mean(axis=0)) ** 2))

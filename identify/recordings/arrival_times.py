@@ -1,8 +1,8 @@
-"""Stamps that tell when a sample arrived, and the regular clock by which it was taken.
+"""Time stamps of the arrival of samples, and the regular clock by which the samples were taken.
 
-A sensor that samples at a constant rate is often stamped by the receiver of its messages: late, in bursts,
-or with few digits. Its positions then change evenly from sample to sample, and unevenly over the stamps. The
-clock is the line through the earliest stamps: no message arrives before it is sent.
+The receiver of messages often stamps the samples of a sensor with a constant rate: late, in bursts, or with
+few digits. Positions then change evenly from sample to sample, but unevenly over the stamps. The clock is the
+line through the earliest stamps, since no message arrives before it is sent.
 """
 
 from collections.abc import Iterator
@@ -16,43 +16,43 @@ from .recording import EFFORT, Recording, Signal
 from .sample_numbers import RESOLVED, STEPS, number_samples
 
 FEWEST = 50
-"""Samples in motion from which a clock can be judged."""
+"""Minimum number of samples in motion to judge a clock."""
 MOVES = 3.0
-"""Change of a position between samples, over its noise, from which a joint moves."""
+"""Minimum change of a moving position between samples, over its noise."""
 ASTRAY = 10.0
-"""Misfit of a sample, over the noise, that is a glitch by either clock."""
+"""Residual of a sample, over the noise, from which it is a glitch for either clock."""
 MATTERS = 0.5
-"""Misfit that the stamps' jitter causes in a sample, over the noise, from which on it matters."""
+"""Residual due to jitter of the stamps, over the noise, from which the jitter matters."""
 LITTLE = 0.02
-"""Jitter that no clock is replaced for, in periods: the velocity between two samples is as wrong."""
+"""Jitter that is tolerated, in periods: it changes the velocity between two samples by this share."""
 OFTEN = 0.02
-"""Share of the samples in motion in which it matters, at least: a single step is no jitter."""
+"""Minimum share of the samples in motion in which jitter matters: a single step is not jitter."""
 SURE = 0.05
-"""Standard deviation of the share of the jitter that is real, at most."""
+"""Maximum standard deviation of the share of the jitter that is real."""
 REAL, UNREAL = 0.8, 0.2
-"""Shares of the jitter that is real, from which stamps are true and up to which they are times of arrival."""
+"""Share of real jitter above which stamps are true, and below which they are times of arrival."""
 STRAIGHT = 0.5
-"""How far the earliest stamps of a stretch may lie off one line, in periods; then numbers are unclear."""
+"""Maximum scatter of the earliest stamps about a line, in periods; beyond it, sample numbers are unclear."""
 LOST = 0.1
-"""Share of samples that may be lost; with more of them, their number is unclear."""
+"""Maximum share of lost samples; beyond it, sample numbers are unclear."""
 EVENER = 0.7
-"""Misfit of positions by true stamps, over that by a regular clock, at most."""
+"""Maximum ratio of the residuals of positions over true stamps to those over a regular clock."""
 OPTION = "state it (--rate HZ)"
 DIGITS = (1.0, 0.1, 0.01, 0.001)
 """Resolutions of rounded stamps [s]."""
 
 
 class Clock(NamedTuple):
-    """What the stamps of one signal are.
+    """Regular clock of the samples of one signal.
 
     Attributes:
         time: Regular times of the samples, shape (t,) [s].
-        period: Of the samples [s].
-        late: Mean delay of the stamps against it, and the largest [s].
-        kind: What the stamps look like, in words; "" where they agree with the clock.
-        certain: Whether the samples were surely taken by this clock.
-        steps: When the clock of the stamps was set: sample before which, and by how much [s].
-        missing: Samples that were lost.
+        period: Sampling period [s].
+        late: Mean and maximum delay of the stamps behind the clock [s].
+        kind: Description of the stamps; "" if they agree with the clock.
+        certain: Whether it is certain that the samples were taken by this clock.
+        steps: Adjustments of the clock of the stamps: the sample that follows, and the step [s].
+        missing: Number of lost samples.
     """
 
     time: np.ndarray
@@ -64,39 +64,39 @@ class Clock(NamedTuple):
     missing: int = 0
 
     @property
-    def what(self) -> str:
-        """What the stamps are, in words."""
+    def description(self) -> str:
+        """Description of the stamps."""
         return f"stamps {self.kind}" if self.kind else "stamps are of a clock that was set"
 
     def facts(self, stamps: np.ndarray) -> Iterator[str]:
-        """What stamps (t,) [s] are and what was done about it, in sentences."""
+        """Sentences about the stamps (t,) [s] and their correction."""
         doubt = (
             "" if self.certain else f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
         )
         for sample, seconds in self.steps:
             yield (
                 f"the clock of the stamps was set by {seconds:+.3f} s at {stamps[sample - 1]:.3f} s, while "
-                f"the motion goes on{doubt or '; that is undone'}"
+                f"the motion continues{doubt or '; the step was removed'}"
             )
         if self.kind:
             lost = f", which {self.missing} samples lack" if self.missing else ""
             done = f". A regular clock of {1e3 * self.period:.4f} ms through the earliest replaces them{lost}"
             late = f", {1e3 * self.late[0]:.3g} ms on average and {1e3 * self.late[1]:.3g} ms at most"
             yield (
-                f"stamps {self.kind}{late * self.certain}, while the motion goes on evenly from sample to "
+                f"stamps {self.kind}{late * self.certain}, while the motion is even from sample to "
                 f"sample{doubt or done}"
             )
 
 
 def with_regular_clocks(recording: Recording) -> Recording:
-    """The recording on the clocks by which its samples were taken, with a warning of what was done."""
+    """Recording on the clocks by which its samples were taken, with warnings about the corrections."""
     signals, warnings = dict(recording.signals), []
     for names in signals_by_stamps(recording):
-        judged = next((name for name in ("position", "velocity", *EFFORT) if name in names), names[0])
-        clock = regular_clock(signals[judged].time, signals[judged].values)
+        smoothest = next((name for name in ("position", "velocity", *EFFORT) if name in names), names[0])
+        clock = regular_clock(signals[smoothest].time, signals[smoothest].values)
         if clock is None:
             continue
-        warnings += [f"{', '.join(names)}: {fact}" for fact in clock.facts(signals[judged].time)]
+        warnings += [f"{', '.join(names)}: {fact}" for fact in clock.facts(signals[smoothest].time)]
         if clock.certain:
             signals |= {name: Signal(clock.time, signals[name].values) for name in names}
     earliest = min((float(signal.time[0]) for signal in signals.values() if len(signal)), default=0.0)
@@ -106,7 +106,7 @@ def with_regular_clocks(recording: Recording) -> Recording:
 
 
 def signals_by_stamps(recording: Recording) -> list[list[str]]:
-    """Names of the signals, those that share their time stamps together."""
+    """Names of the signals, grouped by common time stamps."""
     sharing: dict[bytes, list[str]] = {}
     for name, signal in recording.signals.items():
         sharing.setdefault(signal.time.tobytes(), []).append(name)
@@ -114,11 +114,11 @@ def signals_by_stamps(recording: Recording) -> list[list[str]]:
 
 
 def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
-    """The regular clock of samples whose stamps are not their times; None where the stamps may be true.
+    """Regular clock of samples whose stamps are not their times; None if the stamps may be true.
 
     Args:
-        stamps: Shape (t,) [s].
-        values: What changes evenly, positions best, shape (t, n); NaN where unknown.
+        stamps: Time stamps, shape (t,) [s].
+        values: Smooth values, preferably positions, shape (t, n); NaN if unknown.
     """
     values = values[:, (np.abs(values) < LARGEST).all(axis=0)]
     if len(stamps) < FEWEST or not values.size or not np.isfinite(stamps).all():
@@ -139,7 +139,7 @@ def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
         return None
     certain = straight and settled and numbers.lost <= LOST * len(stamps)
     certain = certain and (not arrivals or (share < UNREAL and std < SURE))
-    if not arrivals:  # of a clock that only steps, the stamps are true
+    if not arrivals:  # if the clock was only set, the stamps between the steps are true
         time = stamps - numbers.offset
     kind = _kind(stamps, step) if arrivals else ""
     return Clock(
@@ -156,7 +156,7 @@ def _true(stamps: np.ndarray, values: np.ndarray) -> bool:
 
 
 def _envelope(stamps: np.ndarray, number: np.ndarray, width: int) -> tuple[np.ndarray, bool]:
-    """Times on the line through the earliest stamps (t,) of each stretch, and whether these are on a line."""
+    """Times on the line through the earliest stamps of each stretch, and whether these lie on a line."""
     count = max(len(stamps) // width, 2)
     slope = np.polyfit(number, stamps, 1)[0]
     for _ in range(2):  # which stamp is the earliest depends on the slope
@@ -168,18 +168,18 @@ def _envelope(stamps: np.ndarray, number: np.ndarray, width: int) -> tuple[np.nd
 
 
 def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tuple[float, float, float]:
-    """Share of the stamps' jitter that is real, its standard deviation, and how often it matters.
+    """Share of the stamps' jitter that is real.
 
-    A position lies on a cubic through its neighbors, by the clock by which it was taken. By the regular clock
-    it misses that by what jitter moves it, if the jitter is real, and by nothing if it is not.
+    On the clock by which it was taken, a position lies on a cubic through its neighbors. On the regular clock
+    its residual is the motion during the jitter if the jitter is real, and zero if it is not.
 
     Args:
-        late: Delay of the stamps against the regular clock, in its periods, shape (t,).
+        late: Delay of the stamps behind the regular clock, in its periods, shape (t,).
         number: Numbers of the samples, shape (t,).
-        values: Shape (t, n).
+        values: Values of the samples, shape (t, n).
 
     Returns:
-        The last is the share of the samples in motion in which jitter matters.
+        Share of the jitter, its standard deviation, and share of samples in motion in which jitter matters.
     """
     weights = _cubic(number.astype(float))
     velocity = (values[4:] - values[:-4]) / (number[4:] - number[:-4])[:, None]
@@ -195,12 +195,12 @@ def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tup
     off, moved = (off / noise)[used], (moved / noise)[used]
     power = max(float(moved @ moved), np.finfo(float).tiny)
     share = float(off @ moved) / power
-    rest = off - share * moved
-    return share, float(np.sqrt(rest @ rest / len(rest) / power)), float(often)
+    residual = off - share * moved
+    return share, float(np.sqrt(residual @ residual / len(residual) / power)), float(often)
 
 
 def _cubic(number: np.ndarray) -> np.ndarray:
-    """Weights of the two neighbors to each side in the cubic through them, shape (t - 4, 4)."""
+    """Weights of the two neighbors on each side in the cubic through them, shape (t - 4, 4)."""
     inner = number[2:-2]
     nodes = np.stack([number[:-4], number[1:-3], number[3:-1], number[4:]], axis=1) - inner[:, None]
     weights = np.ones_like(nodes)
@@ -211,18 +211,18 @@ def _cubic(number: np.ndarray) -> np.ndarray:
 
 
 def _misfit(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """How far each inner value lies from its neighbors' cubic, shape (t - 4, n)."""
+    """Residual of each inner value from the cubic through its neighbors, shape (t - 4, n)."""
     neighbors = np.stack([values[:-4], values[1:-3], values[3:-1], values[4:]], axis=1)
     return np.asarray(values[2:-2] - np.einsum("tk,tkn->tn", weights, neighbors))
 
 
 def _spread(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of most values of each column, and at least that of an encoder, shape (n,)."""
+    """Robust standard deviation of each column, at least the resolution of an encoder, shape (n,)."""
     return np.maximum(1.4826 * np.median(np.abs(values), axis=0), RESOLVED)
 
 
 def _kind(stamps: np.ndarray, period: float) -> str:
-    """What stamps (t,) [s] that are times of arrival look like."""
+    """Description of stamps (t,) [s] that are times of arrival."""
     steps = np.diff(stamps)
     for digit in DIGITS:
         if np.all(np.abs(steps / digit - np.round(steps / digit)) < 1e-3):

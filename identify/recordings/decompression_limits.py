@@ -1,4 +1,4 @@
-"""How large a file may become when it is decompressed: a small file cannot fill the memory."""
+"""Limits on the size of decompressed files, so that a small file cannot fill the memory."""
 
 import gzip
 import os
@@ -14,17 +14,17 @@ LEAST = 200_000_000
 """Limit for small files [B]: 25 million numbers, such as an hour of position and current of six joints at
 500 Hz."""
 RATIO = 20
-"""Limit for other files, over their size: measured numbers are compressed to a third or a fifth, numbers that
-hardly change to a tenth; a decompression bomb to a thousandth."""
+"""Limit for larger files, over their size: measured numbers compress to a third or a fifth, nearly constant
+numbers to a tenth, and a decompression bomb to a thousandth."""
 PIECE = 1 << 20
-"""Bytes that are decompressed at a time while they are counted."""
+"""Size of a piece of decompressed data while the size is counted [B]."""
 
 
 def largest_size(path: Path) -> int:
     """Largest size of the content of a file or folder [B].
 
     Raises:
-        RecordingError: The environment variable holds no number of bytes.
+        RecordingError: The environment variable is not a number of bytes.
     """
     stated = os.environ.get(VARIABLE, "")
     if stated:
@@ -37,7 +37,7 @@ def largest_size(path: Path) -> int:
 
 
 def too_large(path: Path) -> NotAFile:
-    """The error for a file whose content exceeds the limit."""
+    """Error for a file whose content exceeds the limit."""
     return NotAFile(
         f"{path}: its content exceeds {largest_size(path) / 1e6:.0f} MB, the limit for its size. If "
         f"its source is trusted, state a larger limit in bytes: {VARIABLE}={5 * largest_size(path)}"
@@ -55,7 +55,7 @@ def require_size(path: Path, size: int) -> None:
 
 
 def require_stream(path: Path, stream: IO[bytes] | gzip.GzipFile) -> None:
-    """Refuse a stream that decompresses to more bytes than the limit; it is read to its end."""
+    """Refuse a stream that decompresses to more bytes than the limit; reads it to its end."""
     limit, size = largest_size(path), 0
     while piece := stream.read(PIECE):
         size += len(piece)
@@ -72,7 +72,7 @@ def require_gzip(path: Path) -> None:
 def require_zip(path: Path) -> None:
     """Refuse a zip archive, such as an .npz, whose members state more bytes than the limit.
 
-    No member is read beyond the size that it states.
+    Members are never read beyond their stated size.
     """
     with ZipFile(path) as archive:
         require_size(path, sum(member.file_size for member in archive.infolist()))

@@ -1,4 +1,4 @@
-"""Recordings out of arrays and tables in memory."""
+"""Recordings from arrays and tables in memory."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,10 +17,10 @@ IN_RADIANS = ("position", "velocity", "link_position", "command", "command_veloc
 
 
 def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
-    """Signals out of arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; None is left out.
+    """Signals from arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; skips None.
 
     Raises:
-        WrongShape: An array without a row for each time.
+        WrongShape: An array does not have one row per time.
     """
     time = np.asarray(t, float)
     return {
@@ -35,23 +35,23 @@ def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Si
 def _signal(name: str, time: np.ndarray, array: np.ndarray) -> Signal:
     if time.ndim != 1 or array.shape[:1] != time.shape or array.ndim > 2:
         raise WrongShape(
-            f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): a row a sample, a "
-            "column a joint"
+            f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): one row per "
+            "sample, one column per joint"
         )
     return Signal(time - time[:1].sum(), array.reshape(len(time), -1))
 
 
 def from_dataframe(table: Any, robot: "Model", name: str = "table", **options: Any) -> list[Recording]:
-    """The runs of a pandas table, by the names of its columns, as of a file with these columns.
+    """Runs of a pandas table, whose columns are read like those of a file.
 
     Args:
-        table: The table; where its index has a name, that is a column too.
-        robot: The arm that was recorded.
+        table: The table; an index with a name is a column too.
+        robot: Model of the recorded arm.
         name: Name of the run.
         options: Options of `import_table`, such as the names of the columns.
 
     Raises:
-        RecordingError: It holds no run of this robot; the message gives the reason.
+        RecordingError: The table holds no run of this robot; the message gives the reason.
     """
     from .importers.tables.import_table import import_table
     from .importers.tables.table import Table

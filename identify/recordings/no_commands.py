@@ -1,35 +1,35 @@
-"""Columns of commands that hold none: copied positions, of the same or a later sample, or their steps."""
+"""Detection of columns that are not commands: copies of positions, even of later samples, or their steps."""
 
 import numpy as np
 
 LATEST = 10
-"""Samples by which copied positions may be shifted, at most."""
+"""Maximum shift of copied positions in samples."""
 EXACT = 1e-5
-"""Difference from a copy, over a joint's range: of rounding. No servo meets every command."""
+"""Maximum difference from a copy, over a joint's range, due to rounding. No servo meets every command."""
 ALMOST = 0.98
-"""Share of the samples in motion that are exact in a copy; a run may end with a repeated sample."""
+"""Minimum share of the samples in motion that match in a copy; a run may end with a repeated sample."""
 FEWEST = 20
-"""Samples in motion from which a copy is told."""
+"""Minimum number of samples in motion to detect a copy."""
 FOLLOWS = 0.5
-"""Correlation of commands and positions, below which a joint does not follow."""
+"""Correlation of commands and positions below which a joint does not follow."""
 STEPS = 0.8
-"""Correlation with the steps of positions, from which on commands are these."""
+"""Correlation of commands with the steps of positions above which they are these steps."""
 SMALL = 0.2
-"""Spread of commands over that of positions, below which they are no goals."""
+"""Ratio of the spread of commands to that of positions below which commands are not goals."""
 CHANGING = 0.5
-"""Share of the samples in which commands change, from which on they are a motion."""
+"""Share of the samples in which commands change above which they are a motion."""
 PROPORTIONAL = 0.98
-"""The same of commands that are the steps times a rate or a unit: no lag of a joint is as exact."""
+"""Correlation above which commands are the steps times a rate or unit: no lag of a joint is so exact."""
 ALIKE = 3.0
-"""Factor by which commands may be larger or smaller than the steps that they are. A joint that lags by a
-quarter of a period goes with the commands' derivative as well, but its steps are far smaller."""
+"""Maximum ratio of commands to the steps that they are, or its inverse. A joint that lags by a quarter of a
+period follows the derivative of the commands too, but its steps are far smaller."""
 NO_EFFORT = "with no error of the servo there is no effort. Record the positions that the servos were sent"
 
 
 def no_commands(command: np.ndarray, position: np.ndarray) -> str:
-    """Why commands (t, n) of samples with positions (t, n), in one unit, are none; empty where they may be.
+    """Why commands (t, n) for positions (t, n) in the same unit are not commands; empty if they may be.
 
-    Samples follow each other at one rate, and joints at rest count as if they followed.
+    The sampling rate is constant, and joints at rest count as following.
     """
     if np.array_equal(command, position):
         return f"commands are the positions: {NO_EFFORT}"
@@ -42,13 +42,13 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
     for shift in range(LATEST + 1):
         later = position[shift:]
         exact = np.abs(command[: len(later)] - later) <= EXACT * reach
-        there = moved[: len(later)]
-        if there.sum() >= FEWEST and np.mean(exact[: len(there)][there]) >= ALMOST:
-            which = {0: "positions", 1: "positions of the next sample"}
-            return f"commands are the {which.get(shift, f'positions {shift} samples later')}: {NO_EFFORT}"
+        in_motion = moved[: len(later)]
+        if in_motion.sum() >= FEWEST and np.mean(exact[: len(in_motion)][in_motion]) >= ALMOST:
+            source = {0: "positions", 1: "positions of the next sample"}
+            return f"commands are the {source.get(shift, f'positions {shift} samples later')}: {NO_EFFORT}"
     if np.any(_correlation(command, position) > FOLLOWS):
         return ""
-    # Commands that mostly stand still may hold a joint that falls.
+    # Commands that are mostly constant may hold a falling joint.
     changing = np.mean(np.any(np.diff(command, axis=0) != 0.0, axis=1)) > CHANGING
     if changing and np.median(command.std(axis=0) / position.std(axis=0)) < SMALL:
         return (
@@ -67,7 +67,7 @@ def no_commands(command: np.ndarray, position: np.ndarray) -> str:
 
 
 def _correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Correlation of columns (t, n), shape (n,); zero where one is constant."""
+    """Correlation of columns (t, n), shape (n,); zero if a column is constant."""
     first, second = first - first.mean(axis=0), second - second.mean(axis=0)
     size = np.linalg.norm(first, axis=0) * np.linalg.norm(second, axis=0)
     return np.asarray(np.sum(first * second, axis=0) / np.where(size > 0.0, size, 1.0))

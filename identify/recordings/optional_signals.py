@@ -1,4 +1,4 @@
-"""Signals that a recording can do without: what is damaged in one of them is left out, and said."""
+"""Optional signals of a recording, from which damaged joints are removed with a warning."""
 
 from dataclasses import replace
 
@@ -8,11 +8,11 @@ from .recording import EFFORT, Recording, Signal
 from .recording_findings import is_number
 
 NEEDED = ("position", *EFFORT)
-"""Signals without which nothing is identified; what is damaged in them is an error."""
+"""Signals that identification needs; damage in them is an error."""
 
 
 def without_damaged(recording: Recording) -> Recording:
-    """The recording without joints of optional signals that are no number now and then, and with warnings."""
+    """Recording without joints of optional signals that are sometimes not a number, and with warnings."""
     signals, warnings = dict(recording.signals), []
     for name, signal in recording.signals.items():
         if name in NEEDED:
@@ -22,15 +22,15 @@ def without_damaged(recording: Recording) -> Recording:
             continue
         joints = [recording.robot.joints[joint] for joint in np.flatnonzero(damaged)]
         warnings.append(_warning(name, joints, signal, damaged))
-        kept = Signal(signal.time, np.where(damaged, np.nan, signal.values))
-        signals[name] = kept
-        if np.isnan(kept.values).all():
+        cleaned = Signal(signal.time, np.where(damaged, np.nan, signal.values))
+        signals[name] = cleaned
+        if np.isnan(cleaned.values).all():
             del signals[name]
     return replace(recording, signals=signals).with_warnings(*warnings)
 
 
 def _damaged(signal: Signal) -> np.ndarray:
-    """Joints with a value that is no number, in samples in which any joint was measured; bool (n,)."""
+    """Joints with a value that is not a number in samples in which any joint was measured, bool (n,)."""
     measured = ~np.isnan(signal.values).all(axis=1)
     bad = ~is_number(signal.values[measured])
     return bad.any(axis=0) & ~np.isnan(signal.values).all(axis=0)

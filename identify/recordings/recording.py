@@ -1,4 +1,4 @@
-"""Recording: one run of one arm as measured, with events, the loop's timing and the controller's state."""
+"""Recording: measurements of one run of one arm, with events, timing and the controller's state."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,28 +23,29 @@ SIGNALS: dict[str, str] = {
     "command": "rad",
     "command_velocity": "rad/s",
 }
-"""What can be measured on each joint, and its unit; for joints that slide read m for rad and N for N m.
+"""Signals of each joint, and their units; for prismatic joints, read m for rad and N for N m.
 
-`current` is the motor's, `torque` the joint's; `position` comes from the motor's encoder and `link_position`
-from a second one behind the gear, both in joint coordinates; `command` and its velocity were asked for."""
+`current` is that of the motor, and `torque` that of the joint; `position` comes from the motor's encoder and
+`link_position` from a second encoder behind the gear, both in joint coordinates; `command` and
+`command_velocity` are commanded values."""
 RATE_AGREES = 0.02
-"""Share by which samples a second may differ from one over the median period and count as the same."""
+"""Maximum relative difference between the mean sampling rate and one over the median period."""
 SIMULATED = "simulated"
-"""Setting of a run that a model made; its text is of what."""
+"""Setting of a simulated run; its text names the model."""
 JOG = "jog"
-"""Setting of a run in which one joint was moved slowly; its text is which, and how far."""
+"""Setting of a run in which one joint was moved slowly; its text is the joint and the distance."""
 EFFORT = ("current", "torque")
 """Signals of which a recording needs at least one."""
 
 
 def _to_nanoseconds(time: np.ndarray) -> np.ndarray:
-    """Times [s] as whole nanoseconds, as files keep them; what is no number is found by the checks."""
+    """Times [s], rounded to whole nanoseconds as in files; the checks find times that are not finite."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.array(np.rint(np.asarray(time, float) * 1e9) / 1e9)
 
 
 def _set_arrays(value: object, **arrays: np.ndarray) -> None:
-    """Set fields of a frozen dataclass to arrays that nobody changes."""
+    """Set fields of a frozen dataclass to read-only arrays."""
     for name, array in arrays.items():
         array.setflags(write=False)
         object.__setattr__(value, name, array)
@@ -55,8 +56,8 @@ class Signal:
     """One quantity of all joints at its own rate.
 
     Attributes:
-        time: Shape (t,) from the start of the run [s].
-        values: Shape (t, n) in the unit of `SIGNALS`; a joint that was not measured is NaN throughout.
+        time: Time since the start of the run, shape (t,) [s].
+        values: Values in the unit of `SIGNALS`, shape (t, n); a joint that was not measured is always NaN.
     """
 
     time: np.ndarray
@@ -83,7 +84,7 @@ class Signal:
 
     @property
     def rate(self) -> float:
-        """Samples a second [Hz]: of the median period, or of all where gaps or jitter make that another."""
+        """Sampling rate [Hz]: one over the median period, or the mean rate if gaps or jitter matter."""
         if not self.period or self.time[-1] <= self.time[0]:
             return 1.0 / self.period if self.period else 0.0
         mean = (len(self) - 1) / float(self.time[-1] - self.time[0])
@@ -92,10 +93,10 @@ class Signal:
 
 @dataclass(frozen=True)
 class KnownPayload:
-    """A body on the flange and what is known of it.
+    """A payload on the flange and its known parameters.
 
     Attributes:
-        name: What the columns of its unknown parameters are called after.
+        name: Name of the payload, which the names of its unknown parameters contain.
         known: Names in `INERTIAL` and values, about the flange's origin in its axes; all, or (("M", 175.0),).
     """
 
@@ -113,13 +114,13 @@ class KnownPayload:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened.
+    """An event during a run.
 
     Attributes:
-        time: On the recording's axis [s].
-        kind: A word: "driver", "stage", "stop", "late", "warning".
-        text: A sentence.
-        details: Joint, value, limit, unit and level of a stop, where it has them.
+        time: Time on the recording's time axis [s].
+        kind: Kind of the event, such as "driver", "stage", "stop", "late" or "warning".
+        text: Description in one sentence.
+        details: Joint, value, limit, unit and level of a stop, if known.
     """
 
     time: float
@@ -130,13 +131,14 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """How each cycle of the control loop went, arrays of shape (t,).
+    """Timing of the cycles of the control loop, arrays of shape (t,).
 
     Attributes:
-        time: On the recording's axis [s].
-        lateness: By how much each began too late [s].
-        skipped: Cycles that were missed before each.
-        stage: What the arm was doing: indices into the names `stages`.
+        time: Time on the recording's time axis [s].
+        lateness: Delay of the start of each cycle [s].
+        skipped: Number of cycles missed before each cycle.
+        stage: Stage of the run, as an index into `stages`.
+        stages: Names of the stages.
     """
 
     time: np.ndarray
@@ -159,12 +161,12 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class ControllerState:
-    """What the controller reported about itself, such as its safety mode.
+    """State that the controller reported, such as its safety mode.
 
     Attributes:
-        time: Shape (t,) on the recording's axis [s].
-        values: Shape (t, k), a column a name; NaN where unknown.
-        words: Name -> what its codes mean; nothing for a plain number.
+        time: Time on the recording's time axis, shape (t,) [s].
+        values: Values with one column per name, shape (t, k); NaN if unknown.
+        words: Name -> meaning of its codes; empty for a plain number.
     """
 
     time: np.ndarray
@@ -182,7 +184,7 @@ class ControllerState:
         return len(self.time)
 
     def of(self, name: str) -> np.ndarray:
-        """One of `words`, shape (t,)."""
+        """Values of a name in `words`, shape (t,)."""
         return np.asarray(self.values[:, list(self.words).index(name)])
 
 
@@ -191,20 +193,20 @@ class Recording(InNotebook):
     """One run of one arm; `recording_checks.check` reports whether it is plausible.
 
     Attributes:
-        name: What people call the run.
-        model: The nominal robot when the run was recorded.
-        signals: Keys from `SIGNALS`; "position" and one of `EFFORT` at least.
-        payload: What hung on the flange; None for nothing.
-        trajectory: Text of the trajectory's file, if there was one.
-        settings: Role, controller, source and whatever else explains the run.
-        host_time: Host's clock at each position sample, shape (t,) [ns]; None if it was not recorded.
-        events: In order.
-        timing: Timing of the control loop; None if that was not recorded.
-        controller: Its own state; None where its driver reads none of that.
-        outcome: How the run ended, by name; empty if unknown.
-        warnings: In sentences.
-        recorded: Whether exidyn wrote its file. What cannot be in it is then evidence of what went wrong, and
-            a warning; in other people's files it is a wrong unit, and refused.
+        name: Name of the run.
+        model: Nominal model when the run was recorded.
+        signals: Name in `SIGNALS` -> signal; at least "position" and one of `EFFORT`.
+        payload: Payload on the flange; None if there was none.
+        trajectory: Text of the trajectory's file; empty if there was none.
+        settings: Role, controller, source and further information about the run.
+        host_time: Host clock at each position sample, shape (t,) [ns]; None if it was not recorded.
+        events: Events in the order of time.
+        timing: Timing of the control loop; None if it was not recorded.
+        controller: State of the controller; None if its driver reads none.
+        outcome: Properties of the end of the run, by name; empty if unknown.
+        warnings: Warnings, one sentence each.
+        recorded: Whether exidyn wrote the file. Implausible content is then evidence of a fault, and causes a
+            warning; in files of other tools it indicates a wrong unit, and is refused.
     """
 
     name: str
@@ -232,9 +234,9 @@ class Recording(InNotebook):
                 f"it has {', '.join(self.signals) or 'nothing'}{servos if 'command' in self.signals else ''}"
             )
         for name, signal in self.signals.items():
-            if (found := signal.values.shape[1]) != self.robot.dof:
+            if (width := signal.values.shape[1]) != self.robot.dof:
                 raise WrongShape(
-                    f"{self.name}: {name} has {found} columns, but {self.robot.name} has {self.robot.dof} "
+                    f"{self.name}: {name} has {width} columns, but {self.robot.name} has {self.robot.dof} "
                     f"joints: {', '.join(self.robot.joints)}"
                 )
         if self.host_time is not None:
@@ -263,26 +265,26 @@ class Recording(InNotebook):
         name: str = "arrays",
         **signals: Any,
     ) -> "Recording":
-        """One run out of arrays.
+        """Create a recording of one run from arrays.
 
         Args:
-            robot: The nominal arm: a model, the name of a built-in one, or a robot.toml or URDF.
+            robot: Nominal model, name of a built-in robot, or path of a robot.toml or URDF.
             t: Time of the samples, shape (t,) [s].
             q: Position, shape (t, n) [rad].
             torque: Joint torque, shape (t, n) [N m].
             current: Motor current, shape (t, n) [A].
-            dq: Velocity, shape (t, n) [rad/s], where it was recorded.
-            mass: Mass of a body on the flange [kg].
-            com: Center of mass of that body from the flange's origin, in the flange's axes, shape (3,) [m].
-            degrees: Positions and velocities are in degrees.
-            name: What to call the run.
-            signals: Further ones of `SIGNALS`: temperature, command, link_position.
+            dq: Velocity, if it was recorded, shape (t, n) [rad/s].
+            mass: Mass of the payload on the flange [kg].
+            com: Center of mass of the payload from the flange's origin, in the flange's axes, shape (3,) [m].
+            degrees: Whether positions and velocities are in degrees.
+            name: Name of the run.
+            signals: Further signals in `SIGNALS`: temperature, command, link_position.
 
         Example:
             >>> Recording.from_arrays("arm.urdf", t, q, torque=torque)
 
         Raises:
-            WrongShape: Arrays that do not fit each other or the robot.
+            WrongShape: The shapes of the arrays do not match each other or the robot.
         """
         from ..effects import known_parameters
         from ..robot_files.robot_file import read_model
@@ -295,7 +297,7 @@ class Recording(InNotebook):
 
     @property
     def robot(self) -> Robot:
-        """The arm that was recorded."""
+        """Robot that was recorded."""
         return self.model.robot
 
     @property
@@ -306,7 +308,7 @@ class Recording(InNotebook):
 
     @property
     def simulated(self) -> bool:
-        """Whether a model made it, by `exidyn simulate`: it shows what that model predicts, and no arm."""
+        """Whether `exidyn simulate` made the recording, which then is the prediction of a model."""
         return SIMULATED in self.settings
 
     def __repr__(self) -> str:
@@ -320,7 +322,7 @@ class Recording(InNotebook):
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:
-        """All signals as a pandas table: a row for each position sample, columns (signal, joint).
+        """All signals as a pandas table: one row per position sample, columns (signal, joint).
 
         Signals of other rates are interpolated, and NaN before their first and after their last sample.
 
@@ -336,13 +338,13 @@ class Recording(InNotebook):
         return pandas.DataFrame(columns, index=pandas.Index(time, name="time [s]"))
 
     def keeping(self, rows: Mapping[str, np.ndarray]) -> "Recording":
-        """The recording with only those samples of some signals, and of its host time, name -> bool (t,)."""
-        fewer = {name: self.signals[name][kept] for name, kept in rows.items() if not kept.all()}
+        """Recording with only the selected samples of some signals and its host time; name -> bool (t,)."""
+        fewer = {name: self.signals[name][mask] for name, mask in rows.items() if not mask.all()}
         host_time = self.host_time
         if host_time is not None and "position" in fewer:
             host_time = host_time[rows["position"]]
         return replace(self, signals={**self.signals, **fewer}, host_time=host_time)
 
     def with_warnings(self, *warnings: str) -> "Recording":
-        """The same recording with more warnings; one that is already there is not repeated."""
+        """Recording with more warnings; existing warnings are not repeated."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))

@@ -1,4 +1,4 @@
-"""What cannot be in a recording: numbers, times and units that no arm has."""
+"""Implausible content of a recording: impossible numbers, times and units."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -11,49 +11,49 @@ from .steps_back import advice, steps_back
 from .wrong_unit import MILLIMETRES, angle_advice
 
 SLOWEST = 0.5
-"""Longest median period of positions or currents [s]. An arm's motion cannot be followed at 2 Hz, but any
-usual rate given in milliseconds (500 Hz: 2.0) is above."""
+"""Maximum median period of positions or currents [s]. At 2 Hz an arm's motion is not resolved, but any usual
+period in milliseconds (500 Hz: 2.0) exceeds this number."""
 
 TURNS_WITH_LIMITS = 4 * np.pi
-"""Position that a limited joint cannot reach [rad]: two turns each way, twice what wrists of common arms do.
-Where the robot's own limit is higher, half as much again counts instead."""
+"""Maximum position of a limited joint [rad]: two turns each way, twice the range of common wrists. If the
+robot's own limit is higher, the maximum is 1.5 times that limit."""
 
 TURNS_WITHOUT_LIMITS = 20 * np.pi
-"""Position of an endless joint that is rather taken for degrees [rad]: ten turns, never unwound."""
+"""Maximum position of a continuous joint [rad]: beyond ten turns, it is more likely in degrees."""
 
 LONGEST_SLIDE = 100.0
-"""Position that no sliding joint can have [m]; the same number in millimetres would be a short axis."""
+"""Maximum position of a prismatic joint [m]; the same number in millimeters would be a short axis."""
 
 FASTEST_TURN = 20.0
-"""Speed that no joint of an arm keeps up [rad/s], where its robot file allows no higher one: twice that of
-the fastest small arms' wrists."""
+"""Maximum sustained speed of a joint [rad/s], unless its robot file allows more: twice that of the wrists of
+the fastest small arms."""
 SPAN = 0.1
-"""Time over which a speed is taken, if samples come more often [s]."""
+"""Minimum time over which a speed is computed [s]."""
 BEYOND_LIMIT = 1.5
-"""Over the limit of the robot file: what moves faster does not exceed its limit, it is in another unit."""
+"""Maximum speed over the limit in the robot file; a higher speed indicates another unit."""
 
 FAR_BEYOND_TORQUE = 20.0
-"""Over the torque limit of the robot file, in a twentieth of the samples: a drive gives a few times its limit
-for moments. In mA, a joint that uses a fiftieth of its limit is above."""
+"""Maximum torque over the limit in the robot file, in a twentieth of the samples: drives exceed their limits
+briefly by a small factor. In mA, a joint that uses a fiftieth of its limit exceeds this."""
 
 HOTTEST = 200.0
-"""Temperature that no motor survives [degC]; in kelvin every motor is above."""
+"""Maximum temperature of a motor [degC]; in kelvin every motor exceeds it."""
 
 LARGEST = 1e15
-"""Number that no signal of an arm has in any unit, and whose square is still a number."""
+"""Maximum magnitude of any signal in any unit, whose square is still finite."""
 
 LONGEST = 1e9
-"""Time since its start that no run lasts [s]; nanoseconds of nine times as much do not fit into 64 bits."""
+"""Maximum duration of a run [s]; nine times as many nanoseconds do not fit into 64 bits."""
 
 
 class Finding(NamedTuple):
-    """Something that cannot be.
+    """Implausible content.
 
     Attributes:
-        kind: Error that it is in a file from elsewhere.
-        fact: What was found, and which limit it exceeds.
-        advice: What to do about such a file.
-        time: When the first sample concerned was taken [s]; None if there is no such sample.
+        kind: Type of the error if the file is from another tool.
+        fact: The implausible value, and the limit that it exceeds.
+        advice: Advice about such a file.
+        time: Time of the first affected sample [s]; None if there is no such sample.
     """
 
     kind: type[RecordingError]
@@ -62,13 +62,13 @@ class Finding(NamedTuple):
     time: float | None = None
 
     def error(self, name: str) -> RecordingError:
-        """The error, of the recording of that name."""
+        """Error for the recording with this name."""
         text = f"{name}: {self.fact}. {self.advice}"
         return NotFinite(text, self.time) if self.kind is NotFinite else self.kind(text)
 
 
 def findings(recording: Recording) -> Iterator[Finding]:
-    """All that cannot be, signal by signal."""
+    """All implausible content, signal by signal."""
     for name, signal in recording.signals.items():
         if len(signal):
             yield from _not_finite(recording, name, signal)
@@ -81,12 +81,12 @@ def findings(recording: Recording) -> Iterator[Finding]:
 
 
 def finite(column: np.ndarray) -> np.ndarray:
-    """Those values of a column that are numbers."""
+    """Values of a column that are numbers."""
     return column[is_number(column)]
 
 
 def is_number(values: np.ndarray) -> np.ndarray:
-    """Which values are numbers that can be computed with, bool of the same shape."""
+    """Whether values are finite numbers below `LARGEST`, bool of the same shape."""
     return np.abs(values) < LARGEST  # false for NaN and infinity
 
 
@@ -108,10 +108,10 @@ def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Fin
             )
         elif bad.any() and not (optional and np.isnan(column).all()):
             first = float(signal.time[bad.argmax()])
-            what = f"above {LARGEST:g}" if np.isfinite(column).all() else "not finite"
+            fault = f"above {LARGEST:g}" if np.isfinite(column).all() else "not finite"
             yield Finding(
                 NotFinite,
-                f"{name} of {joint} is {what} in {bad.sum()} of {len(bad)} samples, first at {first:.3f} s",
+                f"{name} of {joint} is {fault} in {bad.sum()} of {len(bad)} samples, first at {first:.3f} s",
                 advice,
                 first if np.isfinite(first) else None,
             )
@@ -142,13 +142,13 @@ def _turns(recording: Recording) -> Iterator[Finding]:
     turns = np.where(np.isfinite(reach), np.maximum(TURNS_WITH_LIMITS, 1.5 * reach), TURNS_WITHOUT_LIMITS)
     allowed = np.where(revolute, turns, LONGEST_SLIDE)
     columns = recording.signals["position"].values.T
-    found = np.array([np.max(np.abs(finite(column)), initial=0.0) for column in columns])
-    for joint in np.flatnonzero(found > allowed):
+    peak = np.array([np.max(np.abs(finite(column)), initial=0.0) for column in columns])
+    for joint in np.flatnonzero(peak > allowed):
         unit = "rad" if revolute[joint] else "m"
         others = columns[revolute & (np.arange(len(columns)) != joint)]
         yield Finding(
             BadUnit,
-            f"{recording.robot.joints[joint]} is at {found[joint]:g} {unit}, which it cannot reach (at most "
+            f"{recording.robot.joints[joint]} is at {peak[joint]:g} {unit}, which it cannot reach (at most "
             f"{allowed[joint]:.3g} {unit} is possible)",
             angle_advice(recording.robot.joints[joint], columns[joint], others)
             if revolute[joint]
@@ -158,17 +158,17 @@ def _turns(recording: Recording) -> Iterator[Finding]:
 
 def _speed(recording: Recording) -> Iterator[Finding]:
     position = recording.signals["position"]
-    # Over some samples: the times of single ones may be those of their arrival.
+    # Speeds are computed over several samples, since the times of single ones may be those of their arrival.
     apart = max(round(SPAN * position.rate), 1)
-    with np.errstate(all="ignore"):  # steps that are none are other findings
-        way = np.abs(position.values[apart:] - position.values[:-apart])
-        speed = way / (position.time[apart:] - position.time[:-apart])[:, None]
+    with np.errstate(all="ignore"):  # zero steps are reported by another finding
+        distance = np.abs(position.values[apart:] - position.values[:-apart])
+        speed = distance / (position.time[apart:] - position.time[:-apart])[:, None]
     limits = recording.robot.limits.velocity
     for joint in np.flatnonzero(recording.robot.revolute):
         known, limit = finite(speed[:, joint]), limits[joint]
-        # A drive that a robot file lets turn faster does so; a lower limit may be a cell's own.
+        # A robot file may allow a higher speed; a lower limit may be specific to a cell.
         fastest = max(FASTEST_TURN, BEYOND_LIMIT * limit) if np.isfinite(limit) else FASTEST_TURN
-        # Not the highest: a jump in one sample is another matter.
+        # Not the highest speed, which may be a jump in a single sample.
         usual = np.percentile(known, 95) if len(known) else 0.0
         if usual > fastest:
             yield Finding(
@@ -181,7 +181,7 @@ def _speed(recording: Recording) -> Iterator[Finding]:
 
 
 def _torque(recording: Recording) -> Iterator[Finding]:
-    """Torques measured, or by currents where the robot file states a drive gain."""
+    """Implausible torques, measured or computed from currents if the robot file states a drive gain."""
     robot = recording.robot
     for name in EFFORT:
         signal = recording.signals.get(name)

@@ -1,7 +1,7 @@
-"""Columns whose numbers lost a turn or a sign on their way into a log, and how they are restored.
+"""Restoration of columns whose numbers lost a turn or a sign on their way into a log.
 
-No model is asked: a joint does not turn by 360 degrees between two samples, and an effort does not jump from
-one end of a 16-bit register to the other.
+This needs no model: a joint does not turn by 360 degrees between two samples, and an effort does not jump
+from one end of a 16-bit register to the other.
 """
 
 from typing import NamedTuple
@@ -9,29 +9,29 @@ from typing import NamedTuple
 import numpy as np
 
 NEAR = 0.1
-"""Share of a turn by which a jump may miss a full one: a joint moves less than that between two samples."""
+"""Maximum difference between a jump and a full turn, in turns: a joint moves less between two samples."""
 WIDTHS = (8, 16, 32)
-"""Bits of registers."""
+"""Widths of registers in bits."""
 SIGN_BITS = tuple(range(9, 16))
-"""Bits that servos use for the sign of a size; Feetech and Dynamixel (protocol 1) have the tenth."""
+"""Bits that servos use for the sign of a magnitude; Feetech and Dynamixel (protocol 1) use the tenth."""
 SMOOTHER = 4.0
-"""Factor by which the largest step between samples shrinks when a lost sign is restored: a signal that jumps
-across its range becomes one that passes through zero."""
+"""Minimum factor by which the largest step between samples shrinks when a lost sign is restored: a signal
+that jumped across its range then passes through zero."""
 WRITTEN = 5e-6
-"""Relative error of a count of a register as logs are written: half of the sixth digit or better."""
+"""Relative error of a count of a register in a log: half of the sixth digit or better."""
 HALF = 0.5
-"""Distance from a whole count, from which on a value is none: large counts are written with few digits."""
+"""Distance from a whole count from which a value is not a count: large counts are written with few digits."""
 FEWEST = 40
-"""Samples in which a lost sign can be seen."""
+"""Minimum number of samples to detect a lost sign."""
 
 
 class Restored(NamedTuple):
-    """A column as it was measured.
+    """A restored column.
 
     Attributes:
-        values: Shape (t,).
-        fact: What was lost, and what was done.
-        turn: By what values without a sign are too large; 0 if that differs.
+        values: Restored values, shape (t,).
+        fact: Description of the loss and its restoration.
+        turn: Difference by which values without a sign are too large; 0 if it is not constant.
     """
 
     values: np.ndarray
@@ -40,12 +40,12 @@ class Restored(NamedTuple):
 
 
 def unwrapped(position: np.ndarray, turn: float = 2 * np.pi) -> Restored | None:
-    """Positions (t,) without jumps by a full turn; None where there is none."""
+    """Positions (t,) without jumps by a full turn; None if there are no such jumps."""
     known = np.isfinite(position)
     steps = np.diff(position[known])
     jumps = int(np.sum(np.abs(np.abs(steps) - turn) < NEAR * turn))
     other = np.abs(steps)[np.abs(steps) < turn * (1 - NEAR)]
-    # Jumps of all sizes are noise, or another unit; those of one size are turns.
+    # Jumps of different sizes are noise or another unit; jumps of one size are turns.
     if not jumps or np.max(other, initial=0.0) > 0.5 * turn:
         return None
     values = np.array(position)
@@ -54,7 +54,7 @@ def unwrapped(position: np.ndarray, turn: float = 2 * np.pi) -> Restored | None:
 
 
 def signed(effort: np.ndarray) -> Restored | None:
-    """Efforts (t,) whose sign was lost when a register was read; None where none was lost."""
+    """Efforts (t,) whose sign was lost when a register was read; None if it was not lost."""
     lost = lost_sign(effort)
     if lost is None:
         return None
@@ -62,7 +62,7 @@ def signed(effort: np.ndarray) -> Restored | None:
 
 
 def signed_like(effort: np.ndarray, turn: float) -> Restored | None:
-    """Efforts (t,) that are negative throughout, so that only other joints show that their sign was lost."""
+    """Efforts (t,) that are always negative, so that only other joints show that their sign was lost."""
     known = effort[np.isfinite(effort)]
     if not turn or not len(known) or known.min() < 0.5 * turn or known.max() >= turn * (1.0 + WRITTEN):
         return None
@@ -71,10 +71,10 @@ def signed_like(effort: np.ndarray, turn: float) -> Restored | None:
 
 
 def lost_sign(effort: np.ndarray) -> Restored | None:
-    """Values (t,) of a register with their sign, and how they were read without it; None if none was lost.
+    """Values (t,) of a register with restored sign, and how they were read; None if the sign was not lost.
 
-    A number of k bits was read as one without sign (-45 becomes 65491), or one bit of it is the sign
-    (-45 becomes 1069). Its unit may be any: one step of it is one count of the register.
+    A number of k bits was read as unsigned (-45 becomes 65491), or one of its bits is the sign (-45 becomes
+    1069). The values may have any unit: their step is one count of the register.
     """
     known = effort[np.isfinite(effort)]
     step = _count(known)
@@ -109,7 +109,7 @@ def _example(turn: int) -> str:
 
 
 def _count(values: np.ndarray) -> float | None:
-    """One count of a register, of which all values (t,) are whole multiples; None if there is none."""
+    """Count of a register: the step of which all values (t,) are multiples; None if there is none."""
     sizes = np.unique(np.abs(values))
     sizes = sizes[sizes > 0]
     if len(sizes) < 3:
@@ -124,12 +124,12 @@ def _count(values: np.ndarray) -> float | None:
         if not np.isfinite(multiples).all() or not clear.any():
             continue
         off = np.abs(multiples - np.round(multiples))
-        whole = np.round(multiples[clear])
-        if whole.any() and np.all(off < 0.01 + WRITTEN * multiples):
-            return float(sizes[clear] @ whole / (whole @ whole)) if step != 1.0 else step
+        counts = np.round(multiples[clear])
+        if counts.any() and np.all(off < 0.01 + WRITTEN * multiples):
+            return float(sizes[clear] @ counts / (counts @ counts)) if step != 1.0 else step
     return None
 
 
 def _roughness(values: np.ndarray) -> float:
-    """The largest step between neighbouring samples."""
+    """Largest step between neighboring samples."""
     return float(np.max(np.abs(np.diff(values[np.isfinite(values)]))))

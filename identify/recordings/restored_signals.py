@@ -1,4 +1,4 @@
-"""Signals of a recording as they were measured: turns and signs restored, repeated samples left out."""
+"""Restoration of the signals of a recording: lost turns and signs, and repeated samples."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -10,47 +10,46 @@ from .restored_columns import Restored, signed, signed_like, unwrapped
 from .wrong_unit import in_ticks
 
 REPEATED = 0.3
-"""Share of the samples that repeat all joints of the one before, from which on a log is faster than its
-sensor."""
+"""Share of samples that repeat the previous one in all joints above which a log outpaces its sensor."""
 REGULAR = 0.8
-"""Share of the stretches of repeats that are of one length: a sensor has a rate, and rest has none."""
+"""Minimum share of the stretches of repeats with the usual length: unlike rest, a sensor has a rate."""
 DERIVED = 0.9
-"""Correlation of a velocity with the derivative of its position, at least: filters take little of it."""
+"""Minimum correlation of a velocity with the derivative of its position; filters reduce it only slightly."""
 SCALED = 0.1
-"""Relative error of the ratio of both from which on it is not the same unit."""
+"""Relative error of their ratio above which their units differ."""
 FEWEST = 100
 
 
 def restored(recording: Recording) -> Recording:
-    """The recording with what a log lost restored, and a warning of each thing that was done."""
+    """Recording with restored signals, and a warning about each restoration."""
     signals, warnings = dict(recording.signals), []
     for name in ("position", "velocity", *EFFORT):
         if name in signals:
-            which = recording.robot.revolute if name == "position" else np.ones(recording.robot.dof, bool)
+            eligible = recording.robot.revolute if name == "position" else np.ones(recording.robot.dof, bool)
             restore = _position if name == "position" else signed
-            signals[name], facts = _restored(signals[name], recording.robot.joints, which, restore)
+            signals[name], facts = _restored(signals[name], recording.robot.joints, eligible, restore)
             warnings += [f"{name} of {fact}" for fact in facts]
     for name in ("position", *EFFORT):
-        if name in signals and (every := _repeats(signals[name])) is not None:
-            rate = 1.0 / np.median(np.diff(signals[name].time[every]))
+        if name in signals and (new := _new_samples(signals[name])) is not None:
+            rate = 1.0 / np.median(np.diff(signals[name].time[new]))
             warnings.append(
-                f"{name}: {100 * np.mean(~every):.0f} % of the samples repeat the one before; only new ones "
+                f"{name}: {100 * np.mean(~new):.0f} % of the samples repeat the one before; only new ones "
                 f"are used, at {rate:.3g} Hz"
             )
-            signals[name] = Signal(signals[name].time[every], signals[name].values[every])
-    whole = replace(recording, signals=signals)
-    return whole.with_warnings(*warnings, *_velocity(whole))
+            signals[name] = Signal(signals[name].time[new], signals[name].values[new])
+    complete = replace(recording, signals=signals)
+    return complete.with_warnings(*warnings, *_velocity(complete))
 
 
 def _restored(
     signal: Signal,
     joints: tuple[str, ...],
-    which: np.ndarray,
+    eligible: np.ndarray,
     restore: Callable[..., Restored | None],
 ) -> tuple[Signal, list[str]]:
-    """The signal with those joints restored, and what was done of each."""
+    """Signal with the eligible joints (n,) restored, and the facts about them."""
     values, facts = np.array(signal.values), list[str]()
-    tried = {j: restore(values[:, j]) for j in np.flatnonzero(which).tolist()}
+    tried = {j: restore(values[:, j]) for j in np.flatnonzero(eligible).tolist()}
     for turn in {restored.turn for restored in tried.values() if restored is not None}:
         tried = {j: restored or signed_like(values[:, j], turn) for j, restored in tried.items()}
     better = {j: restored for j, restored in tried.items() if restored is not None}
@@ -62,15 +61,15 @@ def _restored(
 
 
 def _position(values: np.ndarray) -> Restored | None:
-    """Positions (t,) without jumps by a turn, or with the sign of their register; None where none was lost.
+    """Positions (t,) without jumps by a turn, or with the sign of their register; None if nothing was lost.
 
-    Counts of an encoder are no angles, and are left for their unit to be judged.
+    Counts of an encoder stay unchanged, and are reported as a wrong unit.
     """
     return unwrapped(values) or (None if in_ticks(values) else signed(values))
 
 
-def _repeats(signal: Signal) -> np.ndarray | None:
-    """Which samples (t,) are new, where most repeat the one before at a rate; else None."""
+def _new_samples(signal: Signal) -> np.ndarray | None:
+    """Whether samples (t,) are new, if many repeat the previous one at a regular rate; else None."""
     if len(signal) < FEWEST:
         return None
     changed = np.any(np.diff(signal.values, axis=0) != 0.0, axis=1)
@@ -100,9 +99,9 @@ def _velocity(recording: Recording) -> Iterator[str]:
 
 
 def _slope(position: Signal, velocity: Signal, joint: int) -> tuple[float, float]:
-    """Velocity over the derivative of position, and their correlation; (1, 1) where the joint rests.
+    """Velocity over the derivative of position, and their correlation; (1, 1) if the joint rests.
 
-    Both are means over a fiftieth of a second or some samples: a derivative of neighbours is noise.
+    Both are means over a twentieth of a second or some samples, since single derivatives are noise.
     """
     span = max(0.05, 8 * position.period)
     edges = np.arange(position.time[0], position.time[-1], span)

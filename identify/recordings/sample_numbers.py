@@ -1,7 +1,7 @@
-"""Numbers of samples taken at a constant rate: which were lost, and where the clock of the stamps was set.
+"""Numbers of samples at a constant rate: lost samples, and settings of the clock of the time stamps.
 
-Between two samples the stamps' earliest go on by one period, or by k of them where k - 1 samples were lost,
-or by anything where the clock of the stamps was set. Positions decide: they jump where samples were lost.
+Between two samples, the earliest stamps advance by one period, by k periods if k - 1 samples were lost, or by
+any time if the clock of the stamps was set. Positions show which: they jump if samples were lost.
 """
 
 from typing import NamedTuple
@@ -11,42 +11,42 @@ from scipy.ndimage import minimum_filter1d
 from scipy.signal import find_peaks
 
 SHORT = 0.5
-"""A step of the stamps below so many periods is one within a burst."""
+"""Maximum step of the stamps within a burst, in periods."""
 WIDTH = 20
-"""Samples among which one is in time, at least."""
+"""Minimum number of samples of which one is on time."""
 BURSTS = 4
-"""Bursts among which one is in time."""
+"""Number of bursts of which one is on time."""
 STRETCHES = 8
-"""Stretches that a log has, at least."""
+"""Minimum number of stretches in a log."""
 JUMP = 0.5
-"""Periods by which the earliest stamps jump where samples were lost, or the clock stepped."""
+"""Minimum jump of the earliest stamps, in periods, if samples were lost or the clock was set."""
 RESOLVED = 1e-5
-"""Noise of positions, at least [rad]; encoders resolve no less, and computed positions have none."""
+"""Minimum noise of positions [rad]: the resolution of encoders; computed positions have none."""
 VELOCITY = 4
-"""Samples before and behind a jump over which velocities are taken."""
+"""Number of samples before and behind a jump over which velocities are computed."""
 STILL = 1e-6
-"""Way between two samples, over the noise of positions, that stands for none."""
+"""Distance between two samples, over the noise of positions, that stands for zero."""
 SEEN = 8.0
-"""Way that a jump of the stamps would mean, over the noise of positions, from which positions decide."""
+"""Distance during a jump of the stamps, over the noise of positions, from which positions decide."""
 ALIKE = 0.2
-"""Share of that way, and of the velocity, within which positions go on as if no sample were missing."""
+"""Share of that distance, and of the velocity, within which positions continue without a missing sample."""
 FEW = 4.0
-"""Periods within which no motion turns around."""
+"""Number of periods within which no motion reverses."""
 STEPS = 2
-"""How often a clock is set in a run, at most."""
+"""Maximum number of times a clock is set in a run."""
 PASSES = 20
-"""Passes over the jumps; each corrects those that are far from each other."""
+"""Maximum number of passes over the jumps; each corrects those that are far from each other."""
 
 
 class Numbers(NamedTuple):
-    """The numbers of samples.
+    """Numbers of samples.
 
     Attributes:
-        number: From 0, shape (t,).
-        offset: What the clock of the stamps was set by until each sample, shape (t,) [s].
-        steps: Each of that: sample before which the clock was set, and by how much [s].
-        lost: Samples that are missing.
-        width: Samples among which one is in time.
+        number: Number of each sample from 0, shape (t,).
+        offset: Total adjustment of the clock of the stamps until each sample, shape (t,) [s].
+        steps: Adjustments of the clock: the sample that follows, and the step [s].
+        lost: Number of missing samples.
+        width: Number of samples of which one is on time.
     """
 
     number: np.ndarray
@@ -64,7 +64,7 @@ def number_samples(stamps: np.ndarray, values: np.ndarray) -> Numbers | None:
         if not period > 0.0:
             return None
         jump = _jumps(stamps - period * np.arange(len(stamps)), width) / period
-        # Lost samples only ever add: where the earliest stamps go back often, more of them are needed.
+        # Lost samples never make stamps go back: if the earliest stamps often do, the window is too short.
         if len(find_peaks(-jump, JUMP, distance=2 * width)[0]) <= STEPS or 2 * STRETCHES * width > len(
             stamps
         ):
@@ -73,7 +73,7 @@ def number_samples(stamps: np.ndarray, values: np.ndarray) -> Numbers | None:
 
 
 def _width(stamps: np.ndarray) -> int:
-    """Samples among which one is in time, by the bursts of stamps (t,) [s]."""
+    """Number of samples of which one is on time, from the bursts of stamps (t,) [s]."""
     steps = np.diff(stamps)
     usual = steps[steps <= np.percentile(steps, 99.5)]
     short = steps < SHORT * float(usual.mean())
@@ -91,7 +91,7 @@ def _numbered(stamps: np.ndarray, values: np.ndarray, period: float, width: int)
         jump[settled] = 0.0
         places = find_peaks(np.abs(jump), JUMP, distance=2 * width)[0]
         for place in places:
-            # The earliest stamps go up where a sample was lost, or before that where stamps are late.
+            # The earliest stamps rise at a lost sample, or before it if stamps are late.
             ends = np.array([-width, 0] if jump[place] > 0.0 else [0, width]) + place
             stretch = np.arange(max(ends[0] - width // BURSTS, 0), min(ends[1] + width // BURSTS, len(jump)))
             by_stamps = int(stretch[np.argmax(jump[place] * np.diff(stamps)[stretch])])
@@ -109,12 +109,12 @@ def _numbered(stamps: np.ndarray, values: np.ndarray, period: float, width: int)
 
 
 class Motion(NamedTuple):
-    """How values change from sample to sample, over their noise.
+    """Change of values from sample to sample, over their noise.
 
     Attributes:
-        change: Shape (t - 1, n).
-        velocity: Median of the changes before and behind each, shape (t - 1, n).
-        turn: How far these two differ, shape (t - 1,).
+        change: Changes, shape (t - 1, n).
+        velocity: Mean of the median changes before and behind each change, shape (t - 1, n).
+        turn: Difference of these two medians, shape (t - 1,).
     """
 
     change: np.ndarray
@@ -123,7 +123,7 @@ class Motion(NamedTuple):
 
     @classmethod
     def of(cls, values: np.ndarray) -> "Motion":
-        """The motion of values (t, n)."""
+        """Motion of values (t, n)."""
         change = np.diff(values, axis=0)
         noise = 1.4826 * np.median(np.abs(np.diff(change, axis=0)), axis=0)
         change = change / np.maximum(noise, RESOLVED)
@@ -133,11 +133,11 @@ class Motion(NamedTuple):
         return cls(change, 0.5 * (before + behind), np.linalg.norm(behind - before, axis=1))
 
     def lost(self, stretch: np.ndarray, by_stamps: int, size: float, known: np.ndarray) -> np.ndarray:
-        """How many samples were lost at each place of a stretch.
+        """Number of lost samples at each place of a stretch.
 
         Args:
             stretch: Places between samples, shape (k,).
-            by_stamps: The place in it at which the stamps jump.
+            by_stamps: Place in the stretch at which the stamps jump.
             size: Jump of the earliest stamps, in periods.
             known: Steps of the numbers, shape (t - 1,).
         """
@@ -156,18 +156,18 @@ class Motion(NamedTuple):
         return none if self.goes_on(by_stamps) else at_stamps
 
     def goes_on(self, place: int) -> bool:
-        """Whether motion surely goes on between two samples; over a long gap it may turn around."""
+        """Whether motion certainly continues between two samples; over a long gap it may reverse."""
         speed = float(np.linalg.norm(self.velocity[place]))
-        way = float(np.linalg.norm(self.change[place] - self.velocity[place]))
-        return speed * FEW > SEEN and max(way, self.turn[place]) < max(ALIKE * speed * FEW, SEEN)
+        extra = float(np.linalg.norm(self.change[place] - self.velocity[place]))
+        return speed * FEW > SEEN and max(extra, self.turn[place]) < max(ALIKE * speed * FEW, SEEN)
 
 
 def _jumps(late: np.ndarray, width: int) -> np.ndarray:
-    """How far the earliest stamps rise from up to each sample to behind it, shape (t - 1,)."""
+    """Rise of the earliest stamps from before each place to behind it, shape (t - 1,)."""
     before = minimum_filter1d(late, width, mode="constant", cval=np.inf, origin=width - 1 - width // 2)
     behind = minimum_filter1d(late, width, mode="constant", cval=np.inf, origin=-(width // 2))
     jump = np.asarray(behind[1:] - before[:-1])
-    # At the ends, the earliest of few is no early one.
+    # At the ends, the earliest of a few stamps may be late.
     jump[:width] = np.maximum(jump[:width], 0.0)
     jump[-width:] = np.minimum(jump[-width:], 0.0)
     return jump

@@ -1,4 +1,4 @@
-"""Runs that follow each other in one file: time begins anew there, or is missing for long."""
+"""Separation of consecutive runs in one file, where time restarts or has a long gap."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -12,27 +12,27 @@ from .recording_findings import is_number
 from .sample_numbers import Motion
 
 SHORTEST = 50
-"""Samples of a run, at least; fewer are what a recorder wrote before it settled."""
+"""Minimum number of samples of a run; a recorder may write fewer before it settles."""
 BACK = 50.0
-"""Median periods by which time goes back where a run begins; rows out of order are closer together."""
+"""Minimum step back of time at the beginning of a run, in median periods; unordered rows are closer."""
 AROUND = 5
-"""Samples before and behind a beginning whose median time is compared."""
+"""Number of samples before and behind a beginning whose median times are compared."""
 PAUSE = 10.0
-"""Time without a sample after which another run begins [s]: no recorder that goes on loses so much."""
+"""Minimum gap before another run [s]: a recorder does not lose that much during a run."""
 MANY_PERIODS = 100.0
-"""Median periods of such a pause, at least: time may be in another unit than seconds."""
+"""Minimum gap before another run in median periods, as time may be in another unit than seconds."""
 SCRAPS = 0.05
-"""Share of the samples in pieces that are no run, at most; two sources that take turns have more of them."""
+"""Maximum share of the samples in pieces too short for a run; two alternating sources have more."""
 PART = "part"
-"""Setting of a recording that is one of several in a file; its text is which, and where it begins."""
+"""Setting of a recording that is one of several in a file; its text names the run and its beginning."""
 
 
 class Part(NamedTuple):
     """One run of a file.
 
     Attributes:
-        recording: The run, its time from its first position on.
-        first: Its first row in the file, from 0.
+        recording: Recording of the run, whose time begins at its first position.
+        first: Index of its first row in the file, from 0.
     """
 
     recording: Recording
@@ -42,12 +42,12 @@ class Part(NamedTuple):
 def separate_runs(
     recording: Recording, place: Callable[[int], str], headings: Mapping[int, str] = MappingProxyType({})
 ) -> list[Part]:
-    """The runs of a recording from one file, each with a warning that says where it begins; or the one.
+    """Runs of a recording from one file, each with a warning about its beginning; or the only run.
 
     Args:
-        recording: Its times as in the file.
-        place: What a row is called in an error, from its number.
-        headings: Rows above which the names of the columns stand again, and where these stand.
+        recording: Recording with the times in the file.
+        place: Function from the index of a row to its name in messages.
+        headings: Rows that follow a repetition of the names of the columns, and the place of the names.
     """
     position = recording.signals["position"]
     why = dict.fromkeys(headings, "the names of the columns stand again")
@@ -65,10 +65,10 @@ def separate_runs(
 
 
 def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]]:
-    """Rows at which another run begins, and why; a clock that was set in a run is none.
+    """Rows at which another run begins, and the reasons; setting a clock during a run does not count.
 
     Args:
-        time: Shape (t,) [s].
+        time: Times, shape (t,) [s].
         values: Positions, shape (t, n).
     """
     if not is_number(time).all():
@@ -79,7 +79,7 @@ def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]
         return
     motion, values = None, values[:, is_number(values).all(axis=0)]
     for row in np.flatnonzero((steps < -BACK * period) | (steps > max(PAUSE, MANY_PERIODS * period))) + 1:
-        # Single stamps that are wrong begin nothing.
+        # Single wrong stamps are not the beginning of a run.
         step = np.median(time[row : row + AROUND]) - np.median(time[max(row - AROUND, 0) : row])
         if abs(step) < BACK * period or step * steps[row - 1] < 0.0:
             continue
@@ -89,20 +89,20 @@ def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]
 
 
 def _part(recording: Recording, rows: range, number: int, count: int, where: str, scraps: int) -> Recording:
-    """One of several runs in rows of a file; of these, some samples are in none."""
+    """Run number `number` of `count` runs in a file; `scraps` is the number of samples in no run."""
     start = recording.signals["position"].time[rows[0]]
     piece = slice(rows[0], rows[-1] + 1)
     signals = {
         name: Signal(signal.time[piece] - start, signal.values[piece])
         for name, signal in recording.signals.items()
     }
-    which = f"run {number} of {count} in the file"
+    title = f"run {number} of {count} in the file"
     short = f"; {scraps} samples between them are too few for a run, and left out" if scraps else ""
     part = replace(
         recording,
         name=f"{recording.name}_{number}",
         signals=signals,
         host_time=None if recording.host_time is None else recording.host_time[piece],
-        settings={**recording.settings, PART: f"{which}: {where}"},
+        settings={**recording.settings, PART: f"{title}: {where}"},
     )
-    return part.with_warnings(f"{where}: this is {which}{short}")
+    return part.with_warnings(f"{where}: this is {title}{short}")

@@ -1,19 +1,19 @@
-"""Time that does not go on from one row to the next: why that seems to be, and what to do about it."""
+"""Times that do not increase from one row to the next: the likely reason, and advice."""
 
 import numpy as np
 
 OFTEN = 3
-"""Steps back from which on two sources are asked for."""
+"""Minimum number of steps back to suspect two sources."""
 SCATTERED = 0.3
-"""Share of the late rows that begin a group of them; two sources take turns, a second run is one group."""
+"""Minimum share of late rows that begin a group; two sources alternate, while a second run is one group."""
 JUMP = 10.0
-"""Distance between the rows of two sources at one time, over what a joint moves from row to row, at least."""
+"""Minimum distance between the rows of two sources at one time, over the usual motion from row to row."""
 BEGINNING = 0.05
-"""Share of a file in which the rows from before the recorder settled lie."""
+"""Share of a file at its beginning that a recorder may write before it settles."""
 ROUNDED = 0.2
-"""Share of the steps that are none, from which on stamps have too few digits."""
+"""Share of zero steps above which stamps have too few digits."""
 ROUGHER = 1.5
-"""Way from row to row after sorting, over that before, from which on rows were in order."""
+"""Ratio of the distance from row to row after sorting to that before, above which rows were in order."""
 CUT = "Time begins anew there: cut the file there, into a run each"
 DIGITS = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
 SORT = "Sort the rows by time, or leave out those that repeat a time"
@@ -21,12 +21,12 @@ SKIP = "Leave out the first rows (skip_rows, --skip-rows)"
 
 
 def steps_back(time: np.ndarray) -> np.ndarray:
-    """Rows behind which time does not go on, of times (t,)."""
+    """Rows after which times (t,) do not increase."""
     return np.flatnonzero(np.diff(time) <= 0)
 
 
 def advice(time: np.ndarray, values: np.ndarray) -> str:
-    """What to do about times (t,) that do not increase; values (t, c) tell whether two sources take turns."""
+    """Advice about times (t,) that do not increase; values (t, c) show whether two sources alternate."""
     back = steps_back(time)
     late = _late(time)
     if _take_turns(time, values, late):
@@ -43,22 +43,22 @@ def advice(time: np.ndarray, values: np.ndarray) -> str:
 
 
 def _in_order(time: np.ndarray, values: np.ndarray) -> bool:
-    """Whether rows, once sorted by time, would jump between values (t, c) more than they do."""
+    """Whether sorting the rows by time would increase the jumps between values (t, c)."""
     known = np.isfinite(values).all(axis=0)
     order = np.argsort(time, kind="stable")
-    ways = (np.abs(np.diff(rows, axis=0)).sum() for rows in (values[:, known], values[order][:, known]))
-    as_they_are, when_sorted = ways
-    return bool(when_sorted > ROUGHER * as_they_are)
+    distances = (np.abs(np.diff(rows, axis=0)).sum() for rows in (values[:, known], values[order][:, known]))
+    unsorted, when_sorted = distances
+    return bool(when_sorted > ROUGHER * unsorted)
 
 
 def _late(time: np.ndarray) -> np.ndarray:
-    """Which rows are no later than one before them, bool (t,)."""
-    latest = np.maximum.accumulate(np.concatenate([[-np.inf], time[:-1]]))
-    return ~(time > latest)
+    """Whether rows are not later than all rows before them, bool (t,)."""
+    latest_before = np.maximum.accumulate(np.concatenate([[-np.inf], time[:-1]]))
+    return ~(time > latest_before)
 
 
 def _take_turns(time: np.ndarray, values: np.ndarray, late: np.ndarray) -> bool:
-    """Whether late rows lie between others all the time, and would not fit among them."""
+    """Whether late rows alternate with the others, and have different values."""
     groups = int(np.sum(late[1:] & ~late[:-1]))
     if groups < OFTEN or groups < SCATTERED * late.sum() or np.sum(~late) < OFTEN:
         return False
@@ -66,7 +66,7 @@ def _take_turns(time: np.ndarray, values: np.ndarray, late: np.ndarray) -> bool:
 
 
 def _apart(time: np.ndarray, column: np.ndarray, late: np.ndarray) -> bool:
-    """Whether the late values of one joint are far from what the others have at that time."""
+    """Whether the late values of a joint are far from the other values at the same time."""
     known = np.isfinite(column) & np.isfinite(time)
     first, second = known & ~late, known & late
     if np.sum(first) < OFTEN or np.sum(second) < OFTEN:

@@ -1,4 +1,4 @@
-"""Recordings in the unit or on the side of the gear that a controller reports, turned into the joint's SI."""
+"""Conversion of recordings from a controller's units and side of the gear to SI units of the joints."""
 
 import re
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "us": ("s", 1e-6, 0.0),
     "ns": ("s", 1e-9, 0.0),
 }
-"""Unit -> that of `SIGNALS`, factor and offset to it."""
+"""Unit -> corresponding unit of `SIGNALS`, and factor and offset of the conversion."""
 
 SPELLINGS: dict[str, str] = {
     "rad": "radian radians",
@@ -57,7 +57,7 @@ SPELLINGS: dict[str, str] = {
     "us": "µs μs usec micros microsecond microseconds",
     "ns": "nsec nanos nanosec nanosecond nanoseconds",
 }
-"""Unit -> how else people and controllers write it."""
+"""Unit -> its other spellings."""
 
 TRAVEL = {"%": -100.0, "0-100%": 0.0}
 """Units of shares of a joint's travel -> their value at its lower limit; at the upper limit they are 100."""
@@ -65,17 +65,17 @@ PER_SECOND = "%/s"
 """Unit of the velocity that belongs to a position in "%"."""
 
 ANGLES = ("rad", "rad/s")
-"""Units of what may be given in degrees."""
+"""Units of quantities that may be in degrees."""
 
 OF_JOINT = ("position", "velocity", "link_position", "command", "command_velocity")
-"""Signals that are a coordinate of the joint, or its rate."""
+"""Signals that are a joint coordinate, or its rate."""
 
 BEFORE_GEAR = ("position", "velocity", "command", "torque")
-"""Signals that a controller may report of the motor: by the gear ratio too large, torque too small."""
+"""Signals that a controller may report for the motor: larger by the gear ratio, torque smaller."""
 
 
 def unit_named(text: str) -> tuple[str, float, float] | None:
-    """The entry of `UNITS`, whatever the case, spaces and brackets; None if there is none."""
+    """Entry of `UNITS`, regardless of case, spaces and brackets; None if there is none."""
     return _BY_NAME.get(_bare(text))
 
 
@@ -93,15 +93,15 @@ _BY_NAME |= {_bare(name): UNITS[unit] for unit, names in SPELLINGS.items() for n
 
 
 def percent_of_travel(limits: Limits, lowest: float = -100.0) -> tuple[np.ndarray, np.ndarray]:
-    """Scale and zero of positions in per cent of each joint's travel: position = (value - zero) * scale.
+    """Scale and zero of positions in percent of each joint's travel: position = (value - zero) * scale.
 
     Args:
-        limits: The joints' limits; a joint without limits has no travel.
+        limits: Limits of the joints; a joint without limits has no travel.
         lowest: Value at the lower limit; the value at the upper limit is 100.
 
     Returns:
-        Scale [rad or m per per cent] and zero, the value where the position is 0, shape (n,) each; NaN for
-        joints without travel.
+        Scale [rad or m per percent] and zero, the value at position 0, shape (n,) each; NaN for joints
+        without travel.
     """
     lower, upper = limits.position_lower, limits.position_upper
     travel = np.where(np.isfinite(upper) & np.isfinite(lower) & (upper > lower), upper - lower, np.nan)
@@ -112,13 +112,14 @@ def percent_of_travel(limits: Limits, lowest: float = -100.0) -> tuple[np.ndarra
 def factors(
     si: Sequence[str], units: str | Sequence[str], where: str, limits: Limits | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Factor and offset, shape (n,) each, from given units to those of `si`, n of them.
+    """Factors and offsets, shape (n,) each, from units to the n units in `si`.
 
-    Units are one for all or one each; an empty one is that of `si`. Shares of travel need the limits.
+    There is one unit for all joints or one per joint; an empty unit is that in `si`. Shares of travel need
+    limits.
 
     Raises:
-        WrongShape: Not one unit each.
-        BadUnit: One that is not known, or is of another quantity; a share of travel that is not limited.
+        WrongShape: There is not one unit per joint.
+        BadUnit: A unit is unknown, belongs to another quantity, or is a share of an unlimited travel.
     """
     each = [units] * len(si) if isinstance(units, str) else units
     if len(each) != len(si):
@@ -136,7 +137,7 @@ def factors(
 
 
 def units_of(si: str) -> list[str]:
-    """Names of the units in which a quantity may be stated, `si` among them."""
+    """Names of the valid units of a quantity, including `si`."""
     travel = {"rad": list(TRAVEL), "m": list(TRAVEL), "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
     return [name for name, (kind, *_) in UNITS.items() if kind == si] + travel.get(si, [])
 
@@ -156,13 +157,13 @@ def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: st
 
 
 def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Recording:
-    """Refer the motor's positions, velocities and torques to the joint, through gear ratio and coupling.
+    """Convert positions, velocities and torques of motors to those of joints, through gears and coupling.
 
-    Motors turn by ratio * (coupling @ joints); by virtual work joints feel coupling^T @ (ratio * torque).
-    `motor_side` names the signals that are the motor's; True: all that can be.
+    Motors turn by ratio * (coupling @ joints); by virtual work, joints get coupling^T @ (ratio * torque).
+    `motor_side` names the signals of the motors; True stands for all of `BEFORE_GEAR`.
 
     Raises:
-        UnknownKey: A name that is no signal of a motor.
+        UnknownKey: A name is not a signal of a motor.
         RecordingError: The robot has no gears.
     """
     if isinstance(motor_side, bool):
@@ -178,23 +179,23 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
         )
     angles = np.linalg.inv(coupling * ratio[:, None])
     torques = (coupling * ratio[:, None]).T
-    return _changed(recording, {name: torques if name == "torque" else angles for name in motor_side})
+    return _scaled(recording, {name: torques if name == "torque" else angles for name in motor_side})
 
 
 def to_axes_of_robot(
     recording: Recording, sign: Sequence[float] | None = None, zero: Sequence[float] | None = None
 ) -> Recording:
-    """Turn a controller's joint coordinates into those of the robot's description: sign * position + zero.
+    """Convert a controller's coordinates to those of the robot's description: sign * position + zero.
 
-    Torques and velocities take the sign alone. Currents stay the motor's: the drive gain has their sign.
+    Torques and velocities only change their sign. Currents stay unchanged: the drive gain has their sign.
 
     Args:
-        recording: In the controller's coordinates.
-        sign: 1 or -1 a joint; all 1 by default.
-        zero: Position in the robot's description where the controller shows zero [rad], [m].
+        recording: Recording in the controller's coordinates.
+        sign: 1 or -1 per joint; by default all 1.
+        zero: Position in the robot's description at the controller's zero, one per joint [rad; m].
 
     Raises:
-        WrongShape: Not one value a joint, or a sign that is neither 1 nor -1.
+        WrongShape: There is not one value per joint, or a sign is neither 1 nor -1.
     """
     n = recording.robot.dof
     signs = np.ones(n) if sign is None else np.asarray(sign, float)
@@ -203,7 +204,7 @@ def to_axes_of_robot(
         raise WrongShape(
             f"sign {sign} and zero {zero}: expected 1 or -1, and a position, for each of {n} joints"
         )
-    turned = _changed(recording, dict.fromkeys((*OF_JOINT, "torque"), signs))
+    turned = _scaled(recording, dict.fromkeys((*OF_JOINT, "torque"), signs))
     signals = dict(turned.signals)
     for name in ("position", "link_position", "command"):
         if name in signals:
@@ -211,16 +212,16 @@ def to_axes_of_robot(
     return replace(turned, signals=signals)
 
 
-def _changed(recording: Recording, factors: dict[str, np.ndarray]) -> Recording:
-    """Signals times a factor a joint (n,), or a matrix (n, n) from the left."""
+def _scaled(recording: Recording, factors: dict[str, np.ndarray]) -> Recording:
+    """Recording with signals multiplied by a factor per joint (n,), or by a matrix (n, n) from the left."""
     signals = dict(recording.signals)
     for name, factor in factors.items():
         if name in signals:
             old = signals[name]
-            # A diagonal matrix must not spread the NaN of one joint to all.
+            # A diagonal matrix must not spread the NaN of one joint to all joints.
             diagonal = factor if factor.ndim == 1 else np.diag(factor)
             plain = factor.ndim == 1 or np.array_equal(factor, np.diag(diagonal))
-            with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found by the checks
+            with np.errstate(over="ignore", invalid="ignore"):  # the checks find such numbers
                 values = old.values * diagonal if plain else old.values @ factor.T
             signals[name] = Signal(old.time, values)
     return replace(recording, signals=signals)

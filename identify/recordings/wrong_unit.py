@@ -1,4 +1,4 @@
-"""What unit numbers seem to be in that no joint can have in radians."""
+"""Likely units of numbers that are impossible as joint positions in radians."""
 
 import re
 
@@ -8,16 +8,16 @@ from ..arm.robot import Robot
 from .restored_columns import lost_sign
 
 PERCENT = 100.0
-"""Opening of a gripper that is all of it."""
+"""Value of a fully open gripper [%]."""
 GRIPPERS = re.compile(r"gripper|finger|jaw|claw|hand(?!le)", re.IGNORECASE)
-"""Names of what opens and closes, for which controllers give a share."""
+"""Names of joints that open and close, for which controllers report a percentage."""
 TURNS = 720.0
-"""Degrees that a joint of an arm never reaches: two turns."""
+"""Maximum position of an arm's joint [deg]: two turns."""
 IN_RADIANS = 4 * np.pi
-"""What the other joints keep within where they are in radians."""
+"""Maximum position of the other joints if they are in radians [rad]."""
 
 WHOLE = 1e-6
-"""How far a number may be from a whole one, after a conversion."""
+"""Maximum distance of a number from a whole number, after a conversion."""
 PER_CENT = (
     "this looks like per cent of what a gripper opens. Give it in radians, or leave the joint out: "
     "joints = [...] in robot.toml"
@@ -28,14 +28,14 @@ MILLIMETRES = "It looks like millimetres: import with positions in metres"
 
 
 def in_percent(joint: str, values: np.ndarray) -> bool:
-    """Whether numbers (t,) are rather a share of what a gripper opens; the name decides."""
+    """Whether numbers (t,) are likely percentages of a gripper's opening, judged by the name of the joint."""
     known = values[np.isfinite(values)]
     share = len(known) > 0 and float(known.min()) >= 0.0 and IN_RADIANS < float(known.max()) <= PERCENT
     return share and GRIPPERS.search(joint) is not None
 
 
 def percent_questions(robot: Robot, position: np.ndarray) -> list[str]:
-    """What is asked about grippers whose positions, shape (t, n) [rad], were given in degrees."""
+    """Questions about grippers whose positions, shape (t, n) [rad], were converted from degrees."""
     return [
         f"{joint} goes from {np.nanmin(degrees):.4g} to {np.nanmax(degrees):.4g}, read in degrees: is it per "
         "cent of what it opens? Then its unit is 0-100% (--units position=deg,...,0-100%), or leave the "
@@ -46,12 +46,12 @@ def percent_questions(robot: Robot, position: np.ndarray) -> list[str]:
 
 
 def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
-    """What is asked about positions of a log, shape (t, n), that are taken for those of a unit.
+    """Questions about positions of a log with an assumed unit.
 
     Args:
-        robot: The arm.
-        values: As the log has them.
-        unit: "rad", "deg" or one of length.
+        robot: Robot that was recorded.
+        values: Positions in the log, shape (t, n).
+        unit: Assumed unit, "rad", "deg" or a unit of length.
     """
     turning = [(robot.joints[j], values[:, j]) for j in np.flatnonzero(robot.revolute)]
     signs = {joint: lost.fact for joint, column in turning if (lost := lost_sign(column)) is not None}
@@ -59,7 +59,7 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
         return [f"{joint}: {sign_advice(how)}" for joint, how in signs.items()]
     ticks = [joint for joint, column in turning if in_ticks(column)]
     if ticks:
-        joint, column = next(one for one in turning if one[0] in ticks)
+        joint, column = next(named for named in turning if named[0] in ticks)
         return [f"{', '.join(ticks)}: {angle_advice(joint, column, values.T[:0])}"]
     if unit == "deg":
         return percent_questions(robot, np.radians(values))
@@ -71,36 +71,36 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
 
 
 def sign_advice(how: str) -> str:
-    """What to do about positions that were read from a register without their sign; `how` they were."""
+    """Advice about positions that were read from a register without their sign, in the way `how`."""
     return f"The positions look like a register read {how}. Restore the sign, {OF_STEPS_SIGNED}, and import"
 
 
 def in_ticks(values: np.ndarray) -> bool:
     """Whether numbers (t,) are steps of an encoder: whole, and too many for degrees."""
     known = values[np.isfinite(values)]
-    whole = len(known) > 0 and bool(np.all(np.abs(known - np.round(known)) < WHOLE))
-    return whole and float(np.abs(known).max()) > TURNS
+    is_whole = len(known) > 0 and bool(np.all(np.abs(known - np.round(known)) < WHOLE))
+    return is_whole and float(np.abs(known).max()) > TURNS
 
 
 def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
-    """What to do about angles (t,) that a joint cannot have in radians.
+    """Advice about angles that are impossible in radians.
 
     Args:
         joint: Name of the joint.
-        values: Its positions.
-        others: Positions of the other joints that turn, shape (n - 1, t).
+        values: Positions of the joint, shape (t,).
+        others: Positions of the other revolute joints, shape (n - 1, t).
     """
     if (lost := lost_sign(values)) is not None:
         return sign_advice(lost.fact)
-    # They may have been taken for degrees already.
-    ticks = next((one for one in (values, np.degrees(values)) if in_ticks(one)), None)
+    # They may have been converted from degrees already.
+    ticks = next((angles for angles in (values, np.degrees(values)) if in_ticks(angles)), None)
     if ticks is not None:
         return (
             f"Whole numbers, {np.nanmin(ticks):.0f} to {np.nanmax(ticks):.0f}, look like steps of an "
             f"encoder: {OF_STEPS}"
         )
     if np.nanmax(np.abs(values)) > TURNS:
-        return f"In degrees it were impossible, too. As counts of an encoder: {OF_STEPS}"
+        return f"It is impossible in degrees too. If it is in counts of an encoder: {OF_STEPS}"
     if in_percent(joint, values) and np.all(np.abs(others) < IN_RADIANS):
         return f"The other joints are in radians: {PER_CENT}"
     degrees = "It looks like degrees: import with degrees=True (--degrees)"

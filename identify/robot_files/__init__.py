@@ -1,1 +1,1 @@
-"""Files that describe a robot, in and out: URDF, modified Denavit-Hartenberg tables, `robot.toml`."""
+"""Reading and writing robot descriptions: `robot.toml`, URDF, MJCF, modified Denavit-Hartenberg tables."""

@@ -1,4 +1,4 @@
-"""A file that describes an arm: a URDF, xacro macros that make one, or an MJCF."""
+"""A file that describes an arm: a URDF, xacro macros that expand to a URDF, or an MJCF."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -11,19 +11,19 @@ from .mjcf import movable_mjcf_joints, read_mjcf
 from .toml_fields import read_text
 
 XML = (".xml", ".mjcf")
-"""Endings of MJCF; a file of that name may be a URDF all the same."""
+"""Endings of MJCF files; a file with such an ending may nevertheless be a URDF."""
 ENDINGS = (*urdf.ENDINGS, *XML)
 NAMED = ".urdf, .xacro, MJCF (.xml)"
-"""They, in words."""
+"""The endings, for messages."""
 
 
 def is_description(path: Path) -> bool:
-    """Whether a file's name is that of a description."""
+    """Whether a file's ending is that of a description."""
     return path.suffix.lower() in ENDINGS
 
 
 def is_mjcf(path: Path) -> bool:
-    """Whether a file is an MJCF: by its ending, and its outermost element where that leaves it open.
+    """Whether a file is an MJCF, by its ending and, if that is ambiguous, its outermost element.
 
     Raises:
         RobotError: The file cannot be read.
@@ -42,12 +42,12 @@ def read_kinematics(
     """Kinematics of a description.
 
     Args:
-        path: The file.
-        moving: Joints that move; the others are held. None: all but `held`.
-        held: Joints that are held elsewhere than at their reference, and where [rad, m].
+        path: Path of the file.
+        moving: Names of the joints that move; the others are held. None: all joints except `held`.
+        held: Names of joints that are held away from their reference, and their positions [rad, m].
 
     Raises:
-        RobotError: The file is wrong, or cannot be taken; the message names what.
+        RobotError: The file is wrong, or has content that no model can represent; the message names it.
     """
     if is_mjcf(path):
         return read_mjcf(path, moving, held)
@@ -55,7 +55,7 @@ def read_kinematics(
 
 
 def movable_joints(path: Path) -> tuple[list[str], list[str]]:
-    """Joints that are not fixed: those that a model can have, and those that have to be held.
+    """Joints that are not fixed: joints that a model can have, and joints that have to be held.
 
     Raises:
         RobotError: The file is wrong.

@@ -1,4 +1,4 @@
-"""`[[effect]]` and `[[measurement]]` rows of a robot file, from the fields of the dataclass of each."""
+"""`[[effect]]` and `[[measurement]]` rows of a robot file; their keys are the fields of dataclasses."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
@@ -13,11 +13,11 @@ from ..measurements import MEASUREMENTS, Measurement
 from .toml_fields import boolean, check_keys, number, numbers, string
 
 EFFECT_KEYS = ("name", "values", "tolerance", "std")
-"""Keys of an effect's row that are no fields of it."""
+"""Keys of an effect's row that are not fields of the effect."""
 FIELD_KEYS = {"name": "label"}
-"""Field of an effect -> its key, where the key of that name already means something else in a row."""
+"""Field of an effect -> its key, if a key with the name of the field already has another meaning."""
 JOINT_FIELDS = ("joint", "other", "joints")
-"""Fields that hold names of joints."""
+"""Fields that hold joint names."""
 Kind = TypeVar("Kind", Effect, Measurement)
 SCALARS: dict[object, Callable[[object, str], Any]] = {
     float: number,
@@ -28,17 +28,17 @@ SCALARS: dict[object, Callable[[object, str], Any]] = {
 
 
 def key_of(field: "Field[Any]") -> str:
-    """Key under which a row holds a field of its effect."""
+    """Key of a field of an effect in its row."""
     return FIELD_KEYS.get(field.name, field.name)
 
 
 def read_effects(
     rows: Iterable[Mapping[str, Any]], robot: Robot
 ) -> tuple[tuple[Effect, ...], dict[str, Prior]]:
-    """Effects of the rows, and the priors that the rows give.
+    """Effects of the rows, and the priors in the rows.
 
     Raises:
-        RobotError: A row is wrong; the message names the key, what was found and what is valid.
+        RobotError: A row is wrong; the message names the key, its value and what is valid.
         EffectError: An installed package has an effect that cannot be loaded.
     """
     load_installed()
@@ -55,8 +55,8 @@ def read_priors(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Pri
     """Priors of the table `[prior]`: parameter = value, or [value, standard deviation]."""
     check_keys(table, names, "[prior]")
     priors = {}
-    for name, given in table.items():
-        pair = given if isinstance(given, list) else [given, np.inf]
+    for name, entry in table.items():
+        pair = entry if isinstance(entry, list) else [entry, np.inf]
         value, std = numbers(pair, 2, f"[prior] {name}", infinite=True)
         number(float(std), f"[prior] {name} standard deviation", 0.0, infinite=True)
         priors[name] = Prior(float(value), float(std))
@@ -73,7 +73,7 @@ def read_measurements(rows: Iterable[Mapping[str, Any]], robot: Robot) -> tuple[
 
 
 def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
-    """The row's effect and the names of its parameters."""
+    """Effect of a row, and the names of its parameters."""
     effect = _made(row, "effect", EFFECTS, EFFECT_KEYS, robot)
     try:
         return effect, [parameter.name for parameter in effect.parameters(robot)]
@@ -86,7 +86,7 @@ def _effect(row: Mapping[str, Any], robot: Robot) -> tuple[Effect, list[str]]:
 def _made(
     row: Mapping[str, Any], table: str, kinds: Mapping[str, type[Kind]], more: Sequence[str], robot: Robot
 ) -> Kind:
-    """An object of the kind that a row names, with the row's fields; `more` are keys that are no fields."""
+    """Object of the kind that a row names, with the row's fields; `more` are keys that are not fields."""
     name = string(row.get("name"), f"[[{table}]] name")
     if name not in kinds:
         raise RobotError(
@@ -101,24 +101,24 @@ def _made(
         raise RobotError(f"{where}: needs {', '.join(absent)}")
     _refuse_numbers(row, robot, where)
     hints = get_type_hints(kind)
-    given = {
+    arguments = {
         f.name: _field_value(row[key], hints[f.name], f"{where} {key}")
         for key, f in known.items()
         if key in row
     }
     try:
-        return kind(**given)
+        return kind(**arguments)
     except ExidynError:
         raise
     except (TypeError, ValueError, LookupError) as error:
-        raise RobotError(f"{where}: {given}: {error}") from error
+        raise RobotError(f"{where}: {arguments}: {error}") from error
 
 
 def _refuse_numbers(row: Mapping[str, Any], robot: Robot, where: str) -> None:
-    """Joints are named: a number would leave open whether the first is 0 or 1."""
+    """Refuse joint numbers, which leave open whether the first joint is 0 or 1."""
     for key in JOINT_FIELDS:
-        given = row.get(key)
-        for joint in given if isinstance(given, list) else [given]:
+        entry = row.get(key)
+        for joint in entry if isinstance(entry, list) else [entry]:
             if isinstance(joint, int | float):
                 raise UnknownJoint(joint, f"{where} {key}:", robot.joints)
 
@@ -128,7 +128,7 @@ def _required(field: "Field[Any]") -> bool:
 
 
 def _field_value(value: object, hint: object, where: str) -> Any:
-    """A field's value; lists become tuples, so that effects stay hashable."""
+    """Value of a field; lists become tuples, so that effects are hashable."""
     read = SCALARS.get(hint)
     if read is not None:
         return read(value, where)
@@ -142,7 +142,7 @@ def _tuples(value: Any) -> Any:
 
 
 def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
-    """Value and deviation of each parameter: `std`, else `tolerance` times |value|, else no weight."""
+    """Prior of each parameter; its std is `std`, else `tolerance` times |value|, else infinite."""
     where = f"effect {row['name']}"
     if "values" not in row:
         if "std" in row or "tolerance" in row:

@@ -1,7 +1,7 @@
-"""Which files a description may name: those in its folder or package, and in folders that a person stated.
+"""Files that a description may name: those in its folder or package, and in folders that the user states.
 
-A description from elsewhere could otherwise have any file of this computer read: by `..`, by an absolute
-path, or by a symbolic link. Links inside a folder that a person stated are followed: `colcon build
+Otherwise a description from an untrusted source could read any file of this computer: by `..`, by an absolute
+path, or by a symbolic link. Links inside a folder that the user states are followed, since `colcon build
 --symlink-install` makes such links.
 """
 
@@ -13,11 +13,11 @@ from pathlib import Path
 from ..errors import RobotError
 
 VARIABLE = "EXIDYN_FOLDERS"
-"""Environment variable with further folders, as PATH has them."""
+"""Environment variable with further folders, separated as in PATH."""
 PACKAGE = "package.xml"
-"""What makes a folder a package of ROS."""
+"""File that makes a folder a package of ROS."""
 LAYOUT = ("mjcf", "robots", "urdf", "xacro")
-"""Usual names of a package's folder of descriptions. Meshes lie beside it; people copy the two."""
+"""Usual names of a package's folder of descriptions. Meshes lie beside it; the two are copied together."""
 
 
 @dataclass(frozen=True)
@@ -25,37 +25,37 @@ class Folders:
     """Folders whose files a description may name.
 
     Attributes:
-        own: Folders of the description and of its package, with symbolic links resolved.
-        stated: Stated by a person, on the command line or in the environment.
+        implied: Folders of the description and of its package, with symbolic links resolved.
+        stated: Folders that the user states, on the command line or in the environment.
     """
 
-    own: tuple[Path, ...]
+    implied: tuple[Path, ...]
     stated: tuple[Path, ...]
 
     @classmethod
     def of(cls, description: Path, stated: Iterable[str | Path] = ()) -> "Folders":
-        """The folders of a description's file, of its package, of ROS, and those that a person stated."""
+        """Folders of a description's file, of its package, of ROS, and those that the user states."""
         file = description.resolve()
         packages = [folder for folder in file.parents if (folder / PACKAGE).is_file()][:1]
         usual = [file.parent.parent] if file.parent.name.lower() in LAYOUT else []
-        own = (description.parent.resolve(), file.parent, *packages, *usual)
+        implied = (description.parent.resolve(), file.parent, *packages, *usual)
         named = [*map(Path, stated), *ros_folders(), *_entries(VARIABLE)]
-        return cls(tuple(dict.fromkeys(own)), tuple(dict.fromkeys(named)))
+        return cls(tuple(dict.fromkeys(implied)), tuple(dict.fromkeys(named)))
 
     def hold(self, file: Path) -> bool:
-        """Whether a file is in one of them."""
+        """Whether a file is in one of the folders."""
         real, named = file.resolve(), Path(os.path.abspath(file))
-        inside = any(real.is_relative_to(folder) for folder in self.own)
+        inside = any(real.is_relative_to(folder) for folder in self.implied)
         return inside or any(
             real.is_relative_to(folder.resolve()) or named.is_relative_to(os.path.abspath(folder))
             for folder in self.stated
         )
 
     def require(self, file: Path, where: str) -> Path:
-        """The file, if it is in one of them.
+        """The file, if it is in one of the folders.
 
         Raises:
-            RobotError: It is in none; the message begins with `where` and says what to do.
+            RobotError: It is in none of them; the message begins with `where` and says what to do.
         """
         if not self.hold(file):
             raise RobotError(f"{where}: {outside(file)}")
@@ -63,15 +63,15 @@ class Folders:
 
 
 def outside(file: Path) -> str:
-    """What is wrong with a file in none of the folders, and what to do."""
+    """Message about a file that is in none of the folders."""
     return (
-        f"{file.name} is outside of the folder of the description. Put it there, or state its folder by "
+        f"{file.name} is outside of the folder of the description. Put it there, or state its folder with "
         f"--packages or in the environment variable {VARIABLE}"
     )
 
 
 def ros_folders() -> list[Path]:
-    """Folders of packages that the environment of ROS 1 and ROS 2 states."""
+    """Folders of packages in the environment variables of ROS 1 and ROS 2."""
     return [*_entries("ROS_PACKAGE_PATH"), *(entry / "share" for entry in _entries("AMENT_PREFIX_PATH"))]
 
 

@@ -1,7 +1,7 @@
-"""Collision geometry of a robot: the bodies of its URDF or MJCF, meshes as their convex hulls.
+"""Collision geometry of a robot: the bodies of its URDF or MJCF, with convex hulls in place of meshes.
 
-A hull is faster to measure from than a mesh, has a depth of penetration, and holds the whole mesh: a
-distance between hulls is never larger than between what they stand for.
+Distances between hulls are faster to compute than between meshes, and include a depth of penetration. A hull
+contains its mesh, so the distance between two hulls never exceeds the distance between the meshes.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,21 +25,21 @@ from .urdf import parse_urdf, read_choice, read_urdf
 
 SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
 IN_PACKAGES = ("package://", "model://")
-"""Names that start with a package; what follows is the path inside it."""
+"""Prefixes of names that consist of a package and the path inside it."""
 IN_FILES = ("file://localhost", "file://")
 
 
 def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -> pin.GeometryModel | None:
-    """Bodies of the robot that `read_model` reads from the same source, without pairs.
+    """Collision bodies of the robot that `read_model` reads from the same source, without pairs.
 
-    Each body belongs to a joint and a frame of that robot's kinematics and is called by its link and a
-    number, as in Pinocchio.
+    Each body belongs to a joint and a frame of that robot's kinematics. Its name is its link and a number, as
+    in Pinocchio.
 
     Returns:
-        None where the robot has no URDF or MJCF, or that no collision geometry.
+        None if the robot has no URDF or MJCF, or if that has no collision geometry.
 
     Raises:
-        RobotError: A mesh is not there or cannot be read, or a shape is wrong; the message names the link.
+        RobotError: A mesh is missing or cannot be read, or a shape is wrong; the message names the link.
     """
     description, moving, held = _description_of(source)
     if description is None:
@@ -70,7 +70,7 @@ def _read_urdf_geometry(
 
 
 def _description_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[str, float]]:
-    """The URDF or MJCF that a robot is read from, if from one; its joints that move, and that are held."""
+    """URDF or MJCF of a robot, None if it has none; its moving joints, and its held joints."""
     path = Path(source)
     if str(source) in builtin_names():
         return None, None, {}
@@ -97,7 +97,7 @@ def _shape(
     meshes: dict[tuple[Path, tuple[float, ...]], coal.Convex],
     where: str,
 ) -> Any:
-    """Shape of a <collision> for coal; a mesh that several links share is read once."""
+    """Shape of a <collision> element for coal; a mesh that several links share is read once."""
     geometry = collision.find("geometry")
     kinds = [] if geometry is None else [child for child in geometry if child.tag in SHAPES]
     if len(kinds) != 1:
@@ -124,34 +124,37 @@ def _primitive(element: Element, where: str) -> Any:
 
 
 def _sizes(element: Element, key: str, count: int, where: str) -> np.ndarray:
-    """Numbers above zero [m]."""
-    found = _numbers(element, key, count, where)
-    if np.any(found <= 0):
+    """Sizes of a shape, which are above zero [m]."""
+    sizes = _numbers(element, key, count, where)
+    if np.any(sizes <= 0):
         raise BrokenTree(f'{where}: <{element.tag} {key}="{element.get(key)}">: every size must be above 0 m')
-    return found
+    return sizes
 
 
 def _numbers(element: Element, key: str, count: int, where: str, default: str = "") -> np.ndarray:
     text = element.get(key, default)
     try:
-        found = np.array([float(word) for word in text.split()])
+        values = np.array([float(word) for word in text.split()])
     except ValueError:
-        found = np.empty(0)
-    if len(found) != count or not np.all(np.isfinite(found)):
+        values = np.empty(0)
+    if len(values) != count or not np.all(np.isfinite(values)):
         raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
-    return found
+    return values
 
 
 def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where: str) -> Path:
-    """Path of a mesh as a URDF names it: in a package, as a file, or beside the URDF; else an error.
+    """Path of a mesh that a URDF names: in a package, as a file, or beside the URDF.
 
-    Such as `package://arm/meshes/link.stl`, `file:///meshes/link.stl` or `meshes/link.stl`. `package_dirs`
-    hold packages, or are one, and are searched first.
+    Examples of names are `package://arm/meshes/link.stl`, `file:///meshes/link.stl` and `meshes/link.stl`.
+    `package_dirs` are packages or folders of packages, and are searched first.
+
+    Raises:
+        RobotError: There is no such mesh, or it is outside of the allowed folders.
     """
     for prefix in IN_PACKAGES:
         if name.startswith(prefix):
-            package, _, rest = name.removeprefix(prefix).partition("/")
-            return _find(name, urdf, package_dirs, _package_roots(urdf, package_dirs), package, rest, where)
+            package, _, inside = name.removeprefix(prefix).partition("/")
+            return _find(name, urdf, package_dirs, _package_roots(urdf, package_dirs), package, inside, where)
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
     return _find(name, urdf, package_dirs, [urdf.parent, *map(Path, package_dirs)], "", name, where)
@@ -163,31 +166,31 @@ def _find(
     stated: Sequence[str | Path],
     folders: list[Path],
     package: str,
-    rest: str,
+    inside: str,
     where: str,
 ) -> Path:
     allowed = Folders.of(urdf, stated)
     for folder in folders:
-        if (folder / package / rest).is_file():
-            return _allowed(folder / package / rest, folder / package, package, urdf, allowed, where)
-        # a package checked out under another name, or given itself
-        if package and _is_package(folder, package) and (folder / rest).is_file():
-            return _allowed(folder / rest, folder, package, urdf, allowed, where)
+        if (folder / package / inside).is_file():
+            return _allowed(folder / package / inside, folder / package, package, urdf, allowed, where)
+        # a package that was checked out under another name, or stated itself
+        if package and _is_package(folder, package) and (folder / inside).is_file():
+            return _allowed(folder / inside, folder, package, urdf, allowed, where)
     around = urdf.resolve().parents
     others = [str(folder) for folder in folders if folder.resolve() not in around]
-    looked = ", ".join([*others, "the folders around the URDF" if package else "the URDF's own"])
+    searched = ", ".join([*others, "the folders around the URDF" if package else "the folder of the URDF"])
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
-        f"{where}: mesh '{name}' is not there. Looked in: {looked}. "
-        f"Give the folder that holds it with --packages, or {hint}"
+        f"{where}: mesh '{name}' is missing. Searched: {searched}. "
+        f"State its folder with --packages, or {hint}"
     )
 
 
 def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders, where: str) -> Path:
-    """The mesh, if it is in the package that was named, or else where the URDF may have it.
+    """The mesh, if it is in the named package or in a folder whose files the URDF may name.
 
     Raises:
-        RobotError: It is elsewhere.
+        RobotError: It is in none of them.
     """
     around = root.resolve() in urdf.resolve().parents and root.name == package
     named = package and (around or (root / PACKAGE).is_file())
@@ -201,6 +204,6 @@ def _is_package(folder: Path, package: str) -> bool:
 
 
 def _package_roots(urdf: Path, package_dirs: Iterable[str | Path]) -> list[Path]:
-    """Folders that may hold packages: those given, the URDF's and those around it, ROS 1's and ROS 2's."""
+    """Folders that may hold packages: stated folders, those around the URDF, and those of ROS 1 and 2."""
     urdf = urdf.resolve()
     return list(dict.fromkeys([*map(Path, package_dirs), *urdf.parents, *ros_folders()]))

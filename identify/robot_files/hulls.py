@@ -10,7 +10,7 @@ from ..errors import RobotError
 
 
 def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
-    """Convex hull of a mesh file, its points scaled along x, y and z.
+    """Convex hull of a mesh file, with its points scaled along x, y and z.
 
     Raises:
         RobotError: There is no such mesh, or it cannot be read; the message begins with `where`.
@@ -32,16 +32,16 @@ def hull(points: np.ndarray) -> coal.Convex:
     if len(points) < 4:
         raise ValueError(f"{len(points)} points; a body has at least 4")
     try:
-        found = ConvexHull(points)
+        convex = ConvexHull(points)
     except QhullError:
-        found = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggled, so that it has an inside
+        convex = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggling its points gives it a volume
     place = np.full(len(points), -1)
-    place[found.vertices] = np.arange(len(found.vertices))
-    corners = points[found.vertices]
-    triangles = place[found.simplices]
+    place[convex.vertices] = np.arange(len(convex.vertices))
+    corners = points[convex.vertices]
+    triangles = place[convex.simplices]
     first, second, third = np.moveaxis(corners[triangles], 1, 0)
-    inward = np.sum(np.cross(second - first, third - first) * found.equations[:, :3], axis=1) < 0
-    triangles[inward] = triangles[inward][:, ::-1]  # coal wants them counter-clockwise from outside
+    inward = np.sum(np.cross(second - first, third - first) * convex.equations[:, :3], axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]  # coal expects counter-clockwise order, seen from outside
     vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     vertices.extend(list(corners))
     faces.extend([coal.Triangle(*map(int, row)) for row in triangles])

@@ -1,4 +1,4 @@
-"""Kinematics: what any description of an arm's geometry comes down to, and the rows that spell it out."""
+"""Kinematics, the common form of all descriptions of an arm's geometry, and the `[[link]]` rows for them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,24 +17,24 @@ KINDS = ("revolute", "prismatic")
 INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Row and column of xx, xy, xz, yy, yz, zz."""
 FARTHEST_CENTER = 10.0
-"""Distance of a body's centre of mass from its frame that no arm has [m]: the largest reach 5 m."""
+"""Maximum distance of a body's center of mass from its frame [m]: the largest arms reach 5 m."""
 FLAT = 0.02
-"""By how much the largest principal moment may exceed the sum of the others [-]: what two digits make of a
-flat plate, of which the two are equal."""
+"""Share by which the largest principal moment may exceed the sum of the others [-]. For a flat plate they are
+equal, and rounding to two digits causes such an excess."""
 
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Tree of joints, and what else its description states.
+    """Tree of joints, and the other content of its description.
 
     Attributes:
-        model: Pinocchio model with one degree of freedom a joint and the nominal inertias.
-        limits: Joint limits, where the description has them.
+        model: Pinocchio model with one degree of freedom per joint and the nominal inertias.
+        limits: Joint limits; None if the description has none.
         flange: Placement of the flange in the last link's frame.
-        rotor_inertia: Rotor inertia seen from the joint, joint name -> [kg m^2].
-        doubts: What no arm has in it, a sentence each.
-        effects: Rows `[[effect]]` that it implies where a robot file has none; None: the usual ones.
-        coupling: Of motors and joints, as `Robot` has it; empty where there is none.
+        rotor_inertia: Rotor inertia on the joint side, joint name -> [kg m^2].
+        doubts: Implausible content of the description, one sentence each.
+        effects: `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
+        coupling: Coupling of motors and joints, as in `Robot`; empty if there is none.
     """
 
     model: pin.Model
@@ -47,11 +47,11 @@ class Kinematics:
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
-    """Inertia from mass [kg], centre of mass (3,) [m] and xx xy xz yy yz zz about it (6,) [kg m^2].
+    """Inertia from mass [kg], center of mass (3,) [m] and xx xy xz yy yz zz about it (6,) [kg m^2].
 
     Raises:
-        BrokenTree: No body can have them.
-        RobotError: The centre of mass is farther away than an arm is long.
+        BrokenTree: The values are physically impossible.
+        RobotError: The center of mass is farther away than an arm is long.
     """
     check_center(mass, center_of_mass, where)
     if mass < 0 or not np.all(np.isfinite([mass, *center_of_mass, *inertia])):
@@ -63,7 +63,7 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
     # a thin rod has a principal moment of zero, which rounding may make negative
     if lowest < -1e-9 * (1.0 + np.abs(about_center).max()):
         raise BrokenTree(
-            f"{where}: principal moment of inertia {lowest:g} kg m^2 about the centre of mass; "
+            f"{where}: principal moment of inertia {lowest:g} kg m^2 about the center of mass; "
             "none may be negative"
         )
     try:
@@ -73,21 +73,21 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
 
 
 def check_center(mass: float, center_of_mass: np.ndarray, where: str) -> None:
-    """Refuse a body whose centre of mass (3,) [m] is farther away than an arm is long.
+    """Refuse a body whose center of mass (3,) [m] is farther away than an arm is long.
 
     Raises:
-        RobotError: It is.
+        RobotError: The center of mass is too far away.
     """
     distance = float(np.linalg.norm(center_of_mass))
     if mass > 0.0 and distance > FARTHEST_CENTER:
         raise RobotError(
-            f"{where}: centre of mass {distance:g} m from its frame; in an arm it is at most "
-            f"{FARTHEST_CENTER:g} m away. Is it in millimetres?"
+            f"{where}: center of mass {distance:g} m from its frame; in an arm it is at most "
+            f"{FARTHEST_CENTER:g} m away. Is it in millimeters?"
         )
 
 
 def inertia_doubt(inertia: np.ndarray, where: str) -> str:
-    """Why no body has an inertia (3, 3) about its centre of mass [kg m^2]; empty where one can."""
+    """Why an inertia (3, 3) about a center of mass [kg m^2] is impossible; empty if it is possible."""
     low, middle, high = np.linalg.eigvalsh(inertia)
     if high - low - middle <= FLAT * abs(high) and low >= -FLAT * abs(high):
         return ""
@@ -100,15 +100,15 @@ def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
     """Placement from `origin` [m] and either `rotation` (3 x 3) or `rpy` [rad].
 
     Raises:
-        RobotError: The rotation is no rotation, or is given twice.
+        RobotError: The rotation is not a rotation matrix, or `rotation` and `rpy` are both given.
     """
     origin = numbers(row.get("origin", [0.0] * 3), 3, f"{where} origin")
     if "rotation" in row and "rpy" in row:
-        raise RobotError(f"{where}: rotation and rpy state the same; give one of them")
+        raise RobotError(f"{where}: rotation and rpy have the same meaning; give one of them")
     if "rotation" not in row:
         return pin.SE3(pin.rpy.rpyToMatrix(numbers(row.get("rpy", [0.0] * 3), 3, f"{where} rpy")), origin)
     rotation = matrix(row["rotation"], 3, f"{where} rotation")
-    # 1e-6: digits a person would type; anything larger is a wrong number
+    # 1e-6 allows for the digits that people type; a larger difference is a wrong number
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
         raise RobotError(f"{where} rotation: {rotation.tolist()} is not a rotation matrix")
     return pin.SE3(rotation, origin)
@@ -117,15 +117,15 @@ def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
 def add_joint(
     model: pin.Model, parent: int, joint: pin.JointModel, placement: pin.SE3, name: str, link: str
 ) -> int:
-    """Add a joint and the frames of joint and link, which viewers look up by name; returns its index.
+    """Add a joint, and the frames of joint and link, which viewers find by name; return the joint's index.
 
     Raises:
-        BrokenTree: The name of joint or link is taken.
+        BrokenTree: The name of the joint or of the link is already used.
     """
     if name in tuple(model.names):
-        raise BrokenTree(f"joint '{name}' is there twice; give each its own name")
+        raise BrokenTree(f"two joints are called '{name}'; give each its own name")
     if model.existBodyName(link):
-        raise BrokenTree(f"link '{link}' is there twice; give each its own name")
+        raise BrokenTree(f"two links are called '{link}'; give each its own name")
     links = [
         i for i, f in enumerate(model.frames) if f.type == pin.FrameType.BODY and f.parentJoint == parent
     ]
@@ -156,20 +156,20 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         index = add_joint(
             model, parent, joint_model(kind, _axis(row, where)), read_placement(row, where), joint, link
         )
-        # not appendBodyToJoint: it adds and rotates, which costs the last digits
+        # not appendBodyToJoint, which adds and rotates and so loses the last digits
         model.inertias[index] = _body(row, where)
     return Kinematics(model, doubts=body_doubts(model))
 
 
 def body_doubts(model: pin.Model) -> tuple[str, ...]:
-    """Why no body has the inertia that a joint moves, joint by joint."""
+    """Doubts about the inertia of the body that each joint moves."""
     bodies = zip(list(model.names)[1:], list(model.inertias)[1:], strict=True)
     doubts = (inertia_doubt(body.inertia, f"body moved by joint '{joint}'") for joint, body in bodies)
     return tuple(doubt for doubt in doubts if doubt)
 
 
 def joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
-    """Joint of Pinocchio about or along a unit axis (3,)."""
+    """Pinocchio joint about or along a unit axis (3,)."""
     along_z = bool(np.array_equal(axis, [0.0, 0.0, 1.0]))
     if kind == "revolute":
         return pin.JointModelRZ() if along_z else pin.JointModelRevoluteUnaligned(axis)
@@ -177,7 +177,7 @@ def joint_model(kind: str, axis: np.ndarray) -> pin.JointModel:
 
 
 def _parent(parent: object, names: tuple[str, ...], robot: str) -> int:
-    """Index of the joint that carries the row; the one before it unless the row names another."""
+    """Index of the parent joint of a row: the joint before it, unless the row names another."""
     if parent is None:
         return len(names) - 1
     if parent == "":
@@ -192,7 +192,7 @@ def _axis(row: Mapping[str, Any], where: str) -> np.ndarray:
     length = float(np.linalg.norm(axis))
     if length == 0.0:
         raise RobotError(f"{where} axis: a direction of length 0")
-    # an axis that is already a unit vector stays as it was written, to the last digit
+    # an axis that is already a unit vector keeps all digits
     return axis if abs(length - 1.0) < 1e-12 else axis / length
 
 

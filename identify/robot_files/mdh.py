@@ -1,10 +1,10 @@
 r"""Modified Denavit-Hartenberg tables (Khalil): geometry and standard parameters, row by row.
 
-Frame j in its antecedent's frame is
+The placement of frame j in its antecedent's frame is
 
 .. math::
     T = R_x(\alpha)\, T_x(d)\, R_z(\theta + q)\, T_z(r)
-    \quad\text{or, where the joint slides,}\quad
+    \quad\text{or, for a prismatic joint,}\quad
     T = R_x(\alpha)\, T_x(d)\, R_z(\theta)\, T_z(r + q).
 """
 
@@ -22,21 +22,21 @@ from .toml_fields import boolean, check_keys, number, parse_toml, string, tables
 GEOMETRY = ("alpha", "d", "theta_offset", "r")
 ANGLES = ("alpha", "theta_offset")
 TURN = 2 * np.pi
-"""Angle that no table needs more than [rad]; 90 meant as degrees is far above."""
+"""Largest angle that a table may need [rad]; angles in degrees, such as 90, are far above."""
 ROW_KEYS = ("joint", "antecedent", "sigma", "degrees", *GEOMETRY, *INERTIAL, "Ia")
 CONVENTION = "mdh-khalil"
 SIGMA = {0: "revolute", 1: "prismatic", 2: "fixed"}
 
 
 class _Frame(NamedTuple):
-    """Where a row's frame sits: the joint that carries it and its placement there."""
+    """Frame of a row: the joint that carries it, and its placement in that joint's frame."""
 
     joint: int
     placement: pin.SE3
 
 
 def parse_mdh(text: str, name: str, where: str = "modified-DH file") -> Kinematics:
-    """Kinematics from a file of `[[link]]` rows, as `convention = "mdh-khalil"` marks it.
+    """Kinematics from a file of `[[link]]` rows with `convention = "mdh-khalil"`.
 
     Raises:
         RobotError: The file is wrong; the message names the place.
@@ -88,12 +88,12 @@ def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]) -> 
     joint = row.get("joint", place + 1)
     label = f"joint{joint}" if isinstance(joint, int) else string(joint, f"mdh row {place + 1} joint")
     if label in frames:
-        raise BrokenTree(f"mdh row {place + 1}: a second row is called '{label}'; give each its own name")
+        raise BrokenTree(f"mdh row {place + 1}: two rows are called '{label}'; give each its own name")
     return label
 
 
 def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame], where: str) -> _Frame:
-    """Frame that the row builds on: its antecedent by name or number (0: base), else the row before."""
+    """Frame of the row's antecedent, given by name or number (0: base); by default the row before."""
     names = list(frames)
     antecedent = row.get("antecedent", place)
     if isinstance(antecedent, int) and 0 <= antecedent <= place:
@@ -115,17 +115,17 @@ def _kind(row: Mapping[str, Any], where: str) -> str:
 
 
 def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:
-    """The row's transform at q = 0."""
-    given = {key: number(row.get(key, 0.0), f"{where} {key}") for key in GEOMETRY}
+    """Transform of a row at q = 0."""
+    geometry = {key: number(row.get(key, 0.0), f"{where} {key}") for key in GEOMETRY}
     if boolean(row.get("degrees", False), f"{where} degrees"):
-        given |= {key: float(np.radians(given[key])) for key in ANGLES}
+        geometry |= {key: float(np.radians(geometry[key])) for key in ANGLES}
     for key in ANGLES:
-        if abs(given[key]) > TURN:
+        if abs(geometry[key]) > TURN:
             raise RobotError(
-                f"{where}: {key} is {given[key]:g} rad, more than a whole turn ({TURN:.4g}). If the row is "
-                "in degrees, write degrees = true in it"
+                f"{where}: {key} is {geometry[key]:g} rad, more than a whole turn ({TURN:.4g}). If the row "
+                "is in degrees, write degrees = true in it"
             )
-    alpha, d, theta, r = given.values()
+    alpha, d, theta, r = geometry.values()
     tilt = pin.SE3(pin.rpy.rpyToMatrix(alpha, 0.0, 0.0), np.zeros(3))
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, theta), np.array([d, 0.0, 0.0]))
     return tilt * turn * pin.SE3(np.eye(3), np.array([0.0, 0.0, r]))
@@ -135,7 +135,7 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
     """Inertia from standard parameters about the row's frame; XY is the matrix element, -integral xy dm.
 
     Raises:
-        RobotError: They are not those of a body, such as base parameters without a mass.
+        RobotError: They are not those of a rigid body, such as base parameters without a mass.
     """
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
     if m == 0:
@@ -156,11 +156,16 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
 
 
 def _hint(about_origin: np.ndarray, shift: np.ndarray) -> str:
-    """Which entry of a row, both (3, 3) [kg m^2], is less than what the mass off the origin alone makes."""
+    """Hint about moments of inertia that are too small for the mass and its distance from the origin.
+
+    Args:
+        about_origin: Inertia in a row, about the origin of its frame, shape (3, 3) [kg m^2].
+        shift: Inertia about the origin of the mass alone, shape (3, 3) [kg m^2].
+    """
     small = [
         f"{name} is {about_origin[k, k]:g}, but M, MX, MY, MZ alone make {shift[k, k]:g}"
         for k, name in enumerate(("XX", "YY", "ZZ"))
         if about_origin[k, k] < shift[k, k]
     ]
     why = "; ".join(small) or "XX, YY or ZZ is too small, or XY, XZ or YZ too large"
-    return f"A row's XX ... ZZ are about the origin of its frame, not about the centre of mass: {why}"
+    return f"A row's XX ... ZZ are about the origin of its frame, not about the center of mass: {why}"

@@ -1,4 +1,4 @@
-"""MJCF, MuJoCo's own format, as MuJoCo compiles it: kinematics, inertias, friction, springs, limits."""
+"""Robots in MJCF, the format of MuJoCo, which compiles them: kinematics, inertias, torques, limits."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,16 +20,16 @@ from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
 
 SITES = (*FLANGES, "attachment_site", "attachment")
-"""Names (or ends of names) of sites that people hang payloads on, the likeliest first."""
+"""Names (or ends of names) of sites that carry payloads, the most likely first."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Where a body of the file is in the tree: fixed to what joint `joint` moves, 0 for the base.
+    """Place of a body of the file in the tree of joints.
 
     Attributes:
-        joint: Index of the joint in Pinocchio's model.
-        placement: Of the body's frame in that joint's frame.
+        joint: Index in Pinocchio's model of the joint that moves the body, 0 for the base.
+        placement: Placement of the body's frame in that joint's frame.
     """
 
     joint: int
@@ -40,7 +40,7 @@ def compile_mjcf(source: Path | str, folder: str = "") -> Any:
     """MuJoCo's compiled model of a file, or of a text whose files lie in `folder`.
 
     Raises:
-        BrokenTree: MuJoCo refuses it.
+        BrokenTree: MuJoCo cannot compile it.
         RobotError: It names a file outside of its folder.
         MissingPackage: MuJoCo is not installed.
     """
@@ -70,10 +70,10 @@ def _content(path: Path) -> bytes:
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
-    """Joints of an MJCF: those that a model can have, and those that have to be held.
+    """Joints of an MJCF: joints that a model can have, and joints that have to be held.
 
     Raises:
-        BrokenTree: MuJoCo refuses it.
+        BrokenTree: MuJoCo cannot compile it.
     """
     model = compile_mjcf(path)
     bound = following_joints(model) | {joint for joint in range(model.njnt) if not single(model, joint)}
@@ -87,14 +87,15 @@ def read_mjcf(
     """Kinematics of an MJCF.
 
     Args:
-        path: The file.
-        moving: Joints that move; the others are held at their reference. None: all but `held`.
-        held: Joints that are held elsewhere, and where [rad, m].
+        path: Path of the file.
+        moving: Names of the joints that move; the others are held at their reference. None: all joints
+            except `held`.
+        held: Names of joints that are held away from their reference, and their positions [rad, m].
 
     Raises:
-        BrokenTree: MuJoCo refuses it, or it is not a tree of joints with one degree of freedom.
-        RobotError: It has a force that no model here can have; the message names it.
-        UnknownJoint: One of `moving` or `held` is not in it.
+        BrokenTree: MuJoCo cannot compile it, or it is not a tree of joints with one degree of freedom.
+        RobotError: It has a force that no model can represent; the message names it.
+        UnknownJoint: A joint in `moving` or `held` does not exist.
     """
     return mjcf_kinematics(compile_mjcf(path), str(path), moving, held)
 
@@ -124,8 +125,8 @@ def mjcf_kinematics(
     doubts = [*body_doubts(tree)]
     if share < 1.0:
         doubts.append(
-            f"{where}: gravcomp leaves {share:g} of gravity. Where the motors of the recorded arm carry it, "
-            "state gravity in a robot.toml"
+            f"{where}: gravcomp leaves {share:g} of gravity. If the motors of the recorded arm carry its "
+            "weight, state gravity in a robot.toml"
         )
     return Kinematics(
         tree,
@@ -140,16 +141,16 @@ def mjcf_kinematics(
 def body_parts(
     model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
 ) -> list[Part]:
-    """Where each body of a compiled MJCF is in the tree that `mjcf_kinematics` makes of it."""
+    """Place of each body of a compiled MJCF in the tree of joints that `mjcf_kinematics` makes."""
     return _tree(model, _held(model, moving, held, where), where)[1]
 
 
 def _held(
     model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
 ) -> dict[int, float]:
-    """Joints that are held, and by how much they are away from their reference [rad, m].
+    """Joints that are held, and their distances from their reference positions [rad, m].
 
-    Those that an equality locks are held where it does.
+    Joints that an equality locks are held where it locks them.
     """
     names = [joint_name(model, joint) for joint in range(model.njnt)]
     for name in (*(moving or ()), *held):
@@ -166,27 +167,27 @@ def _held(
 
 
 def _tree(model: Any, still: Mapping[int, float], where: str) -> tuple[pin.Model, list[Part]]:
-    """Pinocchio's model of the joints that are not held, and where each body is in it."""
+    """Pinocchio's model of the joints that are not held, and the place of each body in it."""
     tree, parts = pin.Model(), [Part(0, pin.SE3.Identity())]
     for body in range(1, model.nbody):
         parts.append(_add_body(tree, model, body, parts[model.body_parentid[body]], still, where))
     for body, part in enumerate(parts):
-        own = own_inertia(model, body)
-        check_center(own.mass, own.lever, f"{where}: body '{name_of(model, 'body', body)}'")
-        if part.joint and own.mass:
-            tree.inertias[part.joint] = tree.inertias[part.joint] + part.placement.act(own)
+        inertia = own_inertia(model, body)
+        check_center(inertia.mass, inertia.lever, f"{where}: body '{name_of(model, 'body', body)}'")
+        if part.joint and inertia.mass:
+            tree.inertias[part.joint] = tree.inertias[part.joint] + part.placement.act(inertia)
     return tree, parts
 
 
 def _add_body(
     tree: pin.Model, model: Any, body: int, parent: Part, still: Mapping[int, float], where: str
 ) -> Part:
-    """Add the joints of a body one behind the other; MuJoCo turns each about its anchor in the body."""
+    """Add the joints of a body in series; MuJoCo turns each joint about its anchor in the body."""
     index, place = parent.joint, parent.placement * placement_of(model.body_pos[body], model.body_quat[body])
     start, link = int(model.body_jntadr[body]), name_of(model, "body", body)
     joints = range(start, start + int(model.body_jntnum[body]))
     for joint in joints:
-        if not single(model, joint):  # which is held: bodies are where the reference has them
+        if not single(model, joint):  # it is held: bodies are at the reference position
             continue
         anchor, axis = pin.SE3(np.eye(3), model.jnt_pos[joint].copy()), model.jnt_axis[joint].copy()
         hinge, name = turns(model, joint), joint_name(model, joint)
@@ -207,10 +208,10 @@ def _add_body(
     return Part(index, place)
 
 
-def _moved(axis: np.ndarray, by: float, hinge: bool) -> pin.SE3:
-    if by == 0.0:
+def _moved(axis: np.ndarray, distance: float, hinge: bool) -> pin.SE3:
+    if distance == 0.0:
         return pin.SE3.Identity()
-    return pin.SE3(pin.exp3(axis * by), np.zeros(3)) if hinge else pin.SE3(np.eye(3), axis * by)
+    return pin.SE3(pin.exp3(axis * distance), np.zeros(3)) if hinge else pin.SE3(np.eye(3), axis * distance)
 
 
 def placement_of(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
@@ -220,7 +221,7 @@ def placement_of(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
 
 
 def own_inertia(model: Any, body: int) -> pin.Inertia:
-    """A body's inertia in its own frame."""
+    """Inertia of a body in its own frame."""
     principal = placement_of(model.body_ipos[body], model.body_iquat[body])
     about = principal.rotation @ np.diag(model.body_inertia[body]) @ principal.rotation.T
     return pin.Inertia(float(model.body_mass[body]), principal.translation, (about + about.T) / 2)
@@ -232,18 +233,18 @@ def _gravity(model: Any) -> np.ndarray:
 
 
 def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
-    """Placement, in the last joint's frame, of the site or body that is called like a flange."""
-    there = {
+    """Placement, in the last joint's frame, of the site or body whose name is that of a flange."""
+    candidates = {
         name_of(model, "site", site): parts[model.site_bodyid[site]].placement
         * placement_of(model.site_pos[site], model.site_quat[site])
         for site in range(model.nsite)
         if parts[model.site_bodyid[site]].joint == last
     }
-    there |= {
+    candidates |= {
         name_of(model, "body", body): part.placement for body, part in enumerate(parts) if part.joint == last
     }
     for ending in SITES:
-        for name, placement in there.items():
+        for name, placement in candidates.items():
             if name.lower().endswith(ending):
                 return pin.SE3(placement)
     return pin.SE3.Identity()

@@ -1,4 +1,4 @@
-"""Actuators of an MJCF: how strong the motors of joints are, and which turn with several joints."""
+"""Actuators of an MJCF: torque limits of the joints' motors, and motors that turn with several joints."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +10,7 @@ from .mjcf_names import HOLD, enum_of, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
-    """Greatest torque of each joint's actuators either way, infinite where not stated, shape (n,) [N m]."""
+    """Maximum torque of each joint's actuators in both directions, shape (n,) [N m]; inf: not stated."""
     limits = np.zeros(len(joints))
     driven = np.zeros(len(joints), bool)
     for actuator in range(model.nu):
@@ -21,7 +21,7 @@ def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     limits[~driven] = np.inf
     for place, joint in enumerate(joints):
         if model.jnt_actfrclimited[joint]:
-            limits[place] = min(limits[place], _either_way(model.jnt_actfrcrange[joint]))
+            limits[place] = min(limits[place], _symmetric_limit(model.jnt_actfrcrange[joint]))
     return np.where(limits > 0.0, limits, np.inf)
 
 
@@ -30,33 +30,33 @@ def _of_joints() -> tuple[int, int]:
 
 
 def _strength(model: Any, actuator: int) -> float:
-    """Greatest torque of an actuator behind its gear: by its force range, or a motor's control range."""
+    """Maximum torque of an actuator behind its gear, from its force range or a motor's control range."""
     gear = abs(float(model.actuator_gear[actuator][0]))
     strongest = np.inf
     if model.actuator_forcelimited[actuator]:
-        strongest = _either_way(model.actuator_forcerange[actuator])
+        strongest = _symmetric_limit(model.actuator_forcerange[actuator])
     plain = model.actuator_biastype[actuator] == enum_of("mjtBias", "mjBIAS_NONE")
     plain &= model.actuator_gaintype[actuator] == enum_of("mjtGain", "mjGAIN_FIXED")
     if plain and model.actuator_ctrllimited[actuator]:
         gain = abs(float(model.actuator_gainprm[actuator][0]))
-        strongest = min(strongest, gain * _either_way(model.actuator_ctrlrange[actuator]))
+        strongest = min(strongest, gain * _symmetric_limit(model.actuator_ctrlrange[actuator]))
     return gear * strongest
 
 
-def _either_way(ends: np.ndarray) -> float:
-    """What is reached in both directions."""
+def _symmetric_limit(ends: np.ndarray) -> float:
+    """Largest magnitude that a range allows in both directions."""
     return float(min(abs(ends[0]), abs(ends[1])))
 
 
 def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
-    """Motors that turn with several joints, by fixed tendons, shape (n, n) [-]; empty where there are none.
+    """Coupling of motors and joints by fixed tendons, shape (n, n) [-]; empty if there are no such tendons.
 
-    A tendon's motor is that of the one joint along it that has no actuator of its own.
+    The motor of a tendon belongs to the only joint along the tendon that has no actuator of its own.
 
     Raises:
-        RobotError: It cannot be told which.
+        RobotError: There is not exactly one such joint.
     """
-    own = {
+    driven = {
         int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] in _of_joints()
     }
     coupling = np.eye(len(joints))
@@ -65,7 +65,7 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
             continue
         tendon = int(model.actuator_trnid[actuator][0])
         along = {joint: turn for joint, turn in _along(model, tendon).items() if joint in joints}
-        free = [joint for joint in along if joint not in own]
+        free = [joint for joint in along if joint not in driven]
         if not along:
             continue
         if len(free) != 1:
@@ -75,7 +75,7 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
                 f"'{name_of(model, 'tendon', tendon)}' of {names}; all but one of these need actuators of "
                 f"their own. {HOLD}"
             )
-        own.add(free[0])
+        driven.add(free[0])
         place = list(joints).index(free[0])
         for joint, turn in along.items():
             coupling[place, list(joints).index(joint)] = turn / along[free[0]]
@@ -83,7 +83,7 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
 
 
 def _along(model: Any, tendon: int) -> dict[int, float]:
-    """Joints of a fixed tendon and what it takes up as each moves; empty for one in space."""
+    """Joints of a fixed tendon and its change of length per motion of each; empty for a spatial tendon."""
     start = int(model.tendon_adr[tendon])
     wraps = range(start, start + int(model.tendon_num[tendon]))
     kind = enum_of("mjtWrap", "mjWRAP_JOINT")
@@ -95,17 +95,17 @@ def _along(model: Any, tendon: int) -> dict[int, float]:
 
 
 def servos(model: Any, joints: Sequence[str]) -> list[int]:
-    """The position servo of each joint, by its number; empty where a joint has none."""
-    found, every = [], [joint_name(model, joint) for joint in range(model.njnt)]
+    """Index of the position servo of each joint; empty if some joint has none."""
+    chosen, names = [], [joint_name(model, joint) for joint in range(model.njnt)]
     for name in joints:
-        joint = every.index(name)
-        own = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
-        found += own[:1]
-    return found if len(found) == len(joints) else []
+        joint = names.index(name)
+        candidates = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
+        chosen += candidates[:1]
+    return chosen if len(chosen) == len(joints) else []
 
 
 def servo_stiffness(model: Any, joints: Sequence[str]) -> np.ndarray | None:
-    """Torque per error of each joint's position servo, shape (n,) [N m/rad]; None where a joint has none."""
+    """Stiffness of each joint's position servo, shape (n,) [N m/rad]; None if some joint has no servo."""
     actuators = servos(model, joints)
     if not actuators:
         return None

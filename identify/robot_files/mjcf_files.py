@@ -1,4 +1,4 @@
-"""Files that an MJCF names: those it includes or attaches, meshes, textures and height fields."""
+"""Files that an MJCF names: included or attached models, meshes, textures and height fields."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from ..errors import BrokenTree
 from .folders import Folders
 
 FOLDERS = ("assetdir", "meshdir", "texturedir")
-"""Attributes of the element compiler."""
+"""Attributes of the element `compiler` that name folders."""
 MODELS = ("include", "model")
-"""Elements whose file is an MJCF, which names files in turn."""
+"""Elements whose file is an MJCF, which may name further files."""
 
 
 @dataclass
-class _Found:
-    """What was read so far: folders named by compiler elements, names of files, and of files read."""
+class _NamedFiles:
+    """Folders named by compiler elements, names of files, and contents of included files by their names."""
 
     folders: set[str] = field(default_factory=lambda: {""})
     names: list[str] = field(default_factory=list)
@@ -24,43 +24,46 @@ class _Found:
 
 
 def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
-    """Refuse an MJCF that names a file outside of its folder; the files that it includes, by their names.
+    """Refuse an MJCF that names a file outside of its folder.
 
     Args:
         text: Text of the file.
-        description: Path of the file; files that it names are looked for from its folder.
+        description: Path of the file; paths in it are relative to its folder.
+
+    Returns:
+        Contents of the files that it includes, by their names.
 
     Raises:
-        BrokenTree: It is no XML.
-        RobotError: With the file, and what to do.
+        BrokenTree: The text is not XML.
+        RobotError: A file is outside; the message names it and says what to do.
     """
-    found, allowed, folder = _Found(), Folders.of(description), description.parent
+    named, allowed, folder = _NamedFiles(), Folders.of(description), description.parent
     texts = [(str(description), text)]
     while texts:
         where, content = texts.pop()
-        for name in _read(content, where, found):
+        for name in _read(content, where, named):
             for file in (folder / name, Path(where).parent / name):
-                if name not in found.included and file.is_file():
+                if name not in named.included and file.is_file():
                     allowed.require(file, str(description))
-                    found.included[name] = file.read_bytes()
-                    texts.append((str(file), found.included[name]))
-    places = {folder, *((folder / name).parent for name in found.included)}
-    for name in found.names:
-        for file in {place / part / name for place in places for part in found.folders}:
+                    named.included[name] = file.read_bytes()
+                    texts.append((str(file), named.included[name]))
+    places = {folder, *((folder / name).parent for name in named.included)}
+    for name in named.names:
+        for file in {place / part / name for place in places for part in named.folders}:
             if file.exists():
                 allowed.require(file, str(description))
-    return found.included
+    return named.included
 
 
-def _read(text: bytes, where: str, found: _Found) -> Iterator[str]:
-    """Names of the MJCF that a text includes or attaches; other names go into what was found."""
+def _read(text: bytes, where: str, named: _NamedFiles) -> Iterator[str]:
+    """Names of the MJCF files that a text includes or attaches; all names are added to `named`."""
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
     for element in root.iter():
-        found.folders |= {element.attrib[key] for key in FOLDERS if key in element.attrib}
+        named.folders |= {element.attrib[key] for key in FOLDERS if key in element.attrib}
         names = [value for key, value in element.attrib.items() if key.startswith("file")]
-        found.names += [*names, *(PurePosixPath(name).name for name in names)]  # the second by strippath
+        named.names += [*names, *(PurePosixPath(name).name for name in names)]  # strippath removes folders
         if element.tag in MODELS:
             yield from names

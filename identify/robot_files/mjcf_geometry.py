@@ -1,4 +1,4 @@
-"""Collision geometry of an MJCF: the geoms that can touch something, meshes as their convex hulls."""
+"""Collision geometry of an MJCF: geoms that can collide, with convex hulls in place of meshes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,18 +13,19 @@ from .mjcf import Part, body_parts, compile_mjcf, mjcf_kinematics, placement_of
 from .mjcf_names import enum_of, name_of
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-"""Angles of the points of an ellipsoid, which coal takes for no distance to a half-space."""
+"""Angles of the points that stand for an ellipsoid, since coal has no distance from one to a half-space."""
 
 
 def read_mjcf_geometry(
     path: Path, moving: Sequence[str] | None, held: Mapping[str, float]
 ) -> pin.GeometryModel | None:
-    """Bodies of the robot that `read_mjcf` reads with the same arguments, without pairs.
+    """Collision bodies of the robot that `read_mjcf` reads with the same arguments, without pairs.
 
-    Each is called by its body and a number. What is fixed to the base, floors and tables too, belongs to it.
+    The name of each is that of its body and a number. Everything that is fixed to the base, including floors
+    and tables, belongs to the base.
 
     Returns:
-        None where no geom can touch anything.
+        None if no geom can collide.
     """
     model = compile_mjcf(path)
     tree = mjcf_kinematics(model, str(path), moving, held).model
@@ -40,7 +41,7 @@ def read_mjcf_geometry(
 
 
 def _body(model: Any, geom: int, part: Part, tree: pin.Model, name: str, shape: Any) -> pin.GeometryObject:
-    """A geom as a body of the joint that carries it."""
+    """Collision body of a geom, on the joint that carries it."""
     frames = [
         index
         for index, frame in enumerate(tree.frames)
@@ -51,7 +52,7 @@ def _body(model: Any, geom: int, part: Part, tree: pin.Model, name: str, shape: 
 
 
 def _shape(model: Any, geom: int) -> Any:
-    """Shape for coal; None for height fields, which no convex body holds."""
+    """Shape for coal; None for height fields, which are not convex."""
     size, kind = model.geom_size[geom], int(model.geom_type[geom])
     kinds = {name: enum_of("mjtGeom", f"mjGEOM_{name.upper()}") for name in SHAPES}
     name = next((name for name, value in kinds.items() if value == kind), "")
@@ -65,7 +66,7 @@ def _mesh(model: Any, geom: int, _: np.ndarray) -> coal.Convex:
 
 
 def _ellipsoid(_: Any, __: int, size: np.ndarray) -> coal.Convex:
-    """Its hull, a little larger than the ellipsoid, so that it holds it."""
+    """Convex hull that contains the ellipsoid, and so is a little larger."""
     along, up = np.meshgrid(ROUND, ROUND[: len(ROUND) // 2 + 1])
     points = np.stack([np.cos(along) * np.sin(up), np.sin(along) * np.sin(up), np.cos(up)], axis=-1)
     return hull(points.reshape(-1, 3) * size / np.cos(np.pi / len(ROUND)) ** 2)
@@ -80,4 +81,4 @@ SHAPES = {
     "box": lambda _, __, size: coal.Box(*(2 * size)),
     "mesh": _mesh,
 }
-"""Kind of a geom -> its shape, of the model, the geom's number and its sizes."""
+"""Kind of a geom -> function that makes its shape from the model, the geom's index and its sizes."""

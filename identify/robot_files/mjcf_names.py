@@ -1,10 +1,10 @@
-"""Names and kinds of what is in a compiled MJCF."""
+"""Names and kinds of the elements of a compiled MJCF."""
 
 from typing import Any
 
 from ..notebook import optional
 
-HOLD = "Hold joints still in a robot.toml: mjcf = ..., joints = [those that move]"
+HOLD = "Hold joints still in a robot.toml: mjcf = ..., joints = [joints that move]"
 OBJECTS = {
     "joint": "mjOBJ_JOINT",
     "body": "mjOBJ_BODY",
@@ -16,12 +16,12 @@ OBJECTS = {
 
 
 def enum_of(kind: str, name: str) -> int:
-    """A number of MuJoCo's, such as `enum_of("mjtJoint", "mjJNT_HINGE")`."""
+    """Value of an enumeration of MuJoCo, such as `enum_of("mjtJoint", "mjJNT_HINGE")`."""
     return int(getattr(getattr(optional("mujoco", "an MJCF", "mujoco"), kind), name))
 
 
 def name_of(model: Any, kind: str, index: int) -> str:
-    """Name of a thing, or its kind and number from 1 on where the file gives none."""
+    """Name of an element; if the file gives none, its kind and its number from 1."""
     mujoco = optional("mujoco", "an MJCF", "mujoco")
     named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, OBJECTS[kind]), index)
     return str(named or f"{kind}{index + 1}")
@@ -43,21 +43,21 @@ def single(model: Any, joint: int) -> bool:
 
 
 def joint_equalities(model: Any) -> list[tuple[int, int, int]]:
-    """Equalities of joints that act: their number, the joint that follows, the one it follows or -1."""
+    """Active equalities of joints: index, the joint that follows, and the joint that it follows or -1."""
     kind = enum_of("mjtEq", "mjEQ_JOINT")
-    every = zip(model.eq_type, model.eq_active0, model.eq_obj1id, model.eq_obj2id, strict=True)
+    equalities = zip(model.eq_type, model.eq_active0, model.eq_obj1id, model.eq_obj2id, strict=True)
     return [
-        (e, int(one), int(other))
-        for e, (type_, active, one, other) in enumerate(every)
+        (e, int(follower), int(leader))
+        for e, (type_, active, follower, leader) in enumerate(equalities)
         if type_ == kind and active
     ]
 
 
 def following_joints(model: Any) -> set[int]:
-    """Joints that an equality makes follow another."""
-    return {one for _, one, other in joint_equalities(model) if other >= 0}
+    """Joints that follow another joint by an equality."""
+    return {follower for _, follower, leader in joint_equalities(model) if leader >= 0}
 
 
 def locked_joints(model: Any) -> dict[int, float]:
-    """Joints that an equality locks, and how far from their reference [rad, m]."""
-    return {one: float(model.eq_data[e][0]) for e, one, other in joint_equalities(model) if other < 0}
+    """Joints that an equality locks, and their distances from the reference position [rad, m]."""
+    return {joint: float(model.eq_data[e][0]) for e, joint, leader in joint_equalities(model) if leader < 0}

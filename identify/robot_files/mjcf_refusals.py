@@ -1,4 +1,4 @@
-"""What of an MJCF no model here can take: each is refused by its name."""
+"""Refusal of the content of an MJCF that no model can represent."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -8,21 +8,21 @@ import numpy as np
 from ..errors import RobotError
 from .mjcf_names import HOLD, enum_of, joint_equalities, joint_name, name_of
 
-SOME = 1e-12
-"""Share of gravity that is none but for rounding."""
+ROUNDING = 1e-12
+"""Largest difference between shares of gravity that is due to rounding."""
 
 
 def check_mjcf(model: Any, parts: Sequence[int], joints: Sequence[int], where: str) -> None:
-    """Refuse forces and constraints that are neither of one joint nor of rigid bodies.
+    """Refuse forces and constraints that act neither on a single joint nor on rigid bodies.
 
     Args:
         model: Compiled MJCF.
-        parts: By body, the number of the joint that moves it, 0 for the base.
+        parts: Index of the joint that moves each body, 0 for the base.
         joints: Joints of the file that move.
-        where: What errors call the file.
+        where: Name of the file in messages.
 
     Raises:
-        RobotError: The message names the first.
+        RobotError: There is such a force or constraint; the message names the first.
     """
     for check in (_medium, _plugins, _springs, _equalities, _tendons, _actuators):
         for refused in check(model, parts, set(joints)):
@@ -32,50 +32,50 @@ def check_mjcf(model: Any, parts: Sequence[int], joints: Sequence[int], where: s
 def _medium(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for name in ("density", "viscosity"):
         if value := getattr(model.opt, name):
-            yield f"option {name}={value:g}: no model here has the drag of a fluid. Set it to 0"
+            yield f"option {name}={value:g}: models have no fluid drag. Set it to 0"
     if model.nflex:
-        yield "flex: no model here has soft bodies. Leave it out"
+        yield "flex: models have no soft bodies. Remove it"
 
 
 def _plugins(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for kind in ("body", "actuator"):
         for index, plugin in enumerate(getattr(model, f"{kind}_plugin")):
             if plugin >= 0 and (kind == "actuator" or parts[index]):
-                yield f"{kind} '{name_of(model, kind, index)}' has a plugin, whose forces are not known"
+                yield f"{kind} '{name_of(model, kind, index)}' has a plugin, whose forces are unknown"
 
 
 def _springs(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for joint in sorted(joints):
         name, dof = joint_name(model, joint), model.jnt_dofadr[joint]
-        for what, table, row in (
+        for term, table, row in (
             ("stiffness", "jnt_stiffnesspoly", joint),
             ("damping", "dof_dampingpoly", dof),
             ("springyield", "jnt_springyield", joint),
         ):
             if np.any(_rows(model, table)[row : row + 1]):
-                how = "a spring that yields" if what == "springyield" else f"{what} that is a polynomial"
-                yield f"joint '{name}' has {how}; a model takes one number. Leave the others out"
+                how = "a spring that yields" if term == "springyield" else f"{term} that is a polynomial"
+                yield f"joint '{name}' has {how}; a model has one coefficient. Remove the others"
 
 
 def _rows(model: Any, table: str) -> np.ndarray:
-    """A table of the compiled model; empty where MuJoCo's version does not have it yet."""
+    """A table of the compiled model; empty if this version of MuJoCo does not have it."""
     return np.asarray(getattr(model, table, np.empty(0)))
 
 
 def _equalities(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
-    followed = {e: {one, other} for e, one, other in joint_equalities(model)}
+    coupled = {e: {follower, leader} for e, follower, leader in joint_equalities(model)}
     for e in range(model.neq):
         name = f"equality '{name_of(model, 'equality', e)}'"
-        if e in followed:
-            if followed[e] <= joints:
-                one, other = (joint_name(model, joint) for joint in sorted(followed[e]))
-                yield f"{name} couples joints '{one}' and '{other}', which no model here can. {HOLD}"
+        if e in coupled:
+            if coupled[e] <= joints:
+                first, second = (joint_name(model, joint) for joint in sorted(coupled[e]))
+                yield f"{name} couples joints '{first}' and '{second}', which no model can represent. {HOLD}"
         elif model.eq_active0[e] and _ties(model, e, parts):
             yield f"{name} closes a loop of links, or ties a tendon; a model is a tree. {HOLD}"
 
 
 def _ties(model: Any, equality: int, parts: Sequence[int]) -> bool:
-    """Whether an equality that is not one of joints ties what can move apart."""
+    """Whether an equality, other than one of joints, connects bodies that move relative to each other."""
     kind, ends = model.eq_objtype[equality], (model.eq_obj1id[equality], model.eq_obj2id[equality])
     if model.eq_type[equality] == enum_of("mjtEq", "mjEQ_JOINT"):
         return False
@@ -97,11 +97,11 @@ def _tendons(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str
         for kind in forces:
             if moves(model, tendon, parts, joints):
                 name = name_of(model, "tendon", tendon)
-                yield f"tendon '{name}' has {kind}, a force on several joints, which no model has. {HOLD}"
+                yield f"tendon '{name}' has {kind}, a force on several joints, which models lack. {HOLD}"
 
 
 def moves(model: Any, tendon: int, parts: Sequence[int], joints: set[int]) -> bool:
-    """Whether the length of a tendon changes as joints that are not held move."""
+    """Whether the length of a tendon changes when joints that are not held move."""
     start = model.tendon_adr[tendon]
     wraps = range(start, start + model.tendon_num[tendon])
     kinds = {kind: enum_of("mjtWrap", f"mjWRAP_{kind}") for kind in ("JOINT", "SITE", "SPHERE", "CYLINDER")}
@@ -119,52 +119,52 @@ def moves(model: Any, tendon: int, parts: Sequence[int], joints: set[int]) -> bo
 
 def _actuators(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     known = {enum_of("mjtGain", f"mjGAIN_{kind}") for kind in ("FIXED", "AFFINE")}
-    own = {enum_of("mjtTrn", f"mjTRN_{kind}") for kind in ("JOINT", "JOINTINPARENT")}
+    by_joint = {enum_of("mjtTrn", f"mjTRN_{kind}") for kind in ("JOINT", "JOINTINPARENT")}
     by_tendon = enum_of("mjtTrn", "mjTRN_TENDON")
     for index in range(model.nu):
         name, where = f"actuator '{name_of(model, 'actuator', index)}'", model.actuator_trntype[index]
         target = int(model.actuator_trnid[index][0])
-        if where in own:
+        if where in by_joint:
             acts = target in joints
         elif where == by_tendon:
             acts = moves(model, target, parts, joints)
             if acts and model.wrap_type[model.tendon_adr[target]] != enum_of("mjtWrap", "mjWRAP_JOINT"):
-                yield f"{name} pulls a tendon through space; a model has motors of joints. Leave it out"
+                yield f"{name} pulls a spatial tendon; a model has motors of joints. Remove it"
         else:
             acts = _acts_elsewhere(model, where, target, parts)
             if acts:
-                yield f"{name} acts on a site, a body or a crank; a model has motors of joints. Leave it out"
+                yield f"{name} acts on a site, a body or a crank; a model has motors of joints. Remove it"
         if acts and model.actuator_gaintype[index] not in known:
-            yield f"{name} has physics of its own (muscle, dcmotor); make it a motor, position or velocity"
+            yield f"{name} has its own physics (muscle, dcmotor); make it a motor, position or velocity"
 
 
 def _acts_elsewhere(model: Any, transmission: int, target: int, parts: Sequence[int]) -> bool:
-    """Whether an actuator that is not one of joints or tendons acts on what moves."""
+    """Whether an actuator, other than one of joints or tendons, acts on a moving body."""
     if transmission == enum_of("mjtTrn", "mjTRN_BODY"):
         return bool(parts[target])
     return bool(parts[model.site_bodyid[target]])
 
 
 def gravity_share(model: Any, parts: Sequence[int], joints: Sequence[int], where: str) -> float:
-    """Share of gravity that motors of joints carry beside `gravcomp`.
+    """Share of gravity that `gravcomp` leaves to the motors of the joints.
 
     Raises:
-        RobotError: It is not the same for all moving bodies, or for all joints.
+        RobotError: The share differs between moving bodies or between joints.
     """
     bodies = [body for body in range(model.nbody) if parts[body] and model.body_mass[body] > 0.0]
     shares = [float(model.body_gravcomp[body]) for body in bodies]
     passive = {not model.jnt_actgravcomp[joint] for joint in joints}
     if not any(shares) or passive == {False}:
         return 1.0
-    if max(shares) - min(shares) > SOME:
-        other = next(
-            body for body, share in zip(bodies, shares, strict=True) if abs(share - shares[0]) > SOME
+    if max(shares) - min(shares) > ROUNDING:
+        different = next(
+            body for body, share in zip(bodies, shares, strict=True) if abs(share - shares[0]) > ROUNDING
         )
         raise RobotError(
             f"{where}: gravcomp differs between bodies '{name_of(model, 'body', bodies[0])}' and "
-            f"'{name_of(model, 'body', other)}'; a model has one gravity. Give all moving bodies the same"
+            f"'{name_of(model, 'body', different)}'; a model has one gravity. Use one value for all of them"
         )
     if passive == {True, False}:
         names = ", ".join(joint_name(model, joint) for joint in joints if model.jnt_actgravcomp[joint])
-        raise RobotError(f"{where}: actuatorgravcomp is set for {names} only; give it to all joints or none")
+        raise RobotError(f"{where}: actuatorgravcomp is set for {names} only; set it for all joints or none")
     return 1.0 - shares[0]

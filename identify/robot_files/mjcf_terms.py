@@ -1,6 +1,6 @@
-"""Torque of single joints in an MJCF, as rows `[[effect]]`, and the limits of joints.
+"""Joint torques in an MJCF as `[[effect]]` rows, and the limits of joints.
 
-The numbers are where a fit begins and carry no prior: many are chosen to keep a simulation stable.
+The values are initial values of a fit without a prior: many are chosen only to keep a simulation stable.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from .mjcf_names import enum_of, joint_name
 
 
 def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
-    """Rotor inertia, friction, springs and offsets of the joints that move, with the values of the file."""
+    """Rotor inertia, friction, springs and offsets of the moving joints, with the values of the file."""
     dofs = model.jnt_dofadr[list(joints)]
     of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
     damps, springs = (not _disabled(model, flag) for flag in ("DAMPER", "SPRING"))
@@ -38,7 +38,7 @@ def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], .
 
 
 def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
-    """Springs of joints: stiffness [N m/rad] and torque at position zero [N m], joint by joint."""
+    """Joint springs: stiffness [N m/rad] and torque at position zero [N m], joint by joint."""
     values = [
         value
         for joint in joints
@@ -55,11 +55,11 @@ def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
 def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
     """Armature or damping that actuators add to their joints, by the gear squared, shape (n,)."""
     by_joint = getattr(model, "jnt_actuatorid", None)
-    if by_joint is None:  # MuJoCo before 3.6 has none
+    if by_joint is None:  # MuJoCo before 3.6 lacks it
         return np.zeros(len(joints))
-    own = getattr(model, f"actuator_{name}")
+    per_actuator = getattr(model, f"actuator_{name}")
     actuators = [int(by_joint[joint]) for joint in joints]
-    return np.array([own[a] * model.actuator_gear[a][0] ** 2 if a >= 0 else 0.0 for a in actuators])
+    return np.array([per_actuator[a] * model.actuator_gear[a][0] ** 2 if a >= 0 else 0.0 for a in actuators])
 
 
 def _disabled(model: Any, flag: str) -> bool:
@@ -67,8 +67,15 @@ def _disabled(model: Any, flag: str) -> bool:
 
 
 def limits_of(model: Any, joints: Sequence[int], torque: np.ndarray) -> Limits:
-    """Limits of position and torque (n,); MuJoCo knows none of velocity."""
+    """Limits of position and torque (n,); MuJoCo has no limits of velocity."""
     limited = model.jnt_limited[list(joints)].astype(bool)
     lower, upper = model.jnt_range[list(joints)].T
-    far = np.full(len(joints), np.inf)
-    return Limits(np.where(limited, lower, -far), np.where(limited, upper, far), far, far, far, torque)
+    unlimited = np.full(len(joints), np.inf)
+    return Limits(
+        np.where(limited, lower, -unlimited),
+        np.where(limited, upper, unlimited),
+        unlimited,
+        unlimited,
+        unlimited,
+        torque,
+    )

@@ -1,4 +1,4 @@
-"""Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF or MJCF, or the name of a built-in one."""
+"""Read a robot: a robot.toml (docs/robot-toml.md), a bare URDF or MJCF, or a built-in robot by its name."""
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,7 +37,7 @@ from .urdf import read_choice
 __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
 DESCRIPTIONS = ("urdf", "mjcf")
-"""Keys of a file that describes the arm; either takes any kind."""
+"""Keys for the file that describes the arm; either accepts any kind of description."""
 SOURCES = (*DESCRIPTIONS, "mdh", "link")
 TABLES = ("limits", "drive", "flange", "prior")
 AROUND = ("obstacle", "region", "finding")
@@ -58,15 +58,15 @@ KEYS = (
 )
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
-"""Limits that are those forward with a minus, unless they are given."""
+"""Limits of backward motion; by default the negative of the forward limits."""
 DRIVE_KEYS = (
     "gain", "gain_tolerance", "gain_in_inertias", "gear_ratio", "direct_drive", "passive", "servo_gain",
     "servo_limit", "coupling",
 )  # fmt: skip
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
-"""What nearly every geared arm has, and so what a URDF or MDH table is taken to mean that names no effect."""
+"""Effects of nearly every geared arm, and so the default for a URDF or MDH table that names no effects."""
 STRONGEST_GRAVITY = 30.0
-"""Size of gravity under which no arm is [m/s^2]: three times the Earth's, and more than Jupiter's 24.8."""
+"""Maximum gravity [m/s^2]: three times that of the Earth, and more than Jupiter's 24.8."""
 
 
 def builtin_names() -> list[str]:
@@ -80,18 +80,18 @@ def read_model(
     joints: Sequence[str] | None = None,
     held: Mapping[str, float] = MappingProxyType({}),
 ) -> Model:
-    """Model from a robot.toml, from a .urdf, .xacro or MJCF, or by the name of a built-in robot.
+    """Model from a robot.toml, from a .urdf, .xacro or MJCF, or from the name of a built-in robot.
 
     Args:
-        source: The file or the name.
-        joints: Joints of a .urdf, .xacro or MJCF that move; the others are held. None: all but `held`.
-        held: Joints of one that are held elsewhere than at zero, and where [rad, m].
+        source: Path of the file, or name of the robot.
+        joints: Joints of a .urdf, .xacro or MJCF that move; the others are held. None: all except `held`.
+        held: Joints of a .urdf, .xacro or MJCF that are held away from zero, and their positions [rad, m].
 
     Warns:
-        RobotWarning: No body has a link's inertia, or physics allows no nominal value as low as one.
+        RobotWarning: A link's inertia is impossible, or a nominal value is below its physical minimum.
 
     Raises:
-        RobotError: There is no such robot or file, or it is wrong.
+        RobotError: The robot or file does not exist, or is wrong.
     """
     if str(source) in builtin_names():
         return parse_model(
@@ -115,7 +115,7 @@ def read_model(
 
 
 def described_model(name: str, kinematics: Kinematics) -> Model:
-    """What a description alone makes: a robot and its effects."""
+    """Model from a description alone: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
     robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
@@ -123,18 +123,23 @@ def described_model(name: str, kinematics: Kinematics) -> Model:
 
 
 def parse_model(text: str, folder: Path | None = None, where: str = "robot file") -> Model:
-    """Model from the text of a robot.toml; `folder` is where its files lie, `where` what errors call it.
+    """Model from the text of a robot.toml.
+
+    Args:
+        text: Text of the file.
+        folder: Folder of the files that it names; by default the current folder.
+        where: Name of the file in messages.
 
     Raises:
-        RobotError: The text is wrong; the message names the key, what was found and what is valid.
+        RobotError: The text is wrong; the message names the key, its value and what is valid.
     """
     return _parse(text, folder, where)[0]
 
 
 def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str, ...]]:
-    """The model, and what no arm has in its geometry and bodies."""
+    """Model, and doubts about its geometry and bodies."""
     table = parse_toml(text, where)
-    if "belief" in table:  # as older files call the table [prior]
+    if "belief" in table:  # the name of the table [prior] in older files
         table["prior"] = table.pop("belief")
     check_keys(table, KEYS, where)
     if table.get("format", FORMAT) != FORMAT:
@@ -149,15 +154,15 @@ def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str
 
 
 def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:
-    given = [key for key in SOURCES if key in table]
-    if len(given) != 1:
-        raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {given or 'none'}")
+    sources = [key for key in SOURCES if key in table]
+    if len(sources) != 1:
+        raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {sources or 'none'}")
     name = string(table.get("name", "robot"), "name")
-    source, value = given[0], table[given[0]]
+    source, value = sources[0], table[sources[0]]
     chosen = [key for key in ("joints", "held") if key in table]
     if chosen and source not in DESCRIPTIONS:
         raise RobotError(
-            f"{where}: {chosen[0]} chooses among those of a urdf or mjcf; rows of {source} are all there is"
+            f"{where}: {chosen[0]} selects joints of a urdf or mjcf; all rows of {source} are used"
         )
     if source == "link":
         return link_kinematics(tables(value, "link"), name)
@@ -213,7 +218,7 @@ def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
 
 
 def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
-    """The law of position servos; None where `[drive]` has no `servo_gain`."""
+    """Position servos; None if `[drive]` has no `servo_gain`."""
     if "servo_gain" not in table:
         if "servo_limit" in table:
             raise RobotError("[drive] servo_limit: give servo_gain too; 1 where [drive] gain is in N m/rad")
@@ -227,7 +232,7 @@ def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
 
 
 def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -> Limits:
-    """Limits of the file over those of its URDF; `revolute`, shape (n,), marks the revolute joints."""
+    """Limits of the file, else those of its description; `revolute` (n,) marks the revolute joints."""
     check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
@@ -236,7 +241,9 @@ def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -
             low = 0.0 if key not in ("position_lower", "position_upper", *BACKWARD_KEYS) else -np.inf
             known[key] = numbers(table[key], len(revolute), f"[limits] {key}", low, infinite=True)
             if key in BACKWARD_KEYS and np.any(known[key] > 0.0):
-                raise RobotError(f"[limits] {key}: {known[key].tolist()}; it is a limit backward, so below 0")
+                raise RobotError(
+                    f"[limits] {key}: {known[key].tolist()}; a limit of backward motion is negative"
+                )
             if degrees and key != "torque":
                 known[key] = np.where(revolute, np.radians(known[key]), known[key])
     for joint, (lower, upper) in enumerate(
@@ -250,14 +257,14 @@ def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -
 
 
 def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> list[Mapping[str, Any]]:
-    """Rows of the file, after those that are implied: the rigid body, and rotors of an MDH table.
+    """Rows of the file, preceded by implied rows: the rigid body, and rotors of an MDH table.
 
-    `[[link]]` rows spell all out; a URDF or MDH table knows of bodies only, and gets the usual effects, of
-    which an MJCF may have values.
+    A file with `[[link]]` rows states all its effects. A URDF or MDH table has only bodies and gets the usual
+    effects, for which an MJCF may have values.
     """
-    given = table.get("effect")
-    rows: list[Mapping[str, Any]] = list(tables(given, "effect")) if given not in (None, []) else []
-    usual: tuple[str, ...] = USUAL_EFFECTS if given is None and "link" not in table else ()
+    stated = table.get("effect")
+    rows: list[Mapping[str, Any]] = list(tables(stated, "effect")) if stated not in (None, []) else []
+    usual: tuple[str, ...] = USUAL_EFFECTS if stated is None and "link" not in table else ()
     named = [row.get("name") for row in rows]
     implied: list[Mapping[str, Any]] = []
     if RIGID_BODY not in named and boolean(table.get("rigid_body", True), "rigid_body"):
@@ -271,14 +278,14 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
         )
         others = [joint for joint in robot.joints if joint not in rotors]
         usual = tuple(name for name in usual if name != "rotor_inertia")
-        if others and given is None:
+        if others and stated is None:
             implied.append({"name": "rotor_inertia", "joints": others})
     described = kinematics.effects if usual and kinematics.effects is not None else None
     return implied + list(described or [{"name": name} for name in usual]) + rows
 
 
 def _gravity(value: object) -> np.ndarray:
-    """Gravity in the frame of the base, (3,) [m/s^2], at most that of a planet with ground to stand on."""
+    """Gravity in the frame of the base, at most `STRONGEST_GRAVITY`, shape (3,) [m/s^2]."""
     if not isinstance(value, list | tuple):
         raise RobotError(
             f"gravity: expected a vector in the frame of the base, such as [0.0, 0.0, -9.81]; found {value!r}"
@@ -286,13 +293,13 @@ def _gravity(value: object) -> np.ndarray:
     gravity = numbers(value, 3, "gravity")
     if (size := float(np.linalg.norm(gravity))) > STRONGEST_GRAVITY:
         raise RobotError(
-            f"gravity: {size:g} m/s^2; an arm is under at most {STRONGEST_GRAVITY:g}. On the Earth it is 9.81"
+            f"gravity: {size:g} m/s^2; it is at most {STRONGEST_GRAVITY:g}. On the Earth it is 9.81"
         )
     return gravity
 
 
 def _value_doubts(model: Model, where: str) -> Iterator[str]:
-    """Which nominal values are below what physics allows."""
+    """Warnings about nominal values below their physical minimum."""
     for effect in model.effects:
         friction = "friction" in type(effect).__name__.lower()
         why = "friction takes energy out of a motion" if friction else "no body or spring has less"

@@ -1,6 +1,6 @@
-"""Write a model as one robot.toml that needs no other file, and as a URDF that shows it.
+"""Write a model as one robot.toml that needs no other file, and as a URDF for viewers.
 
-The robot.toml reads back to the last digit; of the URDF a viewer shows cylinders as an arm.
+Reading the robot.toml gives the same model to the last digit. The URDF shows the arm as cylinders.
 """
 
 from collections.abc import Iterable
@@ -24,16 +24,16 @@ from .toml_fields import block, lines
 
 FORMAT = 1
 RIGID_BODY = "link_inertia"
-"""The effect that every arm has, so that files need not name it."""
+"""Effect that every arm has, so that files need not name it."""
 SLENDERNESS = 0.06
-"""Radius of a drawn link over the reach of the arm."""
+"""Radius of a drawn link, as a share of the longest link."""
 WORLD = "world"
 TOO_SHORT = 1e-3
 """Axes closer than this [m] are drawn without a link between them."""
 
 
 def model_text(model: Model) -> str:
-    """A robot.toml with the model's kinematics, limits, drives, effects, measurements and priors in it."""
+    """A robot.toml with the kinematics, limits, drives, effects, measurements and priors of a model."""
     robot = model.robot
     head: dict[str, Any] = {
         "format": FORMAT,
@@ -52,7 +52,7 @@ def model_text(model: Model) -> str:
         row = _effect_row(effect, model, written)
         if place or row != {"name": RIGID_BODY}:
             blocks.append(block("[[effect]]", row))
-    blocks += [block("[[measurement]]", _measurement_row(one)) for one in model.measurements]
+    blocks += [block("[[measurement]]", _measurement_row(part)) for part in model.measurements]
     single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in written}
     if single:
         blocks.append(block("[prior]", single))
@@ -60,7 +60,7 @@ def model_text(model: Model) -> str:
 
 
 def moving_text(robot: Robot) -> str:
-    """The part of a robot.toml with geometry and limits, without masses."""
+    """A robot.toml with only geometry and limits, without masses."""
     blocks = [_limits(robot), block("[flange]", _placement(robot.flange))]
     return "\n\n".join([*blocks, *(block("[[link]]", link) for link in _links(robot))]) + "\n"
 
@@ -84,7 +84,7 @@ def _drive(robot: Robot) -> dict[str, Any]:
 
 
 def servo_keys(servo: PositionServo) -> dict[str, Any]:
-    """Keys of `[drive]` that are the law of position servos."""
+    """Keys of `[drive]` for position servos."""
     limited = bool(np.any(np.isfinite(servo.limit)))
     return {"servo_gain": servo.gain, **({"servo_limit": servo.limit} if limited else {})}
 
@@ -94,7 +94,7 @@ def _placement(placement: pin.SE3) -> dict[str, Any]:
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:
-    """A row a joint: how it hangs on its parent."""
+    """One row per joint, with its placement on its parent."""
     frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
     return [_link(robot, i, joint, frame.child) for i, (joint, frame) in enumerate(frames)]
 
@@ -120,7 +120,7 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
 
 
 def _effect_row(effect: Effect, model: Model, written: set[str]) -> dict[str, Any]:
-    """The effect's fields, and its priors if all its parameters have one; adds those to `written`."""
+    """Fields of an effect, and its priors if all its parameters have one; adds those to `written`."""
     row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
     names = [parameter.name for parameter in effect.parameters(model.robot)]
@@ -138,9 +138,9 @@ def _measurement_row(measurement: Measurement) -> dict[str, Any]:
 
 
 def urdf_text(model: Model) -> str:
-    """URDF of kinematics, inertias and limits; gravity, drives and friction have no place there.
+    """URDF with kinematics, inertias and limits; URDF cannot represent gravity, drives and friction.
 
-    Links are called as in `link_frames`, so that a viewer can move this arm by the recorded transforms.
+    Links have the names of `link_frames`, so that a viewer can move this arm by the recorded transforms.
     """
     robot = model.robot
     joints, frames = joints_of(robot.kinematics), link_frames(robot.kinematics)
@@ -164,13 +164,13 @@ def urdf_text(model: Model) -> str:
     flange = "flange" if "flange" not in drawn else "tool_flange"
     drawn[flange] = SubElement(root, "link", name=flange)
     _add_fixed(root, drawn, frames[-1].child, flange, robot.flange)
-    # the schema wants nothing in order, but people read links before joints
+    # the order is irrelevant to parsers, but people expect links before joints
     root[:] = sorted(root, key=lambda element: element.tag, reverse=True)
     return xml_document(root)
 
 
 def _add_fixed(root: Element, drawn: dict[str, Element], parent: str, child: str, placement: pin.SE3) -> None:
-    """Fix a link to another, which is made if it is the world."""
+    """Fix a link to another link, which is created if it does not exist."""
     if parent not in drawn:
         drawn[parent] = SubElement(root, "link", name=parent)
     fixed = SubElement(root, "joint", name=f"{child}_fixed", type="fixed")
@@ -213,7 +213,7 @@ def _add_joint(root: Element, robot: Robot, place: int, joint: Joint, frame: Lin
     known = {"effort": limits.torque[place], "velocity": limits.velocity[place]}
     if bounded:
         known |= {"lower": limits.position_lower[place], "upper": limits.position_upper[place]}
-    # a URDF joint must state effort and velocity; zero is what files write for "unknown"
+    # a URDF joint must state effort and velocity; files use zero for "unknown"
     SubElement(element, "limit", {k: repr(float(v)) if np.isfinite(v) else "0" for k, v in known.items()})
 
 
@@ -223,5 +223,5 @@ def _add_origin(element: Element, placement: pin.SE3) -> None:
 
 
 def words(vector: Iterable[float]) -> str:
-    """Numbers as an attribute holds them, to the last digit."""
+    """Numbers as the text of an attribute, with all digits."""
     return " ".join(repr(float(x)) for x in vector)

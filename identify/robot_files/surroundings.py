@@ -1,4 +1,4 @@
-"""Surroundings: what stands around an arm, as the `[[obstacle]]` and `[[region]]` rows of a TOML file say."""
+"""Surroundings of an arm, from the `[[obstacle]]` and `[[region]]` rows of a TOML file."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ class Obstacle:
     """A solid that does not move.
 
     Attributes:
-        name: What messages call it.
-        kind: One of `SHAPES`.
-        shape: As coal has it; a mesh as its convex hull, a plane as the half-space behind it.
-        placement: Of the shape in the frame of the base.
+        name: Name in messages.
+        kind: Kind of the shape, one of `SHAPES`.
+        shape: Shape for coal: the convex hull of a mesh, the half-space behind a plane.
+        placement: Placement of the shape in the frame of the base.
     """
 
     name: str
@@ -38,26 +38,26 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What stands around an arm, and where its points may be.
+    """Obstacles around an arm, and regions in which its points may be.
 
     Attributes:
-        obstacles: Solids.
-        regions: Tables of the `[[region]]` rows, which need the arm to be read further.
+        obstacles: Solids around the arm.
+        regions: Tables of the `[[region]]` rows, which can only be parsed with the arm.
     """
 
     obstacles: tuple[Obstacle, ...] = ()
     regions: tuple[Mapping[str, Any], ...] = ()
 
     def __bool__(self) -> bool:
-        """Whether there is anything."""
+        """Whether there are obstacles or regions."""
         return bool(self.obstacles or self.regions)
 
 
 def read_surroundings(sources: Iterable[str | Path]) -> Surroundings:
-    """What all the files say; those that have no such rows, such as a URDF, are passed over.
+    """Surroundings from all files; files that cannot have such rows, such as a URDF, are skipped.
 
     Raises:
-        RobotError: A row is wrong, or two obstacles have one name; the message names the file and the key.
+        RobotError: A row is wrong, or two obstacles have the same name; the message names file and key.
     """
     obstacles: list[Obstacle] = []
     regions: list[Mapping[str, Any]] = []
@@ -82,7 +82,7 @@ def _obstacles(table: Mapping[str, Any], source: Path) -> list[Obstacle]:
 
 
 def _obstacle(row: Mapping[str, Any], where: str, folder: Path) -> Obstacle:
-    """One row.
+    """Obstacle of a row.
 
     .. code-block:: toml
 
@@ -92,8 +92,8 @@ def _obstacle(row: Mapping[str, Any], where: str, folder: Path) -> Obstacle:
         # sphere = 0.1             # radius [m]
         # cylinder = [0.1, 0.5]    # radius, length along z [m]
         # plane = [0, 0, 1]        # solid behind it; the direction points to the free side
-        # mesh = "fixture.stl"     # its convex hull; scale = 0.001 where it is in millimetres
-        at = [0.6, 0, -0.025]      # of its centre, or origin, in the base frame [m]
+        # mesh = "fixture.stl"     # its convex hull; scale = 0.001 if it is in millimeters
+        at = [0.6, 0, -0.025]      # position of its center, or origin, in the base frame [m]
         rpy = [0, 0, 0]            # roll, pitch, yaw [rad]
     """
     check_keys(row, KEYS, where)
@@ -137,9 +137,9 @@ def _direction(value: object, where: str) -> np.ndarray:
 
 
 def with_obstacles(geometry: pin.GeometryModel, obstacles: Sequence[Obstacle]) -> pin.GeometryModel:
-    """A copy of an arm's collision geometry with the obstacles as bodies that no joint moves."""
-    together = geometry.copy()
+    """Copy of an arm's collision geometry with the obstacles as bodies of the base."""
+    combined = geometry.copy()
     for obstacle in obstacles:
         body = pin.GeometryObject(obstacle.name, 0, 0, obstacle.placement, obstacle.shape)
-        together.addGeometryObject(body)
-    return together
+        combined.addGeometryObject(body)
+    return combined

@@ -1,6 +1,6 @@
-"""Read values out of a parsed TOML table, and write TOML.
+"""Read values from a parsed TOML table, and write TOML.
 
-What is wrong is a `RobotError`, which names the key, what was found and what is valid.
+A wrong value is a `RobotError`, which names the key, the value and what is valid.
 """
 
 import re
@@ -17,17 +17,17 @@ from ..errors import RobotError, UnknownKey
 from ..schema import LARGEST
 
 WHOLE = 2**63
-"""Whole numbers of TOML are below this, and at least minus this."""
+"""Whole numbers of TOML are below this, and at least its negative."""
 DEEPEST = 30
-"""Tables within tables of a dotted key. Our files have three; beyond thousands the parser takes minutes."""
+"""Maximum depth of a dotted key. Valid files need three; with thousands the parser takes minutes."""
 DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """Parsed TOML.
+    """Table of a TOML text.
 
     Raises:
-        RobotError: The text is not TOML; the message holds the line.
+        RobotError: The text is not TOML; the message names the line.
     """
     if DOTTED.search(text):
         raise RobotError(f"{where}: not valid TOML: a key of more than {DEEPEST} tables")
@@ -35,14 +35,14 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
         table = tomllib.loads(text)
     except RecursionError:
         raise RobotError(f"{where}: not valid TOML: lists or tables nested too deeply") from None
-    except ValueError as error:  # of numbers with thousands of digits it is not a TOMLDecodeError
+    except ValueError as error:  # not a TOMLDecodeError for numbers with thousands of digits
         raise RobotError(f"{where}: not TOML: {error}") from error
     _check_whole_numbers(table, where)
     return table
 
 
 def _check_whole_numbers(value: object, where: str) -> None:
-    """TOML's whole numbers have 64 bits; the parser of Python takes any, and its floats do not."""
+    """Refuse whole numbers of more than 64 bits, which Python's parser accepts but floats cannot hold."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             _check_whole_numbers(item, f"{where}: {key}")
@@ -50,7 +50,7 @@ def _check_whole_numbers(value: object, where: str) -> None:
         for place, item in enumerate(value):
             _check_whole_numbers(item, f"{where}[{place}]")
     elif isinstance(value, int) and not -WHOLE <= value < WHOLE:
-        raise RobotError(f"{where}: a whole number of more than 64 bits; expected one from -2^63 to 2^63 - 1")
+        raise RobotError(f"{where}: a whole number of more than 64 bits; expected -2^63 to 2^63 - 1")
 
 
 def read_text(path: Path) -> str:
@@ -68,11 +68,11 @@ def read_text(path: Path) -> str:
 
 
 def check_keys(table: object, valid: Collection[str], where: str) -> None:
-    """Refuse a key that is not known.
+    """Refuse a table with unknown keys.
 
     Raises:
-        UnknownKey: With the list of valid keys.
-        RobotError: It is not a table at all.
+        UnknownKey: A key is unknown; the message lists the valid keys.
+        RobotError: The value is not a table.
     """
     if not isinstance(table, Mapping):
         raise RobotError(f"{where}: expected a table with keys {', '.join(valid)}; found {table!r}")
@@ -82,16 +82,16 @@ def check_keys(table: object, valid: Collection[str], where: str) -> None:
 
 
 def string(value: object, where: str, empty: bool = False) -> str:
-    """A text that is not empty, unless it may be."""
+    """A text, which may be empty only with `empty`."""
     if not isinstance(value, str) or not (value or empty):
         raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
     if "\0" in value:
-        raise RobotError(f"{where}: {value!r} has a character of code 0, which no name or path can have")
+        raise RobotError(f"{where}: {value!r} has a character of code 0, which names and paths cannot have")
     return value
 
 
 def strings(value: object, where: str) -> list[str]:
-    """A list of at least one text, each there once."""
+    """A list of at least one text, without repetition."""
     if not isinstance(value, list) or not value or len({str(item) for item in value}) < len(value):
         raise RobotError(f"{where}: expected a list of different texts; found {value!r}")
     return [string(item, f"{where}[{place}]") for place, item in enumerate(value)]
@@ -113,7 +113,7 @@ def number(value: object, where: str, low: float = -np.inf, infinite: bool = Fal
     if value < low:
         raise RobotError(f"{where}: {value} is less than {low:g}")
     if LARGEST < abs(value) < np.inf:
-        raise RobotError(f"{where}: {value} is no number of an arm; it is at most {LARGEST:g} in size")
+        raise RobotError(f"{where}: {value} is too large; the magnitude is at most {LARGEST:g}")
     return float(value)
 
 
@@ -129,13 +129,13 @@ def integer(value: object, where: str, low: float = -np.inf) -> int:
 def numbers(
     value: object, count: int, where: str, low: float = -np.inf, infinite: bool = False
 ) -> np.ndarray:
-    """A list of `count` numbers, or one number that stands for all of them, shape (count,)."""
+    """A list of `count` numbers, or a single number for all of them, shape (count,)."""
     if not isinstance(value, list | tuple):
         return np.full(count, number(value, where, low, infinite))
     if len(value) != count:
         raise RobotError(f"{where}: {len(value)} values, expected {count}")
-    found = [number(item, f"{where}[{place}]", low, infinite) for place, item in enumerate(value)]
-    return np.array(found, float)
+    checked = [number(item, f"{where}[{place}]", low, infinite) for place, item in enumerate(value)]
+    return np.array(checked, float)
 
 
 def matrix(value: object, count: int, where: str) -> np.ndarray:
@@ -146,19 +146,19 @@ def matrix(value: object, count: int, where: str) -> np.ndarray:
 
 
 def tables(value: object, where: str) -> list[Mapping[str, Any]]:
-    """A list of at least one table, as `[[where]]` gives."""
+    """A list of at least one table, from rows `[[where]]`."""
     if not isinstance(value, list) or not value or not all(isinstance(row, Mapping) for row in value):
         raise RobotError(f"{where}: expected rows headed [[{where}]]; found {value!r}")
     return value
 
 
 def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
-    """A heading such as [drive] or [[link]], and its keys below."""
+    """A heading such as [drive] or [[link]], followed by its keys."""
     return f"{heading}\n{lines(table, tall)}" if table else heading
 
 
 def lines(table: Mapping[str, Any], tall: bool = False) -> str:
-    """One line a key; where they are `tall`, matrices take one a row."""
+    """One line per key; with `tall`, matrices take one line per row."""
     return "\n".join(
         f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else _value_text(value)}"
         for key, value in table.items()

@@ -1,4 +1,4 @@
-"""URDF, or the xacro macros that make one: kinematics, inertias and limits, through Pinocchio."""
+"""Robots in URDF, or in xacro macros that expand to it: kinematics, inertias and limits, by Pinocchio."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -20,17 +20,17 @@ from .xacro_macros import expanded
 XACRO = ".xacro"
 ENDINGS = (".urdf", XACRO)
 FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
-"""Names (or ends of names) of links that people hang payloads on, the likeliest first."""
+"""Names (or ends of names) of links that carry payloads, the most likely first."""
 FAR = 1e300
-"""A limit that urdfdom can read and no joint reaches; it knows no infinity."""
+"""A limit that no joint reaches and that urdfdom, which has no infinity, can read."""
 
 
 def read_urdf(path: Path) -> str:
-    """Text of a URDF; macros are expanded, with the defaults of their arguments, by the package xacro.
+    """Text of a URDF; the package xacro expands macros, with the defaults of their arguments.
 
     Raises:
         RobotError: The file cannot be read, or its macros read a file outside of its folder.
-        BrokenTree: The macros cannot be expanded, or not within the limits of time and memory.
+        BrokenTree: The macros cannot be expanded within the limits of time and memory.
         MissingPackage: xacro is not installed.
     """
     text = read_text(path)
@@ -43,17 +43,17 @@ def parse_urdf(
     moving: Collection[str] | None = None,
     held: Mapping[str, float] = MappingProxyType({}),
 ) -> Kinematics:
-    """Kinematics of a URDF; a `continuous` joint becomes a revolute one without limits.
+    """Kinematics of a URDF; a `continuous` joint becomes a revolute joint without limits.
 
     Args:
-        text: The URDF.
-        where: What errors call it.
-        moving: Joints that move; the others are held where their position is zero. None: all but `held`.
-        held: Joints that are held elsewhere, and where [rad, m].
+        text: Text of the URDF.
+        where: Name of the file in messages.
+        moving: Names of the joints that move; the others are held at zero. None: all joints except `held`.
+        held: Names of joints that are held away from zero, and their positions [rad, m].
 
     Raises:
-        BrokenTree: It is not one tree of joints with one degree of freedom; the message names the culprit.
-        UnknownJoint: One of `moving` or `held` is not in it.
+        BrokenTree: It is not one tree of joints with one degree of freedom; the message names the cause.
+        UnknownJoint: A joint in `moving` or `held` does not exist.
     """
     root = read_tree(text, where)
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
@@ -66,17 +66,17 @@ def parse_urdf(
         _make_plain(joint)
     for link in root.findall("link"):
         for shape in (*link.findall("visual"), *link.findall("collision")):
-            link.remove(shape)  # for `read_geometry`; urdfdom prints complaints of shapes it does not know
+            link.remove(shape)  # `read_geometry` reads them; urdfdom would complain about unknown shapes
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
     described = _gather(limits, tuple(model.names)[1:])
     return Kinematics(model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)))
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
-    """Joints of a URDF that are not fixed: those that a model can have, and those that have to be held.
+    """Joints of a URDF that are not fixed: joints that a model can have, and joints that have to be held.
 
     Raises:
-        BrokenTree: It is no URDF.
+        BrokenTree: The text is not a URDF.
     """
     free: list[str] = []
     bound: list[str] = []
@@ -88,29 +88,29 @@ def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]
 
 
 def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None, dict[str, float]]:
-    """Keys `joints`, which move, None for all; and `held`, joints with their positions [rad, m].
+    """Values of the keys `joints`, joints that move, or None; and `held`, joints with positions [rad, m].
 
     Raises:
-        RobotError: They are not as they should be, or name a joint both.
+        RobotError: A value is wrong, or both name the same joint.
     """
     moving = strings(table["joints"], "joints") if "joints" in table else None
     held = table.get("held", {})
     if not isinstance(held, dict):
         raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
-    both = sorted(set(moving or ()) & set(held))
-    if both:
-        raise RobotError(f"{where}: {', '.join(both)} in joints, which move, and in held")
+    conflicting = sorted(set(moving or ()) & set(held))
+    if conflicting:
+        raise RobotError(f"{where}: {', '.join(conflicting)} in joints, which move, and in held")
     return moving, {joint: number(value, f"held: {joint}") for joint, value in held.items()}
 
 
 def _hold(
     joints: Mapping[str, Element], moving: Collection[str] | None, held: Mapping[str, float], where: str
 ) -> None:
-    """Fix every joint that is not named as moving, at its position in `held` or at zero.
+    """Fix every joint that does not move, at its position in `held` or at zero.
 
     Raises:
-        UnknownJoint: One that is named is not there.
-        RobotError: One with a position has not one degree of freedom.
+        UnknownJoint: A named joint does not exist.
+        RobotError: A joint with a position does not have one degree of freedom.
     """
     for name in (*(moving or ()), *held):
         if name not in joints:
@@ -125,7 +125,7 @@ def _hold(
 
 
 def _place(joint: Element, position: float, where: str) -> None:
-    """Move a joint's origin to where its position takes it [rad, m]."""
+    """Apply a position [rad, m] to a joint's origin."""
     axis, kind = axis_of(joint), joint.get("type")
     if kind not in MOVING or not np.any(axis):
         raise RobotError(f"{where} cannot be held at a position: it is {kind}, axis {axis.tolist()}")
@@ -144,7 +144,7 @@ def _place(joint: Element, position: float, where: str) -> None:
 
 
 def _limits(joint: Element) -> tuple[float, float, float, float]:
-    """Lower, upper, velocity, effort; an absent or zero limit, which would freeze the joint, is none."""
+    """Lower, upper, velocity and effort limit; a missing or zero limit, which would lock a joint, is inf."""
     element = joint.find("limit")
     get = {} if element is None else element.attrib
     lower, upper = float(get.get("lower", 0)), float(get.get("upper", 0))
@@ -155,7 +155,7 @@ def _limits(joint: Element) -> tuple[float, float, float, float]:
 
 
 def _make_plain(joint: Element) -> None:
-    """A joint as Pinocchio gives it one position: revolute or prismatic, unit axis, limits present."""
+    """Make a joint one that Pinocchio gives one position: revolute or prismatic, unit axis, with limits."""
     if joint.get("type") not in MOVING:
         return
     joint.set("type", "prismatic" if joint.get("type") == "prismatic" else "revolute")
@@ -192,7 +192,7 @@ def _gather(limits: dict[str, tuple[float, float, float, float]], joints: tuple[
 
 
 def _flange(model: pin.Model, root: Element) -> pin.SE3:
-    """Placement, in the last joint's frame, of the leaf link that is called like a flange."""
+    """Placement, in the last joint's frame, of the leaf link whose name is that of a flange."""
     parents = {link_at(joint, "parent") for joint in root.findall("joint")}
     leaves = {
         frame.name: frame.placement

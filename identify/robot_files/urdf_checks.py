@@ -1,4 +1,4 @@
-"""Checks of a URDF before anything is made of it: what is wrong is named."""
+"""Checks of a URDF before its use."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -19,14 +19,14 @@ NUMBERED = (
 """Attributes that hold numbers."""
 HELD = "To hold it still, name the joints that move in a robot.toml: urdf = ..., joints = [...]"
 DEEPEST = 100
-"""Elements within elements; parsers that call themselves for each level end at thousands."""
+"""Maximum depth of nested elements; recursive parsers fail at thousands."""
 
 
 def read_tree(text: str, where: str) -> Element:
-    """The parsed XML of a URDF.
+    """Root element of a URDF.
 
     Raises:
-        BrokenTree: It is no URDF.
+        BrokenTree: The text is not a URDF.
     """
     try:
         root = ElementTree.fromstring(text)
@@ -49,15 +49,15 @@ def _check_depth(root: Element, where: str) -> None:
     while level:
         level, depth = [inner for element in level for inner in element], depth + 1
         if depth > DEEPEST:
-            raise BrokenTree(f"{where}: elements within elements, more than {DEEPEST} deep; URDF has 5")
+            raise BrokenTree(f"{where}: elements nested more than {DEEPEST} deep; a URDF has 5 levels")
 
 
 def check_urdf(root: Element, where: str) -> None:
-    """Refuse what is not one tree of links with numbers in it that a body can have.
+    """Refuse a URDF that is not one tree of links, or has invalid numbers.
 
     Raises:
-        BrokenTree: The message names the culprit.
-        RobotError: A centre of mass is farther away than an arm is long, whatever is fixed to its link.
+        BrokenTree: The URDF is wrong; the message names the cause.
+        RobotError: A center of mass is farther away than an arm is long, even if other links are fixed to it.
     """
     _check_names(root, where)
     _check_tree(root, where)
@@ -83,13 +83,13 @@ def _check_names(root: Element, where: str) -> None:
 
 
 def link_at(joint: Element, side: str) -> str:
-    """Name of a joint's link, of the side "parent" or "child"."""
+    """Name of a joint's link on the side "parent" or "child"."""
     element = joint.find(side)
     return "" if element is None else element.get("link", "")
 
 
 def _check_tree(root: Element, where: str) -> None:
-    """One root, one parent a link, no loop."""
+    """Require one root, one parent per link, and no loops."""
     links = [link.get("name", "") for link in root.findall("link")]
     parent: dict[str, str] = {}
     for joint in root.findall("joint"):
@@ -123,7 +123,7 @@ def _check_reaches_root(link: str, parent: dict[str, str], where: str) -> None:
 
 
 def _check_numbers(element: Element, where: str) -> None:
-    """Every number a number, and masses not negative."""
+    """Require valid numbers, and masses that are not negative."""
     for key in NUMBERED:
         text = element.get(key)
         if text is None or element.tag not in ("origin", "axis", "mass", "inertia", "limit"):
@@ -141,22 +141,22 @@ def _check_numbers(element: Element, where: str) -> None:
 
 
 def check_joint(joint: Element, where: str) -> None:
-    """Refuse a joint that is neither fixed nor of one degree of freedom.
+    """Refuse a joint that is neither fixed nor has one degree of freedom.
 
     Raises:
-        BrokenTree: It is not.
+        BrokenTree: The joint is such a joint.
     """
     kind = joint.get("type")
     if kind not in (*MOVING, "fixed"):
         raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed. {HELD}")
     if joint.find("mimic") is not None:
-        raise BrokenTree(f"{where} mimics another joint, which no model here can. {HELD}")
+        raise BrokenTree(f"{where} mimics another joint, which no model can represent. {HELD}")
     if kind != "fixed" and not np.any(axis_of(joint)):
         raise BrokenTree(f"{where} has an axis of length 0")
 
 
 def urdf_doubts(root: Element, where: str) -> Iterator[str]:
-    """Why no body has the inertia of a link, link by link."""
+    """Doubts about the inertias of links, link by link."""
     for link in root.findall("link"):
         element = link.find("inertial/inertia")
         if element is not None:
@@ -169,7 +169,7 @@ def urdf_doubts(root: Element, where: str) -> Iterator[str]:
 
 
 def axis_of(joint: Element) -> np.ndarray:
-    """Axis as it is written, shape (3,)."""
+    """Axis of a joint, not normalized, shape (3,)."""
     element = joint.find("axis")
     # the default that URDF defines
     return numbers_of("1 0 0" if element is None else element.get("xyz", "1 0 0"))

@@ -1,6 +1,6 @@
-"""Macros of xacro, expanded in a process of its own: their expressions are Python, and run without an end.
+"""Expansion of xacro macros in a separate process: their expressions are Python and may run forever.
 
-The process has limits of time and memory, starts no program, writes nothing, and reads only files that the
+The process has limits of time and memory, starts no programs, writes no files, and reads only files that the
 description may name.
 """
 
@@ -14,21 +14,21 @@ from ..notebook import optional
 from .folders import Folders, outside
 
 SECONDS = 30.0
-"""Time that macros may take [s]; those of the largest robots take two, on a busy machine ten."""
+"""Maximum duration of an expansion [s]; the largest robots take two seconds, on a busy machine ten."""
 MEMORY = 500_000_000
-"""Memory that they may take [B]; those of the largest robots take 60 MB, Python and xacro included."""
+"""Maximum memory of an expansion [B]; the largest robots take 60 MB, including Python and xacro."""
 READ = ("r", "rb", "rt", None)
-"""Modes in which a file is only read; None where a library passes flags."""
+"""Modes in which a file is only read; None if a library passes flags."""
 FORBIDDEN = (
     "subprocess.", "socket.", "shutil.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork",
     "os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod",
     "os.chown",
 )  # fmt: skip
-"""How Python calls what no macro needs: programs, networks, and changes of files."""
+"""Audit events of Python for actions that no macro needs: programs, networks, and changes of files."""
 
 
 def expanded(path: Path) -> str:
-    """The URDF that a file of macros makes, with the defaults of their arguments.
+    """URDF to which a file of macros expands, with the defaults of their arguments.
 
     Raises:
         BrokenTree: The macros cannot be expanded, or exceed the limits.
@@ -47,21 +47,21 @@ def expanded(path: Path) -> str:
 
 def _advice(path: Path) -> str:
     return (
-        f"Where it needs arguments, ROS packages or more time, expand it where these are: xacro {path.name} "
-        "NAME:=VALUE > arm.urdf"
+        "If it needs arguments, ROS packages or more time, expand it where those are: "
+        f"xacro {path.name} NAME:=VALUE > arm.urdf"
     )
 
 
 def expand(source: str) -> str:
-    """The same, in the process of its own."""
+    """URDF to which a file of macros expands; this runs in the separate process."""
     import xacro
 
     path, refused = Path(source), list[str]()
     sys.addaudithook(_guard(Folders.of(path), refused))
     try:
         return str(xacro.process_file(source).toxml())
-    except Exception as error:  # its expressions are Python's, and raise whatever that does
-        if isinstance(getattr(error, "exc", error), MemoryError):  # wrapped by xacro, or not
+    except Exception as error:  # macros hold Python expressions, which may raise anything
+        if isinstance(getattr(error, "exc", error), MemoryError):  # xacro may have wrapped it
             raise MemoryError from None
         if refused:
             raise RobotError(f"{path}: xacro: {refused[0]}") from None
@@ -69,12 +69,12 @@ def expand(source: str) -> str:
 
 
 def _guard(folders: Folders, refused: list[str]) -> Callable[[str, tuple[object, ...]], None]:
-    """An audit hook of Python that refuses what no macro needs, and notes it."""
+    """Audit hook of Python that refuses actions that no macro needs, and adds them to `refused`."""
     python = {Path(entry).resolve() for entry in (*sys.path, sys.prefix, sys.base_prefix) if entry}
 
-    def refuse(what: str) -> None:
-        refused.append(what)
-        raise PermissionError(what)
+    def refuse(reason: str) -> None:
+        refused.append(reason)
+        raise PermissionError(reason)
 
     def guard(event: str, arguments: tuple[object, ...]) -> None:
         if event.startswith(FORBIDDEN):
@@ -84,7 +84,7 @@ def _guard(folders: Folders, refused: list[str]) -> Callable[[str, tuple[object,
         name, mode = arguments[:2]
         file = Path(name.decode(errors="replace") if isinstance(name, bytes) else str(name))
         if mode not in READ:
-            refuse(f"{file} is not written by macros")
+            refuse(f"macros may not write {file}")
         real = file.resolve()
         if not folders.hold(file) and not any(real.is_relative_to(folder) for folder in python):
             refuse(outside(file))

@@ -44,7 +44,7 @@ class Outer(Struct, frozen=True):
         ({"rows": [{"place": 1, "values": {"a": 1e101}}]}, "rows[0].values[...]: expected float <= 1e+100"),
         (
             {"rows": [{"place": 1, "values": {"a": 1.0, "b": 1.0}}]},
-            "rows[0]: values[1]: expected what is not",
+            "rows[0]: values[1]: expected a value not listed before",
         ),
         ({"rows": [], "share": float("nan")}, "share: expected float >= 0.0; found nan"),
         ({"rows": [], "effect": "x" * 500}, "effect: expected str matching regex"),

@@ -1,4 +1,4 @@
-"""Recordings from other people's files: one file a format, one line in this table."""
+"""Recordings from files of other tools: one module per format, and one entry in `IMPORTERS`."""
 
 import inspect
 import zlib
@@ -10,30 +10,30 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import NotAFile, RecordingError, UnknownKey
 
-if TYPE_CHECKING:  # a process that reads a file needs neither, and this package is imported first
+if TYPE_CHECKING:  # a process that reads a file imports this package, but needs none of these
     from ...model import Model
     from ..recording import Recording
     from .tables.table import Table
 
 
 BEGINNING = 16_384
-"""Bytes of a file within which its marks stand [B]: telegrams of RSI have 4000, and text may precede them."""
+"""Size of the beginning of a file that is searched for marks [B]: RSI telegrams have 4000, behind text."""
 GZIP = b"\x1f\x8b"
 
 
 class Entry(NamedTuple):
-    """A format.
+    """A format and its importer.
 
     Attributes:
-        place: "module:function" from this package, imported when asked for: `(source) -> list[Table]` of a
-            table, else `(source, model, **options) -> list[Recording]`.
-        content: What it reads: the format, and what it has to hold.
+        place: "module:function" in this package, imported on demand: `(source) -> list[Table]` for a table,
+            else `(source, model, **options) -> list[Recording]`.
+        content: Name of the format, and what a file has to contain.
         endings: Endings of the names of such files.
-        inside: What lies in such a folder.
-        marks: What stands at the beginning of such files, whatever their name.
+        inside: Pattern of a file in such a folder.
+        marks: Bytes at the beginning of such files, whatever their name.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
-        library: What reads such tables in native code, which a damaged file may end: so in a process
-            apart. Empty where nothing of that kind is used.
+        library: Library in native code that reads such tables. As a damaged file may crash it, it runs in a
+            separate process. Empty if no such library is used.
     """
 
     place: str
@@ -103,23 +103,23 @@ IMPORTERS: dict[str, Entry] = {
     ),
     "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",)),
 }
-"""Name -> how it is read. MCAP files are those of exidyn or of others, by what is in them."""
+"""Name -> format and importer. The content of an MCAP file shows whether exidyn or another tool wrote it."""
 
 
 def import_source(
     source: Path | str, model: "Model | None" = None, kind: str | None = None, **options: Any
 ) -> list["Recording"]:
-    """Import whatever a path is.
+    """Import a file or folder of any known format.
 
     Args:
-        source: File or folder.
-        model: The nominal robot; case folders and exidyn's own files bring theirs.
-        kind: Key of `IMPORTERS`; found from what lies at the path by default.
-        options: Passed to the importer; its docstring lists them, that of `import_table` for tables.
+        source: Path of the file or folder.
+        model: Nominal model; case folders and exidyn's own files contain theirs.
+        kind: Key of `IMPORTERS`; by default the format is detected.
+        options: Options of the importer; its docstring lists them, that of `import_table` for tables.
 
     Raises:
-        NotAFile: There is nothing at that path, or no importer reads what is there.
-        UnknownKey: An option or a kind that does not exist; the message lists the valid ones.
+        NotAFile: The path does not exist, or no importer can read it.
+        UnknownKey: An option or kind does not exist; the message lists the valid ones.
         MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
@@ -136,23 +136,23 @@ def import_source(
 
 
 def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
-    """The columns of a table, one table a run, before anything is known of their meaning and units.
+    """Tables of a file, one per run, before the meaning and units of their columns are known.
 
     Raises:
-        NotAFile: There is nothing at that path, or no importer reads what is there.
-        RecordingError: It is no table.
-        UnknownKey: A kind that does not exist; the message lists the valid ones.
+        NotAFile: The path does not exist, or no importer can read it.
+        RecordingError: The format is not a table.
+        UnknownKey: The kind does not exist; the message lists the valid ones.
         MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
     kind, function = _reader(source, kind)
     if not IMPORTERS[kind].table:
-        raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is no table of columns")
+        raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is not a table")
     return function(source)
 
 
 def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
-    """Kind of what is at a path, and the function that reads it."""
+    """Format of a file or folder, and the function that reads it."""
     if not source.exists():
         raise NotAFile(f"{source} does not exist")
     kind = kind or kind_of(source)
@@ -168,30 +168,28 @@ def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
 
 
 def kind_of(source: Path) -> str:
-    """Which importer reads what lies at a path.
+    """Key in `IMPORTERS` of the format of a file or folder.
 
     Raises:
-        NotAFile: None does; the message names what lies one level below and can be imported.
+        NotAFile: No importer can read it; the message names its folders that can be imported.
     """
     kind = _kind(source)
     if kind is None and source.name.endswith(".mcap.part"):
         raise NotAFile(
-            f"{source} was left unfinished by a recorder that crashed or still writes. Make a whole "
-            f"recording of it: exidyn recover {source}"
+            f"{source} is unfinished: its recorder crashed or still writes. Repair it: "
+            f"exidyn recover {source}"
         )
     if kind is None:
         known = [
             f"{entry.content.partition(':')[0]} ({(*entry.endings, entry.inside or 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
-        raise NotAFile(
-            f"{source} is nothing that can be imported{_below(source)}. Known are: {', '.join(known)}"
-        )
+        raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")
     return kind
 
 
 def _below(source: Path) -> str:
-    """The folders in a folder that can be imported, in words."""
+    """Part of a message with the folders inside a folder that can be imported."""
     if not source.is_dir():
         return ""
     folders = sorted(path.name for path in source.iterdir() if path.is_dir() and _kind(path))
@@ -199,7 +197,7 @@ def _below(source: Path) -> str:
 
 
 def _beginning(source: Path) -> bytes:
-    """The first bytes of a file, decompressed; none of one that is damaged, which its reader reports."""
+    """First bytes of a file, decompressed; empty for a damaged file, which its reader reports."""
     try:
         with open(source, "rb") as file:
             begin = file.read(BEGINNING)
@@ -213,8 +211,8 @@ def _kind(source: Path) -> str | None:
     name = source.name.lower()
     begin = _beginning(source) if source.is_file() else b""
     if name.endswith(".mcap") and source.is_file():
-        # What no known program wrote is ours: then our reader reports what is wrong. Our first record of
-        # metadata begins within 256 bytes; only the format's header stands before it.
+        # A file that is not MCAP counts as ours, so that our reader reports what is wrong. The first metadata
+        # record of our files begins within 256 bytes, behind the header of the format.
         ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
         return "exidyn" if ours else "ros2_bag"
     for kind, entry in IMPORTERS.items():
@@ -222,9 +220,9 @@ def _kind(source: Path) -> str | None:
             return kind
     for kind, entry in IMPORTERS.items():
         if source.is_dir():
-            found = bool(entry.inside) and any(source.glob(entry.inside))
+            matches = bool(entry.inside) and any(source.glob(entry.inside))
         else:
-            found = name.endswith(entry.endings) or name == entry.inside == "case.toml"
-        if found:
+            matches = name.endswith(entry.endings) or name == entry.inside == "case.toml"
+        if matches:
             return kind
     return None

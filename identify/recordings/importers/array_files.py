@@ -1,4 +1,4 @@
-"""Files of named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files."""
+"""Files with named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files."""
 
 import json
 import struct
@@ -16,20 +16,20 @@ from .tables.arrays import table_of
 from .tables.table import Table, refused_as
 
 HDF5 = b"\x89HDF"
-"""How an HDF5 file begins, or one of MATLAB behind its own 512 bytes."""
+"""First bytes of an HDF5 file; in a MATLAB file they follow 512 other bytes."""
 MATLAB_HEAD, COMPRESSED = 128, 15
-"""Bytes before the first element of a MATLAB file of version 5, and the type of one that zlib has packed."""
+"""Bytes before the first element of a MATLAB file of version 5, and the type of a compressed element."""
 STATE = "observation.state"
 """LeRobot's column of joint positions."""
 
 
 def read_matlab(source: Path) -> list[Table]:
-    """Read variables: version 5 by scipy, 7.3, which is HDF5, by h5py.
+    """Read the variables of a MATLAB file: scipy reads version 5, and h5py version 7.3, which is HDF5.
 
-    A field of a structure is called by both names, such as `data.q`.
+    The name of a field of a structure contains both names, such as `data.q`.
 
     Raises:
-        NotAFile: It is no such file, or holds no arrays of numbers.
+        NotAFile: It is not such a file, or holds no arrays of numbers.
         MissingPackage: h5py is needed and not installed.
     """
     from scipy.io import loadmat
@@ -44,7 +44,7 @@ def read_matlab(source: Path) -> list[Table]:
 
 
 def _require_matlab(source: Path) -> None:
-    """Refuse variables that are too large once decompressed; each is an element of the file, by zlib or not.
+    """Refuse variables that are too large once decompressed; each is an element, compressed by zlib or not.
 
     Raises:
         NotAFile: The variables exceed the limit, which the message states.
@@ -64,18 +64,18 @@ def _require_matlab(source: Path) -> None:
 
 
 def read_hdf5(source: Path, between: str = "/") -> list[Table]:
-    """Read data sets; what lies in groups is called by its path, such as `arm/q`.
+    """Read data sets of an HDF5 file; the name of a data set in a group is its path, such as `arm/q`.
 
     Raises:
-        NotAFile: It is no such file, or holds no arrays of numbers.
+        NotAFile: It is not such a file, or holds no arrays of numbers.
         MissingPackage: h5py is not installed.
     """
     h5py = optional("h5py", "an HDF5 file", "hdf5")
     arrays: dict[str, Any] = {}
 
-    def collect(name: str, found: Any) -> None:
-        if isinstance(found, h5py.Dataset) and not name.startswith("#"):  # #refs# is MATLAB's
-            arrays[name.replace("/", between)] = found
+    def collect(name: str, node: Any) -> None:
+        if isinstance(node, h5py.Dataset) and not name.startswith("#"):  # #refs# is MATLAB's
+            arrays[name.replace("/", between)] = node
 
     with refused_as(source, "HDF5"), h5py.File(source) as file:
         file.visititems(collect)
@@ -83,10 +83,10 @@ def read_hdf5(source: Path, between: str = "/") -> list[Table]:
 
 
 def read_npz(source: Path) -> list[Table]:
-    """Read arrays as `numpy.savez` and `savez_compressed` write them; objects are refused.
+    """Read arrays that `numpy.savez` or `savez_compressed` wrote; arrays of objects are refused.
 
     Raises:
-        NotAFile: It is no such file, or holds no arrays of numbers.
+        NotAFile: It is not such a file, or holds no arrays of numbers.
     """
     with refused_as(source, "a NumPy file"), open(source, "rb") as file:
         require_zip(source)
@@ -95,20 +95,20 @@ def read_npz(source: Path) -> list[Table]:
 
 
 def read_parquet(source: Path) -> list[Table]:
-    """Read columns of numbers, times, and lists of numbers of one length, which become `name1`, `name2`, ….
+    """Read columns of numbers, times, and lists of numbers of equal length, which become `name1`, `name2`, ….
 
     Raises:
-        NotAFile: It is no such file, or holds no columns of numbers.
+        NotAFile: It is not such a file, or holds no columns of numbers.
         MissingPackage: pyarrow is not installed.
     """
     return [table_of(source, _parquet_columns(source))]
 
 
 def read_lerobot(source: Path) -> list[Table]:
-    """Read a folder with meta/info.json, version 2 or 3: a run an episode, its time by frames a second.
+    """Read a LeRobot folder with meta/info.json, version 2 or 3: one run per episode, at its frame rate.
 
     Raises:
-        NotAFile: A file is missing or is not of such a data set.
+        NotAFile: A file is missing or does not belong to such a data set.
         MissingPackage: pyarrow is not installed.
     """
     rate, joints = _lerobot_info(source / "meta" / "info.json")
@@ -117,7 +117,7 @@ def read_lerobot(source: Path) -> list[Table]:
         columns = _parquet_columns(path)
         if not {"episode_index", "frame_index", STATE} <= set(columns):
             raise NotAFile(f"{path} lacks episode_index, frame_index or {STATE}; it has {', '.join(columns)}")
-        # Its own time stamps are the same, in single precision.
+        # The time stamps in the file are the same, in single precision.
         columns["timestamp"] = columns["frame_index"] / rate
         for episode in np.unique(columns["episode_index"]).astype(int).tolist():
             rows = columns["episode_index"] == episode
@@ -134,12 +134,12 @@ def _parquet_columns(source: Path) -> dict[str, np.ndarray]:
     parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
     columns = {}
     with refused_as(source, "Parquet"), parquet.ParquetFile(source) as file:
-        names = [one.name for one in file.schema_arrow if _numeric(types, one.type)]
+        names = [field.name for field in file.schema_arrow if _numeric(types, field.type)]
         require_size(source, 8 * file.metadata.num_rows * len(names))
         table = file.read(columns=names)
         for name in names:
             column = table[name].to_numpy()
-            lists = column.dtype == object and len({np.shape(one) for one in column}) == 1
+            lists = column.dtype == object and len({np.shape(cell) for cell in column}) == 1
             columns[name] = np.stack(column.tolist()) if lists else column
     return columns
 
@@ -152,7 +152,7 @@ def _numeric(types: Any, kind: Any) -> bool:
 
 
 def _lerobot_info(path: Path) -> tuple[float, tuple[str, ...]]:
-    """Frames a second, and the names of what the state holds; none where the data set does not name it."""
+    """Frame rate [Hz], and names of the elements of the state; empty if the data set does not name them."""
     try:
         info = json.loads(path.read_text(encoding="utf-8"))
         rate, state = float(info["fps"]), info["features"][STATE]
@@ -160,12 +160,12 @@ def _lerobot_info(path: Path) -> tuple[float, tuple[str, ...]]:
             raise ValueError(f"fps is {rate}")
         return rate, tuple(name.removesuffix(".pos") for name in _texts(state.get("names")))
     except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise NotAFile(f"{path} is no description of a LeRobot data set: {error!r}") from error
+        raise NotAFile(f"{path} does not describe a LeRobot data set: {error!r}") from error
 
 
 def _texts(value: Any) -> Iterator[str]:
-    """All texts in lists or mappings, however deep: versions of the format differ."""
+    """All texts in nested lists or mappings, as versions of the format differ."""
     if isinstance(value, str):
         yield value
-    for one in value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ():
-        yield from _texts(one)
+    for item in value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ():
+        yield from _texts(item)

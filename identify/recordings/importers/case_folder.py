@@ -1,4 +1,4 @@
-"""A folder with case.toml: a robot nominal, how well, and its runs as tables."""
+"""A folder with case.toml: a nominal robot with tolerances, and its runs as tables."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -41,9 +41,9 @@ from .tables.table import read_csv
 FORMAT = 1
 
 WITHIN = 3.0**-0.5
-"""Standard deviation over the tolerance of what is true within it, all values there being as likely."""
+"""Standard deviation over tolerance if the value is certainly within it, uniformly distributed."""
 GUESSED = 1.0
-"""The same of friction, which is a guess besides: its formula is not quite the arm's."""
+"""Standard deviation over tolerance of friction, which is only a guess: its formula is approximate."""
 JOINT_TERMS: dict[str, tuple[type[JointEffect], str, str, str, float]] = {
     "rotor_inertia": (RotorInertia, "Ia", "rotor_inertia", "rotor_inertia_tolerance", WITHIN),
     "viscous": (ViscousFriction, "Fv", "friction_viscous", "friction_tolerance", GUESSED),
@@ -51,22 +51,22 @@ JOINT_TERMS: dict[str, tuple[type[JointEffect], str, str, str, float]] = {
     "offset": (CurrentOffset, "Off", "", "", GUESSED),
 }
 """Term -> effect, name of its parameters, keys of their believed values and of their tolerance, and standard
-deviation over that tolerance; offsets have none."""
+deviation over that tolerance; offsets have no values."""
 
 SPRING = ("d21", "d22", "phi")
-"""Shape of a balancer."""
+"""Keys of the geometry of a balancer."""
 
 
 def import_case_folder(source: Path, model: Model | None = None, role: str | None = None) -> list[Recording]:
-    """Import the runs of a case, each with the believed model that the case states.
+    """Import the runs of a case, each with the nominal model that the case states.
 
     Args:
-        source: The folder, or its case.toml.
-        model: Instead of the model that the case states.
-        role: Only the runs of this role.
+        source: Path of the folder, or of its case.toml.
+        model: Model that replaces the model of the case.
+        role: Role of the runs to import; by default all.
 
     Raises:
-        NotAFile: There is no case.toml, or it is not one.
+        NotAFile: There is no valid case.toml.
         RecordingError: A run does not match its case.
         RobotError: The robot's URDF is wrong.
     """
@@ -87,11 +87,11 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
 
 
 def nominal_model(folder: Path) -> Model:
-    """The model that a case states, with its priors, which are true within the tolerances it gives.
+    """Nominal model of a case, with priors from its tolerances.
 
     Raises:
-        NotAFile: There is no case.toml, or it is not one.
-        RecordingError: It lacks a key, or one has a value that does not fit.
+        NotAFile: There is no valid case.toml.
+        RecordingError: A key is missing or has an invalid value.
         RobotError: The robot's URDF is wrong.
     """
     case = _read(folder / "case.toml")
@@ -105,7 +105,7 @@ def nominal_model(folder: Path) -> Model:
 
 @contextmanager
 def _of(folder: Path) -> Iterator[None]:
-    """Errors with the name of the file that they are in."""
+    """Context in which errors get the name of the file."""
     where = folder / "case.toml"
     try:
         yield
@@ -121,14 +121,14 @@ def _read(path: Path) -> dict[str, Any]:
     except RobotError as error:
         raise NotAFile(str(error)) from error
     table = case.get("case")
-    found = table.get("format") if isinstance(table, Mapping) else None
-    if found != FORMAT:
-        raise NotAFile(f"{path}: [case] format is {found}; this version reads {FORMAT}")
+    version = table.get("format") if isinstance(table, Mapping) else None
+    if version != FORMAT:
+        raise NotAFile(f"{path}: [case] format is {version}; this version reads {FORMAT}")
     return case
 
 
 def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """A table in a table."""
+    """A table inside a table."""
     if not isinstance(table[key], Mapping):
         raise RecordingError(f"[{key}] is {table[key]!r}; expected a table")
     return table[key]
@@ -172,16 +172,16 @@ def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
         if present:
             effects.append(kind(tuple(robot.joints[joint] for joint in present)))
         if present and values:
-            given = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
+            nominal = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
             std = share * _tolerance(believed, tolerance)
-            own = {f"{name}{joint + 1}": _prior(given[joint], std) for joint in present}
-            stated |= own
-            bounded |= own.keys() if share == WITHIN else set()
+            term_priors = {f"{name}{joint + 1}": _prior(nominal[joint], std) for joint in present}
+            stated |= term_priors
+            bounded |= term_priors.keys() if share == WITHIN else set()
     if boolean(terms["balancer"], "[believed.terms] balancer"):
-        spring, priors = _balancer(robot, _table(believed, "balancer"), believed)
+        spring, term_priors = _balancer(robot, _table(believed, "balancer"), believed)
         effects.append(spring)
-        stated |= priors
-        bounded |= priors.keys()
+        stated |= term_priors
+        bounded |= term_priors.keys()
     return Model(robot, tuple(effects), stated, frozenset(bounded))
 
 
@@ -189,31 +189,31 @@ def _flags(value: object, count: int, where: str) -> list[bool]:
     """True or false for each joint."""
     if not isinstance(value, list) or len(value) != count:
         raise RecordingError(f"{where}: expected true or false for each of {count} joints; found {value!r}")
-    return [boolean(one, where) for one in value]
+    return [boolean(flag, where) for flag in value]
 
 
 def _balancer(
     robot: Robot, balancer: Mapping[str, Any], believed: Mapping[str, Any]
 ) -> tuple[SpringBalancer, dict[str, Prior]]:
-    given = {key: number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
+    values = {key: number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
     joint = integer(balancer["joint"], "[believed.balancer] joint", 1)
     if joint > robot.dof:
         raise RecordingError(f"[believed.balancer] joint: {joint}, but the robot has {robot.dof}")
-    # The case gives no tolerance for the spring: it is as well known as the masses it carries.
+    # Without its own tolerance, the spring is as well known as the masses that it carries.
     tolerance = number(
         balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
     )
-    effect = SpringBalancer(robot.joints[joint - 1], **{key: given[key] for key in SPRING})
-    return effect, {name: _prior(given[name], WITHIN * tolerance) for name in ("Kr", "K0")}
+    effect = SpringBalancer(robot.joints[joint - 1], **{key: values[key] for key in SPRING})
+    return effect, {name: _prior(values[name], WITHIN * tolerance) for name in ("Kr", "K0")}
 
 
 def _prior(value: float, tolerance: float) -> Prior:
-    """A value and its deviation; a relative tolerance gives none for a value of zero."""
+    """Prior from a relative tolerance; the standard deviation of a value of zero is infinite."""
     return Prior(value, tolerance * abs(value) if value else np.inf)
 
 
 def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """File of a run, and what the case states of it, as `import_table` takes it."""
+    """File of a run, and its payload and settings as arguments of `import_table`."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
     return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}

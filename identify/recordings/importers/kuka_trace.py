@@ -1,9 +1,9 @@
 """Traces of KUKA controllers: <name>_KRCIpo and <name>_NextGenDrive#1 to #6, each a .dat with a .r64.
 
-These are NI DIAdem files: a text header beside a file of raw numbers. A header line is `code,value`. Of each
-channel: 200 name, 202 unit, 210 implicit or explicit, 211 data file, 213 BLOCK (samples interleaved) or
-CHANNEL (one channel behind the other), 214 number type, 220 count, 221 column or first value (from 1), 240
-offset and 241 factor. An implicit channel is offset + k * factor.
+These are NI DIAdem files: a text header beside a file of raw numbers. A header line is `code,value`. Codes of
+a channel are: 200 name, 202 unit, 210 implicit or explicit, 211 data file, 213 BLOCK (samples interleaved) or
+CHANNEL (channels consecutive), 214 number type, 220 count, 221 column or first value (from 1), 240 offset and
+241 factor. An implicit channel is offset + k * factor.
 """
 
 import re
@@ -29,20 +29,20 @@ CHANNELS: dict[str, str] = {
     "axispos_cmdipo": "command",
 }
 """Beginning of a channel's name -> signal; the number of the axis follows it, or is in the file's name.
-Where a drive and the interpolator give the same signal, the drive's counts: it is sampled faster."""
-OWN_AXES = 6
-"""Numbers that a KUKA keeps for the arm's own axes; the seventh is the external axis E1."""
+If both a drive and the interpolator have a signal, the drive's is used, since it is sampled faster."""
+ARM_AXES = 6
+"""Number of axes that a KUKA controller reserves for the arm; the seventh is the external axis E1."""
 TYPES = {"REAL64": "<f8", "REAL32": "<f4", "INT32": "<i4", "INT16": "<i2", "WORD16": "<u2", "WORD32": "<u4"}
 
 LARGEST = 1e15
-"""Numbers of a header are below this: above it, a double is no longer exact to the tenth."""
+"""Limit of numbers in a header: above it, a double is no longer exact to a tenth."""
 MOST = 10_000_000
-"""Samples of a channel, at most: nearly three hours at 1 kHz, and a trace lasts minutes."""
+"""Maximum number of samples of a channel: nearly three hours at 1 kHz, while a trace lasts minutes."""
 
 
 @dataclass(frozen=True)
 class _Channel:
-    """One channel: name, German on most controllers, unit, whether it is implicit, and values (t,) in it."""
+    """One channel: name (German on most controllers), unit, whether it is implicit, and values (t,)."""
 
     name: str
     unit: str
@@ -70,19 +70,19 @@ def import_kuka_trace(
     name: str | None = None,
     payload: KnownPayload | None = None,
 ) -> list[Recording]:
-    """Import traces: all files of one name are one run, each signal at its own rate.
+    """Import traces: all files with the same name are one run, and each signal keeps its own rate.
 
     Args:
-        source: A folder, or any file of one trace.
-        model: The nominal robot.
-        motor_side: What the controller gives before the gear, such as ["torque"].
-        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
-        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
-        name: Name of the trace in a folder of several; all of them by default.
-        payload: What hung on the flange.
+        source: Path of a folder, or of any file of one trace.
+        model: Nominal model.
+        motor_side: Signals that the controller records before the gear, such as ["torque"].
+        sign: 1 or -1 per joint: direction of the controller's axis relative to the robot's description.
+        zero: Position in the robot's description at the controller's zero, one per joint [rad].
+        name: Name of the trace in a folder of several; by default all traces.
+        payload: Payload on the flange.
 
     Raises:
-        RecordingError: The files do not hold a run of this robot; the message gives the reason.
+        RecordingError: The files hold no run of this robot; the message gives the reason.
     """
     if model is None:
         raise RecordingError(f"{source}: a trace does not name its robot; give the robot too (--robot FILE)")
@@ -92,10 +92,10 @@ def import_kuka_trace(
         if file.suffix.lower() == ".dat":
             traces.setdefault(_trace_name(file), []).append(file)
     wanted = name or (None if source.is_dir() else _trace_name(source))
-    found = {trace: files for trace, files in traces.items() if wanted in (None, trace)}
-    if not found:
+    selected = {trace: files for trace, files in traces.items() if wanted in (None, trace)}
+    if not selected:
         raise NotAFile(f"{source}: no trace {wanted or ''}. Traces here: {', '.join(traces) or 'none'}")
-    runs = [_recording(trace, files, model, payload) for trace, files in found.items()]
+    runs = [_recording(trace, files, model, payload) for trace, files in selected.items()]
     return [check(to_axes_of_robot(joint_side(run, motor_side), sign, zero)) for run in runs]
 
 
@@ -109,26 +109,26 @@ def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayloa
     for file in files:
         columns += _columns(file, warnings)
     signals = {}
-    own = max(OWN_AXES, model.robot.dof)
-    external = [column for column in columns if column.axis > own]
-    columns = [column for column in columns if column.axis <= own]
+    arm_axes = max(ARM_AXES, model.robot.dof)
+    external = [column for column in columns if column.axis > arm_axes]
+    columns = [column for column in columns if column.axis <= arm_axes]
     for signal in dict.fromkeys(column.signal for column in columns):
-        ours = [column for column in columns if column.signal == signal]
-        best = min(column.rank for column in ours)
-        signals[signal] = _signal(signal, [c for c in ours if c.rank == best], model, warnings)
+        same_signal = [column for column in columns if column.signal == signal]
+        best = min(column.rank for column in same_signal)
+        signals[signal] = _signal(signal, [c for c in same_signal if c.rank == best], model, warnings)
     settings = {"source": ", ".join(file.name for file in files)}
-    state = _external(external, own, warnings)
+    state = _external(external, arm_axes, warnings)
     return Recording(
         trace, model, signals, payload, settings=settings, warnings=tuple(warnings), controller=state
     )
 
 
-def _external(columns: list[_Column], own: int, warnings: list[str]) -> ControllerState | None:
-    """External axes, which no model has: kept beside the arm's, on the time of the first of them."""
+def _external(columns: list[_Column], arm_axes: int, warnings: list[str]) -> ControllerState | None:
+    """External axes, which are not in the model, on the time axis of the first; None if there are none."""
     if not columns:
         return None
     columns = sorted(columns, key=lambda column: (column.axis, column.signal, column.rank))
-    named = {f"{column.signal} E{column.axis - own}": column for column in reversed(columns)}
+    named = {f"{column.signal} E{column.axis - arm_axes}": column for column in reversed(columns)}
     names, time = sorted(named), columns[0].time
     values = [np.interp(time, named[name].time, named[name].values, np.nan, np.nan) for name in names]
     warnings.append(f"external axes are kept, and not identified: {', '.join(names)}")
@@ -168,7 +168,7 @@ def _in_si(channel: _Channel, warnings: list[str]) -> np.ndarray | None:
 
 
 def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]) -> Signal:
-    """The axes of one signal side by side; an axis that was not traced is NaN."""
+    """Signal with all axes; an axis that was not traced is NaN."""
     robot = model.robot
     beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
     if beyond:
@@ -176,7 +176,7 @@ def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]
     length = min(len(column.time) for column in columns)
     if any(len(column.time) > length for column in columns):
         warnings.append(
-            f"{name}: the axes' files are not equally long; what goes beyond {length} samples is left out"
+            f"{name}: the files of the axes have different lengths; samples after {length} are left out"
         )
     time = columns[0].time[:length]
     for column in columns:
@@ -191,7 +191,7 @@ def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]
 
 
 def _read_diadem(path: Path) -> tuple[list[_Channel], list[str]]:
-    """All channels of a header and the data beside it, and what is missing of their data."""
+    """All channels of a header and its data file, and warnings about missing data."""
     headers = _headers(path)
     explicit = [header for header in headers if not _implicit(header)]
     if not explicit:
@@ -200,7 +200,7 @@ def _read_diadem(path: Path) -> tuple[list[_Channel], list[str]]:
     channels = []
     for header in headers:
         if _implicit(header):
-            values = np.arange(_whole(path, header, "220", 0), dtype=float)
+            values = np.arange(_whole_number(path, header, "220", 0), dtype=float)
         else:
             values = _stored(path, header, len(explicit), warnings)
         scaled = values * _number(path, header, "241", 1.0) + _number(path, header, "240", 0.0)
@@ -209,9 +209,9 @@ def _read_diadem(path: Path) -> tuple[list[_Channel], list[str]]:
 
 
 def _headers(path: Path) -> list[dict[str, str]]:
-    """The `code,value` lines of each channel."""
+    """Codes and values of each channel in a header."""
     try:
-        # KUKA's headers are ISO-8859-1 (a degree sign is one byte); any byte is a character in it.
+        # KUKA's headers are ISO-8859-1 (a degree sign is one byte), in which any byte is a character.
         lines = path.read_text(encoding="iso-8859-1").splitlines()
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
@@ -228,7 +228,7 @@ def _headers(path: Path) -> list[dict[str, str]]:
             headers[-1].setdefault(code.strip(), value.strip())
     if not headers or any("200" not in header for header in headers):
         raise NotAFile(
-            f"{path} is no DIAdem header: there is no channel between #BEGINCHANNELHEADER and its end"
+            f"{path} is not a DIAdem header: it has no channel between #BEGINCHANNELHEADER and its end"
         )
     return headers
 
@@ -250,8 +250,8 @@ def _number(path: Path, header: dict[str, str], code: str, default: float) -> fl
     return value
 
 
-def _whole(path: Path, header: dict[str, str], code: str, default: int) -> int:
-    """A number of samples or of a column."""
+def _whole_number(path: Path, header: dict[str, str], code: str, default: int) -> int:
+    """Number of samples or of a column in a header."""
     value = _number(path, header, code, default)
     if not 0 <= value <= MOST or value != int(value):
         raise RecordingError(
@@ -261,13 +261,13 @@ def _whole(path: Path, header: dict[str, str], code: str, default: int) -> int:
 
 
 def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str]) -> np.ndarray:
-    """Values of one channel before offset and factor; fewer than the header states if data are cut off."""
+    """Values of a channel before offset and factor; fewer than the header states if data are cut off."""
     data = _data_file(path, header)
     kind = header.get("214", "REAL64").upper()
     if kind not in TYPES:
-        raise RecordingError(f"{path}: channel {header['200']} is {kind}. Read are {', '.join(TYPES)}")
-    raw = np.fromfile(data, TYPES[kind])  # leaves out a number that is cut in the middle
-    count, place = _whole(path, header, "220", 0), _whole(path, header, "221", 1) - 1
+        raise RecordingError(f"{path}: channel {header['200']} is {kind}. Valid: {', '.join(TYPES)}")
+    raw = np.fromfile(data, TYPES[kind])  # skips a number that is cut in the middle
+    count, place = _whole_number(path, header, "220", 0), _whole_number(path, header, "221", 1) - 1
     layout = header.get("213", "BLOCK").upper()
     if layout == "CHANNEL" and place >= 0:
         values = raw[place : place + count]
@@ -276,12 +276,12 @@ def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str])
     else:
         raise RecordingError(f"{path}: channel {header['200']} is column {place + 1} of {width}")
     if len(values) < count:
-        warnings.append(f"{data.name} ends abruptly: {len(values)} of {count} samples are there")
+        warnings.append(f"{data.name} ends abruptly: {len(values)} of {count} samples are present")
     return values.astype(float)
 
 
 def _data_file(path: Path, header: dict[str, str]) -> Path:
-    """The data file beside the header: as named there, or called like the header."""
+    """Data file beside the header: named in the header, or with the same name as the header."""
     named = header.get("211", "").replace("\\", "/").rsplit("/", 1)[-1].lower()
     beside = {file.name.lower(): file for file in path.parent.iterdir()}
     for name in (named, f"{path.stem}.r64".lower()):

@@ -1,4 +1,4 @@
-"""Joint states of bags: of ROS 2 and ROS 1, and of MCAP files of others; by the extra `exidyn[ros2]`."""
+"""Joint states from bags of ROS 2 and ROS 1, and from MCAP files of other tools; needs `exidyn[ros2]`."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,20 +26,20 @@ def import_ros2_bag(
     effort: str = "torque",
     payload: KnownPayload | None = None,
 ) -> list[Recording]:
-    """Import joint states, and motor currents and the like from the topics that exidyn's own files have.
+    """Import joint states, and further signals such as motor currents from topics named as in exidyn's files.
 
-    Joints may come in different messages or on different topics: their samples are brought to common times.
+    Joints may be in different messages or on different topics; their samples are resampled at common times.
 
     Args:
-        source: The bag's folder, or its .mcap, .db3 or .bag file.
-        model: The nominal robot; its joints are looked up by name.
-        topic: Topic of the joint states, or several with commas; needed where several have all joints.
-        joints: What the joints are called in the bag: one name a joint, or a pattern such as "left_{joint}".
-        effort: What the field effort holds, "torque" or "current".
-        payload: What hung on the flange.
+        source: Path of the bag's folder, or of its .mcap, .db3 or .bag file.
+        model: Nominal model; its joints are looked up by name.
+        topic: Topic of the joint states, or several separated by commas; needed if several have all joints.
+        joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
+        effort: Quantity in the field effort, "torque" or "current".
+        payload: Payload on the flange.
 
     Raises:
-        RecordingError: The bag cannot be read or does not hold a run of this robot.
+        RecordingError: The bag cannot be read or holds no run of this robot.
         MissingPackage: rosbags is not installed.
     """
     if model is None:
@@ -68,8 +68,8 @@ def import_ros2_bag(
         host_time=part.received,
         warnings=(*content.notes, *_wrong_lengths(groups), *notes),
     )
-    whole = without_damaged(without_stale(recording))
-    return [check(run) for run, _ in separate_runs(whole, "message {}".format)]
+    complete = without_damaged(without_stale(recording))
+    return [check(run) for run, _ in separate_runs(complete, "message {}".format)]
 
 
 def joints_of_bag(source: Path) -> list[str]:
@@ -83,7 +83,7 @@ def joints_of_bag(source: Path) -> list[str]:
 
 
 def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) -> dict[str, Signal]:
-    """Signals of joints in the robot's order at times (t,) [ns]; a field that no message has is none."""
+    """Signals of joints in the robot's order at times (t,) [ns], from fields that some message has."""
     places = [part.names.index(name) for name in names]
     since = (time - time[0]) * 1e-9
     signals = {}
@@ -95,7 +95,7 @@ def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) ->
 
 
 def _array_signals(content: Content, part: Part, time: np.ndarray) -> dict[str, Signal]:
-    """Signals that are arrays, which have the bag's times only, on the clock of the joint states."""
+    """Signals from arrays, whose times are those of the bag, converted to the clock of the joint states."""
     late = part.received[0] - time[0]
     return {
         name: Signal((received - late - time[0]) * 1e-9, values)
@@ -107,14 +107,14 @@ def _array_signals(content: Content, part: Part, time: np.ndarray) -> dict[str, 
 def _with_efforts(
     source: Path, groups: Sequence[Group], names: Sequence[str], signals: dict[str, Signal], robot: Robot
 ) -> dict[str, Signal]:
-    """The signals with those efforts that all joints have; the effort of a joint without motor is zero.
+    """Signals without efforts that only some joints have; the effort of a joint without motor is zero.
 
     Args:
-        source: What errors call the bag.
-        groups: The joint states.
-        names: What the robot's joints are called in them.
-        signals: All that was measured.
-        robot: The robot.
+        source: Path of the bag.
+        groups: Joint states of the bag.
+        names: Names of the robot's joints in the bag.
+        signals: All measured signals.
+        robot: Robot that was recorded.
 
     Raises:
         NotRecorded: A joint has no effort.
@@ -122,7 +122,7 @@ def _with_efforts(
     efforts = {name: signals[name] for name in EFFORT if name in signals}
     silent = {name: np.isnan(signal.values).all(axis=0) for name, signal in efforts.items()}
     fewest = min(silent.values(), key=np.sum, default=np.ones(robot.dof, bool))
-    if fewest.shape == (robot.dof,):  # else Recording refuses it
+    if fewest.shape == (robot.dof,):  # otherwise Recording refuses it
         lacks = fewest & ~np.isin(robot.joints, robot.passive)
         missing = [name for name, lacking in zip(names, lacks, strict=True) if lacking]
         if missing:
@@ -130,15 +130,16 @@ def _with_efforts(
                 f"{source}: the messages have no efforts{_without(groups, 'effort', missing, robot)}. Record "
                 "a topic with efforts or motor currents, or name it: --topic TOPIC"
             )
-    rest = {name: signal for name, signal in signals.items() if name not in EFFORT}
-    kept = {name: signal for name, signal in efforts.items() if silent[name].sum() == fewest.sum()}
-    return rest | {
-        name: Signal(signal.time, np.where(silent[name], 0.0, signal.values)) for name, signal in kept.items()
+    others = {name: signal for name, signal in signals.items() if name not in EFFORT}
+    usable = {name: signal for name, signal in efforts.items() if silent[name].sum() == fewest.sum()}
+    return others | {
+        name: Signal(signal.time, np.where(silent[name], 0.0, signal.values))
+        for name, signal in usable.items()
     }
 
 
 def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot: Robot) -> None:
-    """Make sure that the joint states are of an arm whose positions were sent.
+    """Require a position of every joint.
 
     Raises:
         NotRecorded: A joint has no position.
@@ -154,7 +155,7 @@ def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot:
 
 
 def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot: Robot) -> str:
-    """Which joints lack a field, and why, in words."""
+    """Part of a message: joints that lack a field, and the reason."""
     theirs = [group for group in groups if set(missing) & set(group.names)]
     wrong = [_wrong_length(group, field) for group in theirs if field in group.wrong]
     count = sum(len(group.received) for group in theirs)
@@ -165,7 +166,7 @@ def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot:
 
 
 def _wrong_lengths(groups: Sequence[Group]) -> list[str]:
-    """Fields with fewer or more values than joints, a sentence each."""
+    """Sentences about fields with fewer or more values than joints."""
     return [_wrong_length(group, field) for group in groups for field in group.wrong]
 
 
@@ -173,5 +174,5 @@ def _wrong_length(group: Group, field: str) -> str:
     count, length = group.wrong[field]
     return (
         f"{field} has {counted(length, 'value')} for {len(group.names)} joints in {count} of "
-        f"{len(group.received)} messages of {group.topic}: whose they are is unknown, and they are left out"
+        f"{len(group.received)} messages of {group.topic}: their joints are unknown, and they are left out"
     )

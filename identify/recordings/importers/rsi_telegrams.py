@@ -1,7 +1,7 @@
-"""Telegrams of a KUKA controller as a program on the other end of RSI logged them: XML, in a file of text.
+"""Telegrams of a KUKA controller, logged by the program at the other end of RSI: XML in a text file.
 
-A telegram is `<Rob ...> ... </Rob>`. What stands between telegrams, such as the answers (`<Sen ...>`) or the
-time of the host, is not read: the controller's clock IPOC counts.
+A telegram is `<Rob ...> ... </Rob>`. Text between telegrams, such as the answers (`<Sen ...>`) or the time of
+the host, is ignored; the time is that of the controller's clock IPOC.
 """
 
 import gzip
@@ -31,13 +31,13 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
     "current": ("MACur", "MECur"),
     "torque": ("GearTorque",),
 }
-"""Signal -> elements that hold it: of the arm's axes A1 to A6, and of external axes E1 to E6."""
+"""Signal -> elements with its values: for the arm's axes A1 to A6, and for external axes E1 to E6."""
 WRAP = 2**32
-"""The clock IPOC begins again there [ms]."""
+"""Time at which the clock IPOC restarts from zero [ms]."""
 LATE = 1000
-"""By how much a telegram may be logged too late [ms]; a controller stops long before: more is another run."""
+"""Maximum delay of a logged telegram [ms]; a controller stops much earlier, so a larger step is a new run."""
 USUAL = 0.5
-"""Share of the telegrams above which one has a value; a name that few have is damaged."""
+"""Minimum share of telegrams with a value; a rarer name is damaged."""
 
 TELEGRAM, END = re.compile(r"<Rob(?=[\s>])"), "</Rob>"
 CLOCK = re.compile(r"<IPOC>\s*(-?\d{1,18})\s*</IPOC>")
@@ -46,12 +46,12 @@ ATTRIBUTE = re.compile(r'(\w+)\s*=\s*"([^"]*)"')
 
 
 class _Telegrams(NamedTuple):
-    """The telegrams of a file.
+    """Telegrams of a file.
 
     Attributes:
-        clock: IPOC of each, shape (t,) [ms].
-        values: "element.axis" -> values as they were sent, shape (t,); NaN where a telegram lacks it.
-        damaged: Line of each telegram that cannot be read, the first line being 1.
+        clock: IPOC of each telegram, shape (t,) [ms].
+        values: "element.axis" -> values as sent, shape (t,); NaN if a telegram lacks it.
+        damaged: Line of each telegram that cannot be read, from 1.
     """
 
     clock: np.ndarray
@@ -59,7 +59,7 @@ class _Telegrams(NamedTuple):
     damaged: list[int]
 
     def column(self, signal: str, axis: str) -> np.ndarray | None:
-        """Values of an axis, shape (t,); None where no telegram has them."""
+        """Values of an axis, shape (t,); None if no telegram has them."""
         names = (f"{element}.{axis}" for element in ELEMENTS[signal])
         return next((self.values[name] for name in names if name in self.values), None)
 
@@ -77,18 +77,18 @@ def import_rsi_telegrams(
     zero: Sequence[float] | None = None,
     payload: KnownPayload | None = None,
 ) -> list[Recording]:
-    """Import telegrams: positions in degrees, or mm where a joint slides; currents in A or torques in N m.
+    """Import telegrams: positions in degrees, or mm for prismatic joints; currents in A or torques in N m.
 
     Args:
-        source: The file.
-        model: The nominal robot.
+        source: Path of the file.
+        model: Nominal model.
         joints: Axis of each of the robot's joints, such as "A1", or a pattern; by default all in order.
-        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
-        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
-        payload: What hung on the flange.
+        sign: 1 or -1 per joint: direction of the controller's axis relative to the robot's description.
+        zero: Position in the robot's description at the controller's zero, one per joint [rad].
+        payload: Payload on the flange.
 
     Raises:
-        RecordingError: The file does not hold a run of this robot; the message gives the reason.
+        RecordingError: The file holds no run of this robot; the message gives the reason.
     """
     if model is None:
         raise NotRecorded(f"{source}: telegrams do not name their robot; give the robot too (--robot FILE)")
@@ -116,7 +116,7 @@ def _read(source: Path) -> _Telegrams:
     """All telegrams of a file.
 
     Raises:
-        NotAFile: It has none that can be read.
+        NotAFile: It has no telegrams that can be read.
     """
     with refused_as(source, "telegrams of RSI"):
         if source.name.endswith(".gz"):
@@ -148,7 +148,7 @@ def _read(source: Path) -> _Telegrams:
 
 
 def _telegram(text: str) -> tuple[int, dict[str, float]] | None:
-    """Clock [ms] and values of one telegram; None for one that is damaged."""
+    """Clock [ms] and values of a telegram; None if it is damaged."""
     stamp = CLOCK.search(text)
     try:
         values = {
@@ -166,43 +166,43 @@ def _axes(source: Path, telegrams: _Telegrams, robot: Robot, joints: str | Seque
 
     Raises:
         NotRecorded: The telegrams have no positions of axes.
-        WrongShape: The axes are more or fewer than the joints, and are not named.
+        WrongShape: The number of axes is not the number of joints, and `joints` does not name them.
     """
-    there = telegrams.axes()
-    if not there:
+    axes = telegrams.axes()
+    if not axes:
         raise NotRecorded(
             f"{source}: the telegrams have no positions of the axes (AIPos). Let the controller send them: "
             "DEF_AIPos in SEND of the configuration"
         )
-    if joints is None and len(there) != robot.dof:
-        own = [axis for axis in there if axis.startswith("A")]
-        if len(own) != robot.dof:
+    if joints is None and len(axes) != robot.dof:
+        arm_axes = [axis for axis in axes if axis.startswith("A")]
+        if len(arm_axes) != robot.dof:
             raise WrongShape(
-                f"{source}: the telegrams have {len(there)} axes ({listed(there)}), {robot.name} has "
+                f"{source}: the telegrams have {len(axes)} axes ({listed(axes)}), {robot.name} has "
                 f"{robot.dof} joints. Name the axis of each joint: --joints A1,A2,..."
             )
-        there = own  # without a rail or a positioner
-    return find_joints(robot, there, joints or there, f"{source}")
+        axes = arm_axes  # without a rail or a positioner
+    return find_joints(robot, axes, joints or axes, f"{source}")
 
 
 def _time(clock: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Time since the first telegram, shape (t,) [s], and which telegrams those are, shape (t,).
+    """Time since the first telegram, shape (t,) [s], and the index of each telegram, shape (t,).
 
-    A stamp that is repeated counts once, and a telegram that was overtaken by the next is put in its place.
+    A repeated stamp counts once, and telegrams that overtook each other are sorted.
     """
     step = np.diff(clock)
-    whole = clock + WRAP * np.concatenate([[0], np.cumsum(step < -WRAP // 2)])
-    step = np.diff(whole)
+    unwrapped = clock + WRAP * np.concatenate([[0], np.cumsum(step < -WRAP // 2)])
+    step = np.diff(unwrapped)
     if step.min() >= -LATE:
-        whole, rows = np.unique(whole, return_index=True)
-    else:  # which `check` refuses, with its advice
+        unwrapped, rows = np.unique(unwrapped, return_index=True)
+    else:  # `check` refuses this, with advice
         rows = np.flatnonzero(np.concatenate([[True], step != 0]))
-        whole = whole[rows]
-    return (whole - whole[0]) * 1e-3, rows
+        unwrapped = unwrapped[rows]
+    return (unwrapped - unwrapped[0]) * 1e-3, rows
 
 
 def _values(telegrams: _Telegrams, signal: str, axes: Sequence[str], robot: Robot) -> np.ndarray | None:
-    """A signal in the unit of `SIGNALS`, shape (t, n); None where no telegram has it of all axes."""
+    """A signal in the unit of `SIGNALS`, shape (t, n); None if some axis lacks it."""
     columns = [column for axis in axes if (column := telegrams.column(signal, axis)) is not None]
     if len(columns) < len(axes):
         return None
@@ -211,22 +211,22 @@ def _values(telegrams: _Telegrams, signal: str, axes: Sequence[str], robot: Robo
 
 
 def _require_efforts(source: Path, telegrams: _Telegrams, signals: dict[str, Signal]) -> None:
-    """Make sure that motor currents or torques were sent.
+    """Require motor currents or torques.
 
     Raises:
-        NotRecorded: They were not.
+        NotRecorded: There are neither.
     """
     if not any(name in signals for name in EFFORT):
-        there = dict.fromkeys(name.partition(".")[0] for name in telegrams.values)
+        elements = dict.fromkeys(name.partition(".")[0] for name in telegrams.values)
         raise NotRecorded(
             f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "
-            f"axes; there: {listed(there)}. Let the controller send them: DEF_MACur in SEND of the "
+            f"axes; present: {listed(elements)}. Let the controller send them: DEF_MACur in SEND of the "
             "configuration"
         )
 
 
 def _damage(telegrams: _Telegrams) -> list[str]:
-    """What could not be read, in a sentence; none where all could."""
+    """Warning about telegrams that cannot be read; empty if there are none."""
     if not telegrams.damaged:
         return []
     total = len(telegrams.damaged) + len(telegrams.clock)

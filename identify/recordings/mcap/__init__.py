@@ -1,1 +1,1 @@
-"""MCAP files: from bytes, also of a run that was cut off, to a `Recording`, and back."""
+"""Reading and writing a `Recording` as an MCAP file, including files that were cut off."""

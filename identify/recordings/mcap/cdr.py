@@ -1,9 +1,9 @@
 """ROS 2 messages as rows of numpy records: packing is a copy, unpacking a view.
 
-A message of fixed length is CDR (little endian, XCDR1): four bytes that name it, then the fields, each
-aligned to its size counted from behind those four bytes; a string is its length with the closing zero,
-then its bytes; a sequence is its count, then its elements. Joint names and counts are the same in every
-message of a channel, so that a channel's messages all have one layout, and its constants one template.
+A message is encoded in CDR (little endian, XCDR1). Four bytes identify the encoding. The fields follow, each
+aligned to its size, counted from behind those four bytes. A string is its length including the closing zero,
+followed by its bytes; a sequence is its count, followed by its elements. Joint names and counts are the same
+in every message of a channel, so all its messages have the same layout and share a template of constants.
 """
 
 import struct
@@ -89,7 +89,7 @@ INFO, WARN, ERROR = 20, 30, 40
 
 @dataclass
 class Layout:
-    """Fields of a message in order, from which `template` makes one record."""
+    """Fields of a message in order, from which `template` makes a record."""
 
     names: list[str] = field(default_factory=list)
     formats: list[Any] = field(default_factory=list)
@@ -132,7 +132,7 @@ class Layout:
         self._add(name, [("sec", "<i4"), ("nanosec", "<u4")], 4)
 
     def doubles(self, name: str, count: int) -> None:
-        """`count` doubles without a count in front of them; none take no room, not even alignment."""
+        """`count` doubles without a preceding count; zero doubles take no space, not even for alignment."""
         if count:
             self._add(name, ("<f8", (count,)), 8)
 
@@ -142,7 +142,7 @@ class Layout:
         self.doubles(name, count)
 
     def template(self) -> np.ndarray:
-        """One record, shape (1,), with the constants in place and all else zero."""
+        """One record, shape (1,), with the constants in place and zeros elsewhere."""
         kind = np.dtype(
             {"names": self.names, "formats": self.formats, "offsets": self.offsets, "itemsize": self.size}
         )
@@ -153,7 +153,7 @@ class Layout:
 
 
 def joint_state(joints: Sequence[str], fields: Sequence[str]) -> np.ndarray:
-    """Template of a JointState of which only `fields` of position, velocity, effort are filled."""
+    """Template of a JointState in which only `fields`, out of position, velocity and effort, are filled."""
     layout = Layout()
     layout.stamp("stamp")
     layout.text("")
@@ -178,11 +178,11 @@ def transforms(frames: Sequence[tuple[str, str]]) -> np.ndarray:
     """Template of a TFMessage: stampK and poseK (x y z, quaternion x y z w) for each (parent, child)."""
     layout = Layout()
     layout.count(len(frames))
-    for which, (parent, child) in enumerate(frames):
-        layout.stamp(f"stamp{which}")
+    for index, (parent, child) in enumerate(frames):
+        layout.stamp(f"stamp{index}")
         layout.text(parent)
         layout.text(child)
-        layout.doubles(f"pose{which}", 7)
+        layout.doubles(f"pose{index}", 7)
     return layout.template()
 
 
@@ -217,7 +217,7 @@ def log_message(stamp: int, level: int, name: str, text: str, function: str = ""
 
 
 def read_log(message: bytes) -> LogMessage:
-    """What `log_message` wrote, or another writer in the same byte order.
+    """Message from `log_message`, or from another writer with the same byte order.
 
     Raises:
         ValueError: It is not such a message.

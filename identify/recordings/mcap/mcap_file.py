@@ -1,8 +1,8 @@
-"""One run in one MCAP file that explains itself, and that ROS 2 tools and viewers open as it is.
+"""One run in one self-contained MCAP file, which ROS 2 tools and viewers can open.
 
-The file begins with what explains it (metadata, robot, trajectory), so that a run that was cut off still
-does. Time is kept twice: a message's publish_time is the controller's time counted from an epoch, its
-log_time the host's clock where that was recorded, and else the same.
+The file begins with its description (metadata, robot, trajectory), so that a file that was cut off has it.
+Messages have two times: publish_time is the controller's time, counted from an epoch, and log_time is the
+host clock if that was recorded, and else the same.
 """
 
 import json
@@ -52,13 +52,13 @@ from .mcap_writer import (
 )
 
 LATEST = 2**63 * 1e-9
-"""Times that the format holds end here [s since 1970]."""
+"""Latest time that the format can hold [s since 1970]."""
 MOST = 1e9
-"""Number in the timing of a cycle, at most: seconds late, cycles missed; what is above is damage."""
+"""Maximum number in the timing of a cycle (seconds late, cycles missed); larger numbers are damaged."""
 
 
 def write_recording(recording: Recording, path: Path | str) -> None:
-    """Write a recording; the file appears under its name only when it is whole."""
+    """Write a recording; the file gets its name only when it is complete."""
     part = Path(path).with_name(Path(path).name + ".part")
     head = _head(recording)
     streams = _streams(recording, head.epoch)
@@ -114,7 +114,7 @@ def _require_times(recording: Recording, topic: Topic, time: np.ndarray, epoch: 
     """Refuse times (t,) [s] after an epoch [ns] that the format cannot hold.
 
     Raises:
-        BadTime: One is before 1970 or after 2262.
+        BadTime: A time is before 1970 or after 2262.
     """
     clocks = [time + 1e-9 * epoch]
     if recording.host_time is not None:
@@ -129,7 +129,7 @@ def _require_times(recording: Recording, topic: Topic, time: np.ndarray, epoch: 
 
 
 def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
-    """Host's clock at controller's times [ns]: exact at position samples, between them interpolated."""
+    """Host clock at controller times [ns]: exact at position samples, interpolated between them."""
     if recording.host_time is None or not len(recording.host_time):
         return time
     known = nanoseconds(recording.signals["position"].time)
@@ -138,20 +138,20 @@ def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarra
 
 
 def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
-    """Poses of the links, as often as the eye wants them or as the recording has them."""
+    """Poses of the links at `TRANSFORM_RATE`, or at the rate of the recording if that is lower."""
     position = recording.signals["position"]
     shown = position[np.flatnonzero(np.diff(ticks(position.time), prepend=-np.inf))]
     return TRANSFORMS, shown.time, pose_messages(recording.robot.kinematics, shown.time, shown.values)
 
 
 def read_recording(path: Path | str) -> Recording:
-    """Read a recording, as far as a file that was cut off goes, whatever was recorded.
+    """Read a recording; of a file that was cut off, read the available part.
 
-    What cannot be in it, such as a joint at 90 rad, is among its warnings; see `recording_checks`.
+    Implausible content, such as a joint at 90 rad, is among its warnings; see `recording_checks`.
 
     Raises:
-        NotAFile: Not a recording, or not even its robot can be read.
-        RecordingError: Of a format that this version does not read.
+        NotAFile: It is not a recording, or its robot cannot be read.
+        RecordingError: This version cannot read its format.
     """
     contents = read_contents(Path(path))
     head = _read_head(contents, Path(path))
@@ -179,7 +179,7 @@ def read_recording(path: Path | str) -> Recording:
 
 
 def import_recording(source: Path, model: Model | None = None) -> list[Recording]:
-    """`read_recording` as an importer; the robot inside counts, not `model`."""
+    """Importer by `read_recording`; it ignores `model` and uses the robot in the file."""
     return [read_recording(source)]
 
 
@@ -187,7 +187,7 @@ def _read_head(contents: Contents, path: Path) -> Head:
     record = contents.metadata.get("exidyn")
     if record is None or "robot.toml" not in contents.attachments:
         raise NotAFile(
-            f"{path} has no robot inside: it was cut off before its first sample, or it is not an exidyn "
+            f"{path} contains no robot: it was cut off before its first sample, or it is not an exidyn "
             "recording. Import ROS 2 bags first"
         )
     if record.get("format") != FORMAT:
@@ -195,7 +195,7 @@ def _read_head(contents: Contents, path: Path) -> Head:
     try:
         return _parse_head(record, contents)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise NotAFile(f"{path}: what explains it is damaged: {error}") from error
+        raise NotAFile(f"{path}: its description is damaged: {error}") from error
 
 
 def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
@@ -233,7 +233,7 @@ def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np
         signals |= {signal: Signal(time, rows["body"][name]) for signal, name in topic.fields.items()}
         if "position" in topic.fields:
             host_time = rows["log_time"].astype(np.int64)
-    # A run that ended before its first sample is a recording too, if only of which robot it was.
+    # A run that ended before its first sample is a recording too, which only names its robot.
     signals.setdefault("position", silent)
     if not any(name in signals for name in EFFORT):
         signals["current"] = silent
@@ -241,19 +241,19 @@ def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np
 
 
 def _losses(contents: Contents, head: Head, signals: Mapping[str, Signal]) -> list[str]:
-    """What is missing, in sentences."""
+    """Sentences about missing content."""
     losses = [f"could not be read: {loss}" for loss in contents.lost]
     for name, expected in head.samples.items():
-        found = len(signals[name])
-        if found < expected:
-            lost = expected - found
+        count = len(signals[name])
+        if count < expected:
+            lost = expected - count
             seconds = lost * signals[name].period
             losses.append(
-                f"{name}: {found} of {expected} samples were read, {lost} ({seconds:.3f} s) are lost"
+                f"{name}: {count} of {expected} samples were read, {lost} ({seconds:.3f} s) are lost"
             )
     if not contents.finished:
         last = signals["position"].time[-1:].tolist()
-        until = f"the run is known up to {last[0]:.3f} s" if last else "there is not one sample in it"
+        until = f"the run is known up to {last[0]:.3f} s" if last else "it has no samples"
         losses.insert(
             0, f"file ends abruptly: {until}; what the recorder still held, at most {CHUNK} bytes, is lost"
         )
@@ -261,7 +261,7 @@ def _losses(contents: Contents, head: Head, signals: Mapping[str, Signal]) -> li
 
 
 def _timing(contents: Contents, epoch: int) -> Timing | None:
-    """The timing of a run; None if it was not recorded."""
+    """Timing of a run; None if it was not recorded."""
     number = _channel(contents, "/timing", ARRAY)
     if number is None:
         return None
@@ -275,19 +275,19 @@ def _timing(contents: Contents, epoch: int) -> Timing | None:
 
 
 def _state(contents: Contents, epoch: int) -> ControllerState | None:
-    """The controller's own state; None where it was not recorded, or what explains it is damaged."""
+    """State of the controller; None if it was not recorded, or if its description is damaged."""
     number = _channel(contents, STATE, ARRAY)
     if number is None:
         return None
     metadata = contents.channels[number].metadata
     try:
-        given = json.loads(metadata["words"])
+        meanings = json.loads(metadata["words"])
         words = {
-            str(name): {int(code): str(word) for code, word in given[name].items()}
+            str(name): {int(code): str(word) for code, word in meanings[name].items()}
             for name in metadata["fields"].split(",")
         }
     except (KeyError, ValueError, TypeError, AttributeError):
-        contents.lost.append("what the controller's state means")
+        contents.lost.append("the meaning of the controller's state")
         return None
     rows = contents.rows(number, cdr.double_array(len(words)).dtype)
     time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
@@ -295,23 +295,23 @@ def _state(contents: Contents, epoch: int) -> ControllerState | None:
 
 
 def _events(contents: Contents, epoch: int) -> tuple[Event, ...]:
-    """The events of a run, in the order in which they were recorded; damaged ones are counted as lost."""
+    """Events of a run, in the order of their recording; damaged events count as lost."""
     number = _channel(contents, EVENTS.name, EVENTS.schema)
-    found: list[Event] = []
+    events: list[Event] = []
     for published, body in contents.bodies(number) if number is not None else ():
         try:
             message = cdr.read_log(body)
             details = json.loads(message.function) if message.function else {}
-            found.append(
+            events.append(
                 Event((published - epoch) / 1e9, message.name.removeprefix(NAME), message.text, details)
             )
         except ValueError:
-            contents.lost.append("an event that is damaged")
-    return tuple(found)
+            contents.lost.append("a damaged event")
+    return tuple(events)
 
 
 def _channel(contents: Contents, topic: str, schema: str) -> int | None:
-    """Number of the channel of a topic, if its messages are what we write there."""
+    """Number of the channel of a topic, if its messages have the type that exidyn writes."""
     for number, channel in contents.channels.items():
         described = contents.schemas.get(channel.schema_id)
         if channel.topic == topic and described is not None and described.name == schema:

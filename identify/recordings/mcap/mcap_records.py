@@ -1,8 +1,8 @@
-"""The records of an MCAP file, as far as they can be read: a run that crashed leaves no end.
+"""Records of an MCAP file, as far as they can be read: a file of a run that crashed has no end.
 
-Only the record's frame (one byte kind, eight bytes length) is walked in Python; messages stay where
-they are in their chunk until `rows` takes all of one channel at once. The reader of the package mcap ends at
-the first chunk that is damaged or cut, and takes eight times as long; its parsers of single records are used.
+Python iterates only over the frames of records (one byte kind, eight bytes length). Messages stay in their
+chunk until `rows` takes all messages of a channel at once. The reader of the package mcap stops at the first
+chunk that is damaged or cut off, and takes eight times as long; only its parsers of single records are used.
 """
 
 import mmap
@@ -39,18 +39,18 @@ _MESSAGE_HEAD = [
 
 @dataclass
 class Contents:
-    """What could be read of one file.
+    """Content of a file, as far as it could be read.
 
     Attributes:
         metadata: Metadata records by name.
         attachments: Attached files by name.
         channels: Channels by number.
         schemas: Message types by number.
-        messages: Where each channel's messages are: pairs of a chunk's bytes and offsets into it.
+        messages: Messages of each channel: pairs of a chunk's bytes and offsets into it.
         chunks: Unpacked content of each chunk, as far as it could be read.
-        lost: What could not be read, in sentences.
-        finished: Whether the writer came to its end.
-        room: How much all chunks that are still to be unpacked may hold [B].
+        lost: Phrases about content that could not be read.
+        finished: Whether the writer finished the file.
+        room: Maximum total size of the chunks that are not yet unpacked [B].
     """
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -64,22 +64,22 @@ class Contents:
     room: int = LEAST
 
     def rows(self, channel: int, message: np.dtype) -> np.ndarray:
-        """All messages of one channel, shape (t,): log_time, publish_time [ns] and `body`, a `message`.
+        """All messages of a channel, shape (t,): log_time, publish_time [ns] and `body`, a `message`.
 
-        Messages that are not of this length are counted as lost.
+        Messages of another length count as lost.
         """
         record = np.dtype([*_MESSAGE_HEAD, ("body", message)])
         parts = [np.empty(0, record)]
         for data, offsets in self.messages.get(channel, []):
             inside = offsets[offsets + record.itemsize <= len(data)]
             windows = np.lib.stride_tricks.sliding_window_view(data, record.itemsize) if len(inside) else data
-            found = windows[inside].reshape(-1).view(record)
-            right = found["length"] == record.itemsize - _FRAME.size
-            if len(inside) < len(offsets) or not right.all():
+            records = windows[inside].reshape(-1).view(record)
+            valid = records["length"] == record.itemsize - _FRAME.size
+            if len(inside) < len(offsets) or not valid.all():
                 self.lost.append(
-                    f"{len(offsets) - right.sum()} messages of an unexpected length were skipped"
+                    f"{len(offsets) - valid.sum()} messages of an unexpected length were skipped"
                 )
-            parts.append(found[right])
+            parts.append(records[valid])
         return np.concatenate(parts)
 
     def messages_in_order(self) -> Iterator[Message]:
@@ -90,7 +90,7 @@ class Contents:
                     yield Message.read(ReadDataStream(BytesIO(body)), len(body))
 
     def bodies(self, channel: int) -> Iterator[tuple[int, bytes]]:
-        """Publish_time [ns] and body of each message of one channel, of whatever length."""
+        """Publish_time [ns] and body of each message of a channel, of any length."""
         for data, offsets in self.messages.get(channel, []):
             for start in offsets.tolist():
                 _, length, _, _, _, published = _MESSAGE.unpack(data[start : start + _MESSAGE.size].tobytes())
@@ -98,10 +98,10 @@ class Contents:
 
 
 def read_contents(path: Path) -> Contents:
-    """Read what can be read.
+    """Read a file as far as possible.
 
     Raises:
-        NotAFile: The file is missing, empty, or no MCAP file.
+        NotAFile: The file is missing, empty, or not an MCAP file.
     """
     try:
         with open(path, "rb") as file:
@@ -140,15 +140,15 @@ def _records(data: memoryview, start: int) -> Iterator[tuple[int, memoryview, bo
 Reader = Callable[[Contents, memoryview, bool], None]
 
 
-def _kept(kind: Any, table: str, key: str, value: str = "") -> Reader:
-    """Reader of a kind of record, or its field `value`, into a table of the contents, unless damaged."""
+def _stored(kind: Any, table: str, key: str, value: str = "") -> Reader:
+    """Reader that stores a kind of record, or its field `value`, in a table, unless it is damaged."""
 
     def read(contents: Contents, body: memoryview, complete: bool) -> None:
         if not complete:
             return
         try:
             record = kind.read(ReadDataStream(BytesIO(body)))
-        except Exception:  # whatever the library's parser stumbles over (struct.error, UnicodeError, …)
+        except Exception:  # the library's parser raises struct.error, UnicodeError, …
             return
         getattr(contents, table)[getattr(record, key)] = getattr(record, value) if value else record
 
@@ -160,7 +160,7 @@ def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
 
 
 def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
-    """Unpack a chunk and note where its messages are; of a cut one, what its whole blocks hold."""
+    """Unpack a chunk and index its messages; of a chunk that was cut off, unpack its complete blocks."""
     if len(body) < _CHUNK.size + 4:
         contents.lost.append(f"{len(body)} bytes at its end")
         return
@@ -171,8 +171,8 @@ def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
     contents.room -= len(data)
     if contents.room < 0:
         return
-    whole = complete and len(data) == size and (not checksum or zlib.crc32(data) == checksum)
-    if not whole:
+    intact = complete and len(data) == size and (not checksum or zlib.crc32(data) == checksum)
+    if not intact:
         contents.lost.append(
             f"part of a chunk of {(end - begin) * 1e-9:.3f} s: {size - len(data)} of its {size} bytes"
             if not complete
@@ -183,17 +183,17 @@ def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
 
 
 def _unpacked(packing: str, packed: memoryview, size: int) -> bytes:
-    """Content of a chunk, as far as its compressed blocks are whole."""
+    """Content of a chunk, as far as its compressed blocks are complete."""
     if packing == "":
         return bytes(packed[:size])
     if packing != "lz4":
         raise NotAFile(
-            f"chunks are compressed by '{packing}'; read are lz4 and none. Compress the file again with lz4"
+            f"chunks are compressed by '{packing}'; valid are lz4 and none. Compress the file again with lz4"
         )
     unpacker = lz4.frame.LZ4FrameDecompressor()
     parts = []
     try:
-        for start in range(0, len(packed), _PIECE):  # in pieces, so that damage takes only what follows it
+        for start in range(0, len(packed), _PIECE):  # in pieces, so that damage affects only what follows
             parts.append(unpacker.decompress(packed[start : start + _PIECE], max_length=size))
             size -= len(parts[-1])
             if unpacker.eof or size <= 0:
@@ -207,7 +207,7 @@ _PIECE = 1 << 16
 
 
 def _index(contents: Contents, data: bytes) -> None:
-    """Note the offset of each whole message, by channel."""
+    """Store the offset of each complete message, by channel."""
     offsets: dict[int, list[int]] = {}
     start, end, frame = 0, len(data), _FRAME.size
     unpack, message = struct.Struct("<BQH").unpack_from, int(Opcode.MESSAGE)
@@ -228,10 +228,10 @@ def _index(contents: Contents, data: bytes) -> None:
 
 
 _READERS: dict[int, Reader] = {
-    Opcode.SCHEMA: _kept(Schema, "schemas", "id"),
-    Opcode.CHANNEL: _kept(Channel, "channels", "id"),
-    Opcode.METADATA: _kept(Metadata, "metadata", "name", "metadata"),
-    Opcode.ATTACHMENT: _kept(Attachment, "attachments", "name"),
+    Opcode.SCHEMA: _stored(Schema, "schemas", "id"),
+    Opcode.CHANNEL: _stored(Channel, "channels", "id"),
+    Opcode.METADATA: _stored(Metadata, "metadata", "name", "metadata"),
+    Opcode.ATTACHMENT: _stored(Attachment, "attachments", "name"),
     Opcode.CHUNK: _chunk,
     Opcode.FOOTER: _footer,
 }

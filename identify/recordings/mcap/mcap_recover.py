@@ -1,4 +1,4 @@
-"""Make a whole file, with the index that viewers look for, of what a crash or a bad copy left of one."""
+"""Recovery of a complete file, with the index that viewers need, from the remains of a crash or bad copy."""
 
 import json
 import os
@@ -16,13 +16,13 @@ from .mcap_writer import CHUNK
 
 @dataclass(frozen=True)
 class Recovered:
-    """What was rescued.
+    """Result of a recovery.
 
     Attributes:
-        messages: Their number.
-        begin: Host's clock at the first of them [ns since 1970].
-        end: And at the last.
-        lost: What is not there, in sentences; empty if the file was whole.
+        messages: Number of recovered messages.
+        begin: Host clock at the first message [ns since 1970].
+        end: Host clock at the last message [ns since 1970].
+        lost: Phrases about missing content; empty if the file was complete.
     """
 
     messages: int
@@ -32,17 +32,17 @@ class Recovered:
 
     @property
     def seconds(self) -> float:
-        """From the first message to the last [s]."""
+        """Time from the first message to the last [s]."""
         return 1e-9 * (self.end - self.begin)
 
 
 def recover(source: Path, target: Path) -> Recovered:
-    """Write a whole file with all messages of another one that can be read; that one is not changed.
+    """Write a complete file with all readable messages of another file, which is not changed.
 
-    The new recording names what it was recovered from and what it lacks.
+    The new recording names its source and what is missing.
 
     Raises:
-        NotAFile: There is nothing to rescue.
+        NotAFile: The source has no readable content.
         RecordingError: The target exists.
     """
     contents = read_contents(source)
@@ -91,7 +91,7 @@ def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, 
 
 
 def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
-    """What explains a recording, with the warning that something is missing."""
+    """Description of a recording, with a warning if something is missing."""
     warning = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
     try:
         warnings = json.loads(record.get("warnings", "[]"))
@@ -101,7 +101,7 @@ def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -
 
 
 def _repeat(contents: Contents, writer: Writer) -> array:
-    """All messages as they are, in their order; when they were logged [ns]. Channels are numbered anew."""
+    """Write all messages unchanged and in order, with new channel numbers; return their log times [ns]."""
     schemas = {0: 0}
     for number, schema in contents.schemas.items():
         schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)

@@ -1,8 +1,8 @@
-"""Which signal goes to which topic of an MCAP file, and what its messages look like.
+"""Topics of an MCAP file, their signals and their messages.
 
-Events, timing and the controller's state are topics, too: /events, /timing, /controller_state. An event is a
-rcl_interfaces/msg/Log, which viewers show as a line of text; its numbers are JSON in its field `function`.
-The others are arrays of numbers, whose meaning is in their channels' metadata.
+Events, timing and the controller's state are topics too: /events, /timing, /controller_state. An event is a
+rcl_interfaces/msg/Log, which viewers show as a line of text; its numbers are JSON in the field `function`.
+The others are arrays of numbers, whose meaning is in the metadata of their channels.
 """
 
 import json
@@ -17,10 +17,10 @@ from . import cdr
 JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray"
 
 STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effort"}
-"""Signals of /joint_states and their fields there; all that share the position's time stamps."""
+"""Signal -> field of /joint_states, for signals with the time stamps of the position."""
 
 COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity"}
-"""Signals of /joint_command and their fields there."""
+"""Signal -> field of /joint_command."""
 
 ARRAY_TOPICS = {
     "velocity": "/joint_velocity",
@@ -29,18 +29,18 @@ ARRAY_TOPICS = {
     "temperature": "/motor_temperature",
     "link_position": "/link_position",
 }
-"""Topics of the signals that have one of their own, as arrays in the order of the joints."""
+"""Signal -> its own topic, with arrays in the order of the joints."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic and the signals in its messages.
+    """A topic and the signals in its messages.
 
     Attributes:
-        name: Topic, such as "/joint_states".
+        name: Name of the topic, such as "/joint_states".
         schema: Message type, a key of `cdr.SCHEMAS`.
         fields: Signal name -> field of the message's record.
-        details: Metadata of its channel, if it carries no signal.
+        details: Metadata of the channel, if the topic carries no signal.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Topic:
         return cdr.double_array(len(joints))
 
     def metadata(self, joints: Sequence[str]) -> dict[str, str]:
-        """Metadata of the channel; `signals` is what `topic_of` reads it back from."""
+        """Metadata of the channel; `topic_of` uses its entry `signals`."""
         if not self.fields:
             return dict(self.details)
         return {
@@ -77,7 +77,7 @@ class Topic:
 
 DESCRIPTION = Topic("/robot_description", "std_msgs/msg/String", {})
 TRANSFORMS = Topic("/tf", "tf2_msgs/msg/TFMessage", {})
-"""What shows the arm in viewers, and carries no signal."""
+"""Topics that show the arm in viewers and carry no signal."""
 EVENTS = Topic("/events", "rcl_interfaces/msg/Log", {})
 STATE = "/controller_state"
 TIMING_FIELDS = ("lateness", "skipped", "stage")
@@ -85,11 +85,11 @@ NAME = "exidyn."
 """Prefix of an event's kind: viewers of logs show the sender."""
 
 LEVELS = {"stop": cdr.ERROR, "fault": cdr.ERROR, "warning": cdr.WARN, "late": cdr.WARN}
-"""How serious an event is, by its kind; all others only inform."""
+"""Kind of an event -> log level; other kinds are INFO."""
 
 
 def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
-    """The topic that a channel of a file is; None if it carries no signal."""
+    """Topic of a channel of a file; None if it carries no signal."""
     signals = [signal for signal in metadata.get("signals", "").split(",") if signal in SIGNALS]
     if not signals:
         return None
@@ -101,7 +101,7 @@ def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
 
 
 def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
-    """The topics that hold given signals, /joint_states first."""
+    """Topics for signals, /joint_states first."""
     states = _sharing(signals, "position", STATE_FIELDS)
     topics = [Topic("/joint_states", JOINT_STATE, states)]
     if "command" in signals:
@@ -113,7 +113,7 @@ def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
 
 
 def _sharing(signals: Mapping[str, Signal], first: str, fields: Mapping[str, str]) -> dict[str, str]:
-    """Those of the fields whose signals are there and share the first one's time stamps."""
+    """Fields whose signals exist and have the time stamps of the signal `first`."""
     stamps = signals[first].time
     return {
         signal: field
@@ -128,32 +128,32 @@ def nanoseconds(time: np.ndarray) -> np.ndarray:
 
 
 def timing_topic(stages: Sequence[str]) -> Topic:
-    """/timing, with the names of the stages."""
+    """Topic /timing, with the names of the stages."""
     metadata = {"fields": ",".join(TIMING_FIELDS), "unit": "s,,", "stages": ",".join(stages)}
     return Topic("/timing", ARRAY, {}, metadata)
 
 
 def timing_messages(timing: Timing) -> np.ndarray:
-    """One message a cycle, shape (t,)."""
+    """One message per cycle, shape (t,)."""
     records = np.repeat(cdr.double_array(len(TIMING_FIELDS)), len(timing))
     records["data"] = np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1)
     return records
 
 
 def state_topic(words: Mapping[str, Mapping[int, str]]) -> Topic:
-    """/controller_state, with its names and what their codes mean."""
+    """Topic /controller_state, with its names and the meaning of their codes."""
     return Topic(STATE, ARRAY, {}, {"fields": ",".join(words), "words": json.dumps(words)})
 
 
 def state_messages(values: np.ndarray) -> np.ndarray:
-    """One message a row of values (t, k), shape (t,)."""
+    """One message per row of values (t, k), shape (t,)."""
     records = np.repeat(cdr.double_array(values.shape[1]), len(values))
     records["data"] = values
     return records
 
 
 def event_message(event: Event) -> bytes:
-    """An event as a message, at its time."""
+    """Message of an event, stamped with its time."""
     stamp = int(nanoseconds(np.array(event.time)))
     level = LEVELS.get(event.kind, cdr.INFO)
     details = json.dumps(dict(event.details)) if event.details else ""

@@ -18,29 +18,29 @@ from .mcap_topics import DESCRIPTION, Topic, nanoseconds
 
 FORMAT = "1"
 EPOCH = 1_577_836_800_000_000_000
-"""Controller time zero where no host clock was recorded [ns]: 2020-01-01, so that viewers show a date."""
+"""Controller time zero if no host clock was recorded [ns]: 2020-01-01, so that viewers show a date."""
 
 CHUNK = 128 * 1024
-"""Bytes before compression that a crash can cost: about 0.3 s of six joints at 500 Hz."""
+"""Maximum loss in a crash, before compression [B]: about 0.3 s of six joints at 500 Hz."""
 TRANSFORM_RATE = 50.0
-"""Poses of the links a second, enough for the eye [1/s]."""
+"""Rate of the poses of the links, enough for the eye [Hz]."""
 
 
 @dataclass(frozen=True)
 class Head:
-    """What stands at the beginning of a file.
+    """Description at the beginning of a file.
 
     Attributes:
-        name: What people call the run.
-        model: The nominal robot, with its effects.
-        payload: What hangs on the flange.
+        name: Name of the run.
+        model: Nominal model.
+        payload: Payload on the flange.
         trajectory: Text of the trajectory's file.
-        settings: Whatever else explains the run.
-        warnings: Warnings that are known already.
-        epoch: Host's clock at controller time zero [ns].
+        settings: Further information about the run.
+        warnings: Warnings before the run.
+        epoch: Host clock at controller time zero [ns].
         host_clock: Whether log_time is a recorded host clock.
-        samples: Samples of each signal that will follow; a file that ends early then shows what is missing.
-            Empty, or zero for a signal of unknown length, while recording.
+        samples: Number of samples of each signal that will follow, which shows losses of a file that ends
+            early. While recording it is empty, or zero for a signal of unknown length.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Head:
     samples: Mapping[str, int] = field(default_factory=dict)
 
     def record(self) -> dict[str, str]:
-        """The metadata record "exidyn"."""
+        """Metadata record "exidyn"."""
         payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
         return {
             "format": FORMAT,
@@ -68,9 +68,9 @@ class Head:
 
 
 class RecordingWriter:
-    """Writes one file, message by message; a context manager that finishes the file.
+    """Writer of one file, message by message; as a context manager it finishes the file.
 
-    `start` is the time of the first message [ns since 1970], the head's epoch by default.
+    `start` is the time of the first message [ns since 1970], by default the epoch of the head.
     """
 
     def __init__(self, stream: IO[bytes], head: Head, start: int | None = None) -> None:
@@ -96,7 +96,7 @@ class RecordingWriter:
         self._writer.add_attachment(0, 0, name, kind, text.encode())
 
     def add_topic(self, topic: Topic) -> int:
-        """Announce a topic with its units and joints, before its first message; the channel's number."""
+        """Register a topic with its units and joints, before its first message; return the channel number."""
         if topic.schema not in self._schemas:
             definition = cdr.SCHEMAS[topic.schema].encode()
             self._schemas[topic.schema] = self._writer.register_schema(topic.schema, "ros2msg", definition)
@@ -107,21 +107,21 @@ class RecordingWriter:
         return self._channels[topic.name]
 
     def write(self, topic: Topic, message: bytes, published: int, logged: int) -> None:
-        """Write one message, with the controller's and the host's clock [ns since 1970]."""
+        """Write one message, with the times of the controller and of the host [ns since 1970]."""
         channel = self._channels.get(topic.name) or self.add_topic(topic)
         self._writer.add_message(channel, logged, message, published)
 
     def flush(self) -> None:
-        """Hand all that was written to the file: a crash costs what came after."""
+        """Write all messages to the file, so that a crash can lose only later messages."""
         self._writer.flush()
 
     def add_outcome(self, outcome: Mapping[str, str]) -> None:
-        """Write how the run ended; nothing, if that is unknown."""
+        """Write the outcome of the run, unless it is unknown."""
         if outcome:
             self._writer.add_metadata("outcome", dict(outcome))
 
     def finish(self) -> None:
-        """Write the index that viewers look for."""
+        """Write the index that viewers need."""
         self._writer.finish()
 
     def __enter__(self) -> "RecordingWriter":
@@ -135,10 +135,10 @@ class Stream(NamedTuple):
     """Messages of one topic.
 
     Attributes:
-        topic: Which.
-        published: Controller's clock, shape (t,) [ns since 1970].
-        logged: Host's clock, shape (t,) [ns since 1970].
-        messages: Shape (t,), whatever has `tobytes`.
+        topic: Topic of the messages.
+        published: Controller clock, shape (t,) [ns since 1970].
+        logged: Host clock, shape (t,) [ns since 1970].
+        messages: Objects with a method `tobytes`, shape (t,).
     """
 
     topic: Topic
@@ -148,35 +148,35 @@ class Stream(NamedTuple):
 
 
 def write_merged(streams: Sequence[Stream], writer: RecordingWriter) -> None:
-    """All topics, in the order of the host's clock."""
+    """Write the messages of all topics, in the order of the host clock."""
     for stream in streams:
         writer.add_topic(stream.topic)
-    which = np.concatenate([np.full(len(stream.logged), number) for number, stream in enumerate(streams)])
+    stream_of = np.concatenate([np.full(len(stream.logged), number) for number, stream in enumerate(streams)])
     row = np.concatenate([np.arange(len(stream.logged)) for stream in streams])
     for place in np.argsort(np.concatenate([stream.logged for stream in streams]), kind="stable"):
-        stream, index = streams[which[place]], row[place]
+        stream, index = streams[stream_of[place]], row[place]
         message = stream.messages[index].tobytes()
         writer.write(stream.topic, message, int(stream.published[index]), int(stream.logged[index]))
 
 
 def of_any_length(messages: Sequence[bytes]) -> np.ndarray:
-    """Messages that are not all of one length, shape (t,)."""
+    """Messages of different lengths as an array, shape (t,)."""
     array = np.empty(len(messages), object)
     array[:] = [memoryview(message) for message in messages]
     return array
 
 
 def ticks(time: np.ndarray) -> np.ndarray:
-    """Number of the pose shown last at each time (t,) [s]; a new one wherever it changes."""
+    """Number of the latest pose at each time (t,) [s]; a pose is written when it changes."""
     return np.floor(time * TRANSFORM_RATE)
 
 
 def pose_messages(kinematics: pin.Model, time: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Where the links are at times (t,) [s] and positions (t, n), as messages of /tf, shape (t,)."""
+    """Poses of the links at times (t,) [s] and positions (t, n), as messages of /tf, shape (t,)."""
     frames = link_frames(kinematics)
     records = np.repeat(cdr.transforms([(frame.parent, frame.child) for frame in frames]), len(time))
     poses = link_poses(kinematics, position)
-    for which in range(len(frames)):
-        cdr.set_stamp(records, f"stamp{which}", nanoseconds(time))
-        records[f"pose{which}"] = poses[:, which]
+    for index in range(len(frames)):
+        cdr.set_stamp(records, f"stamp{index}", nanoseconds(time))
+        records[f"pose{index}"] = poses[:, index]
     return records

@@ -1,1 +1,1 @@
-"""Robots that come with exidyn: one robot file each, read by its name."""
+"""Built-in robots, one robot file each, read by name."""

@@ -22,7 +22,7 @@ def path(tmp_path):
     [
         (["seconds"], "long", "seconds: expected float, got str; found 'long'"),
         (["joints"], ["shoulder"], "torque_units: expected 1 values, one a joint; found 2"),
-        (["joints"], ["elbow", "elbow"], "joints[1]: expected what is not in the list before; found 'elbow'"),
+        (["joints"], ["elbow", "elbow"], "joints[1]: expected a value not listed before; found 'elbow'"),
         (["findings", 0, "joints"], [3], ".joints[0]: expected the number of a joint, from 1 to 2; found 3"),
         (["findings", 0, "joints"], [1.0], "findings[0].joints[0]: expected int, got float; found 1.0"),
         (["findings", 0, "joints"], [0], ".joints[0]: expected the number of a joint, from 1 to 2; found 0"),

@@ -313,7 +313,7 @@ def test_text_in_a_column_is_said(files, capsys, column, said):
     (files / "log.csv").write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
     assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert f"log.csv line 42: 'err' in column '{column}' is no number: import {said}" in text
+    assert f"log.csv line 42: 'err' in column '{column}' is not a number: import {said}" in text
     code = main(["import", "log.csv", "--robot", "robot.toml"])
     assert (code == 0) == (said == "leaves the column out")
 

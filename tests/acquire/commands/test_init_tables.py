@@ -150,7 +150,7 @@ def test_what_import_refuses_is_said_in_place_of_the_next_command(folder, capsys
     (folder / "log.csv").write_text("\n".join(lines))
     assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "import refuses the log: log.csv line 41: 'overload' in column 'i6' is no number" in said
+    assert "import refuses the log: log.csv line 41: 'overload' in column 'i6' is not a number" in said
     assert "correct the cell, or empty it if nothing was measured" in said
     assert "Next:" not in said
     assert main(["import", "log.csv", "--robot", "robot.toml"]) == REFUSED

@@ -43,6 +43,6 @@ def test_a_run_that_was_let_go_does_not_change_what_is_identified():
     assert part.value("Fc2") == pytest.approx(whole.value("Fc2"), rel=0.05)
     assert np.all(part.agreement[1].relative < 1.5 * whole.agreement[1].relative)
     [warning] = [one for one in part.warnings if "was off" in one]
-    assert warning.startswith("loaded: the current of elbow is exactly zero in 8.0 s in which it moves")
-    assert "or measures none that small" in warning  # as of joints whose current is read coarsely
+    assert warning.startswith("loaded: the current of elbow is exactly zero for 8.0 s in which it moves")
+    assert "or its resolution is too low" in warning  # as of joints whose current is read coarsely
     assert not any("was off" in one for one in whole.warnings)

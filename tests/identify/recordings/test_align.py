@@ -100,14 +100,14 @@ def test_motions_that_cannot_be_distinguished_are_reported():
         signals = {"position": Signal(time[inside] - begin, again[inside])}
         return Recording("periodic", model(), signals | {"current": signals["position"]})
 
-    with pytest.raises(RecordingError, match="agree as well 1.00 s further: the motion repeats itself"):
+    with pytest.raises(RecordingError, match="agree equally well 1.00 s further: the motion repeats itself"):
         align(periodic(3, 8), periodic(0, 12))
     still = replace(one, signals={n: Signal(s.time, np.zeros_like(s.values)) for n, s in one.signals.items()})
     with pytest.raises(RecordingError, match="have no motion in common"):
         align(still, still)
     moved = {n: Signal(s.time, -s.values) for n, s in one.signals.items()}
     with pytest.raises(
-        RecordingError, match="limit 0.001: they are not of one run, or their joints count other"
+        RecordingError, match="limit 0.001: they are different runs, or their joints differ in"
     ):
         align(replace(one, signals=moved), one)
     third = {n: Signal(s.time, np.zeros((len(s), 3))) for n, s in one.signals.items()}
@@ -140,7 +140,7 @@ def test_a_trace_is_imported_onto_the_clock_of_its_run(tmp_path, capsys):
     wrong = run(settings={"driver sign": "1 1"})
     write_recording(wrong, tmp_path / "wrong.mcap")
     assert main([*given, "--align", str(tmp_path / "wrong.mcap")]) == 2
-    assert "not of one run" in capsys.readouterr().err
+    assert "they are different runs" in capsys.readouterr().err
 
 
 @needs_data

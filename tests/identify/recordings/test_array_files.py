@@ -172,7 +172,7 @@ def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch
 def test_what_is_no_table_has_no_columns_to_look_at(tmp_path):
     (tmp_path / "metadata.yaml").write_text("")
     assert kind_of(tmp_path) == "ros2_bag"
-    with pytest.raises(RecordingError, match="ROS bag is no table of columns"):
+    with pytest.raises(RecordingError, match="ROS bag is not a table"):
         read_tables(tmp_path)
 
 

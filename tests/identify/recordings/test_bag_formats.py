@@ -78,7 +78,7 @@ def test_a_file_without_joint_states_lists_what_it_has(tmp_path):
     pytest.importorskip("rosbags")
     form = ("robot.State", "protobuf", b"", lambda message: b"\x0a")
     path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "protobuf", form)
-    with pytest.raises(NotAFile, match=r"not one joint state .*: /joint_states \(robot.State in protobuf\)"):
+    with pytest.raises(NotAFile, match=r"no joint states .*: /joint_states \(robot.State in protobuf\)"):
         import_source(path, model())
 
 

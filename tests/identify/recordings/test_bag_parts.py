@@ -133,7 +133,7 @@ def test_clocks_that_disagree_give_way_to_that_of_the_bag(tmp_path):
     ("stamps", "words"),
     [
         ("some", "150 of 300 messages have no time stamp"),
-        ("one", "the time stamps of the messages stand still"),
+        ("one", "the time stamps of the messages do not change"),
     ],
 )
 def test_stamps_that_are_not_set_give_way_to_the_times_of_the_bag(tmp_path, stamps, words):
@@ -181,5 +181,5 @@ def test_messages_that_lack_a_value_now_and_then_are_left_out(tmp_path):
 
 def test_joints_that_were_never_there_together_are_refused(tmp_path):
     bag = bags.write_ros2(tmp_path / "bag", sent(BASE) + sent(WRIST, late=10.0))
-    with pytest.raises(RecordingError, match="joints come in different messages that have no time in common"):
+    with pytest.raises(RecordingError, match="joints are in different messages that have no times in common"):
         import_source(bag, model(4))

@@ -108,7 +108,7 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
             "run.csv line 3: no time stamp in column t, as in 1 of 2 rows",
         ),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
-        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is no number"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is not a number"),
         ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),
         ("t,q1,q2,i1,i2\n\n0,0,0,0,0\n", NotAFile, "has one sample, in line 3"),
         ("t,q1,q2,i1,i2\n\n", NotAFile, "has no samples"),
@@ -159,7 +159,7 @@ def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
     path.write_text("\n".join([lines[0], *(f"{line.rpartition(',')[0]},running" for line in lines[1:])]))
     [found] = import_source(path, model())
     assert np.array_equal(found.signals["current"].values, noise())
-    with pytest.raises(WrongShape, match="line 2: 'running' in column 'state' is no number"):
+    with pytest.raises(WrongShape, match="line 2: 'running' in column 'state' is not a number"):
         import_source(path, model(), columns={"time": "state"})
 
 

@@ -30,7 +30,7 @@ def test_a_file_cut_anywhere_is_read_up_to_the_cut(file, tmp_path):
         try:
             found = read_recording(path)
         except NotAFile as error:
-            assert "has no robot inside" in str(error)  # noqa: PT017
+            assert "contains no robot" in str(error)  # noqa: PT017
             assert read == 0
             continue
         for name, signal in whole.signals.items():
@@ -60,7 +60,7 @@ def test_a_cut_before_the_first_sample_still_names_the_robot(file, tmp_path):
     found = read_recording(tmp_path / "cut.mcap")
     assert found.robot.joints == ("achse_1", "achse_2", "achse_3")
     assert len(found.signals["position"]) == 0
-    assert "there is not one sample in it" in found.warnings[0]
+    assert "it has no samples" in found.warnings[0]
 
 
 def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(file, tmp_path):
@@ -84,7 +84,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(file, tmp_path):
     [
         (b"", "is empty"),
         (b"t,q1,q2\n0,1,2\n", "is not an MCAP file: it begins with b't,q1,q2"),
-        (b"\x89MCAP0\r\n", "has no robot inside"),
+        (b"\x89MCAP0\r\n", "contains no robot"),
     ],
 )
 def test_what_is_no_recording_is_refused(tmp_path, content, message):
@@ -120,14 +120,14 @@ def test_a_later_format_is_refused(file, tmp_path):
 def test_another_compression_is_refused_by_name(file, tmp_path):
     data = file.read_bytes().replace(b"\x03\x00\x00\x00lz4", b"\x03\x00\x00\x00lz5")
     (tmp_path / "other.mcap").write_bytes(data)
-    with pytest.raises(NotAFile, match="compressed by 'lz5'; read are lz4 and none"):
+    with pytest.raises(NotAFile, match="compressed by 'lz5'; valid are lz4 and none"):
         read_recording(tmp_path / "other.mcap")
 
 
 def test_a_damaged_explanation_is_refused(file, tmp_path):
     data = file.read_bytes()
     (tmp_path / "bad.mcap").write_bytes(data.replace(b'{"name": "weight"', b'{"nome": "weight"'))
-    with pytest.raises(NotAFile, match="what explains it is damaged: 'name'"):
+    with pytest.raises(NotAFile, match="its description is damaged: 'name'"):
         read_recording(tmp_path / "bad.mcap")
 
 

@@ -22,7 +22,7 @@ def test_every_importer_in_the_table_can_be_called(name, tmp_path):
 
 def test_a_source_that_is_nothing_lists_what_can_be(tmp_path):
     (tmp_path / "robot.stl").write_text("solid")
-    with pytest.raises(NotAFile, match="Known are: CSV"):
+    with pytest.raises(NotAFile, match="Known formats: CSV"):
         import_source(tmp_path / "robot.stl", model())
     with pytest.raises(NotAFile, match="does not exist"):
         import_source(tmp_path / "nothing.csv", model())
@@ -35,9 +35,9 @@ def test_a_folder_of_folders_names_those_that_can_be_imported(tmp_path):
         (tmp_path / case).mkdir()
         (tmp_path / case / "case.toml").write_text("")
     (tmp_path / "notes").mkdir()
-    with pytest.raises(NotAFile, match="these folders in it can, one at a time: first, second. Known are"):
+    with pytest.raises(NotAFile, match="these folders in it can, one at a time: first, second. Known"):
         import_source(tmp_path, model())
-    with pytest.raises(NotAFile, match="notes is nothing that can be imported. Known are"):
+    with pytest.raises(NotAFile, match="notes cannot be imported. Known formats: "):
         import_source(tmp_path / "notes", model())
 
 

@@ -122,7 +122,7 @@ def test_kuka_data_cut_off_are_read_up_to_the_cut(tmp_path):
     [found] = import_source(tmp_path, model())
     assert found.signals["position"].values.shape == (179, 2)
     np.testing.assert_allclose(found.signals["position"].values, np.radians(position[:179]), atol=1e-12)
-    assert "Lauf 7_NextGenDrive#1.r64 ends abruptly: 179 of 200 samples are there" in found.warnings
+    assert "Lauf 7_NextGenDrive#1.r64 ends abruptly: 179 of 200 samples are present" in found.warnings
 
 
 def test_kuka_traces_that_are_not_whole_are_reported(tmp_path):
@@ -139,7 +139,7 @@ def test_kuka_traces_that_are_not_whole_are_reported(tmp_path):
     with pytest.raises(NotAFile, match="which is not beside it"):
         import_source(tmp_path, model())
     (tmp_path / "Lauf 7_NextGenDrive#1.dat").write_text("hello")
-    with pytest.raises(NotAFile, match="is no DIAdem header"):
+    with pytest.raises(NotAFile, match="is not a DIAdem header"):
         import_source(tmp_path, model())
 
 

@@ -92,7 +92,7 @@ def test_joints_that_are_not_there_are_listed(tmp_path):
 @pytest.mark.parametrize(
     ("info", "message"),
     [
-        ("{", "no description of a LeRobot data set"),
+        ("{", "does not describe a LeRobot data set"),
         ('{"fps": 0, "features": {"observation.state": {}}}', "fps is 0.0"),
         ('{"fps": 30, "features": {}}', "'observation.state'"),
         ('{"fps": 30, "features": {"observation.state": {}}}', "has no episodes in data/"),

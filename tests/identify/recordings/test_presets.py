@@ -235,7 +235,7 @@ def test_scale_and_zero_of_travel():
             "no column Temp1, Temp2 for temperature. Columns: Zeit",
         ),
         (("T{number}", "state"), WrongShape, r"no column state1, state2 for temperature"),
-        (('"Zeit"', '"state"'), WrongShape, "line 2: 'run' in column 'state' is no number"),
+        (('"Zeit"', '"state"'), WrongShape, "line 2: 'run' in column 'state' is not a number"),
         (('column = "Zeit"', ""), RobotError, r"preset.toml: \[time\]: key 'column' is missing"),
         (("[time]", "rate = 0.5\n[time]"), RobotError, "give it or .time., not both"),
         (("[time]", "[time"), RobotError, "preset.toml: not TOML"),

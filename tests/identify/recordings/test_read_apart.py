@@ -45,13 +45,13 @@ def library(tmp_path, monkeypatch):
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="has no signals")
 def test_a_library_that_dies_is_one_line_with_file_and_library(library, code, how):
-    with pytest.raises(NotAFile, match=rf"run\.h5: h5py, which reads it, {how}.*: the file is damaged"):
+    with pytest.raises(NotAFile, match=rf"run\.h5: its reader, h5py, {how}.*: the file is damaged"):
         read_tables(library(code))
 
 
 def test_a_library_that_does_not_come_to_an_end_is_ended(library, monkeypatch):
     monkeypatch.setattr(read_apart, "START", 1.0)
-    with pytest.raises(NotAFile, match="h5py, which reads it, took more than 1 s"):
+    with pytest.raises(NotAFile, match="its reader, h5py, took more than 1 s"):
         read_tables(library("import time; time.sleep(600.0)"))
 
 

@@ -18,7 +18,7 @@ RADIANS = np.radians(DEGREES)
         ("elbow", TICKS, TICKS, "Whole numbers, 1593 to 3072, look like steps of an encoder"),
         ("elbow", np.radians(TICKS), np.radians(TICKS), "1593 to 3072, look like steps of an encoder"),
         ("elbow", 16 * (TICKS - 2048), TICKS, "-7280 to 16384, look like steps of an encoder"),
-        ("elbow", 11.4 * TICKS, TICKS, "In degrees it were impossible, too. As counts of an encoder"),
+        ("elbow", 11.4 * TICKS, TICKS, "It is impossible in degrees too. If it is in counts of an encoder"),
         ("gripper", OPENING, RADIANS, "looks like per cent of what a gripper opens"),
         ("gripper", OPENING, DEGREES, "looks like degrees"),
         ("elbow", OPENING, RADIANS, "looks like degrees"),

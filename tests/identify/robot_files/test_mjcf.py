@@ -192,10 +192,10 @@ def actuator(text):
         ({"tail": TIE}, "equality 'tie' couples"),
         ({"tail": LOOP}, "equality 'loop' closes a loop"),
         ({"tail": CABLE}, "tendon 'cable' has stiffness"),
-        ({"tail": ROPE}, "actuator 'winch' pulls a tendon through space"),
+        ({"tail": ROPE}, "actuator 'winch' pulls a spatial tendon"),
         (
             actuator('<muscle name="arm" joint="one" lengthrange="0 1"/>'),
-            "actuator 'arm' has physics",
+            "actuator 'arm' has its own physics",
         ),
         (actuator('<general name="jet" site="my_attachment_site"/>'), "actuator 'jet' acts on a site"),
         (

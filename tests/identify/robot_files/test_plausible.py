@@ -51,7 +51,7 @@ def urdf(tmp_path):
     [
         ("1.5", "expected a vector"),
         ("1e9", "expected a vector"),
-        ("[0.0, 0.0, -981.0]", r"981 m/s\^2; an arm is under at most 30"),
+        ("[0.0, 0.0, -981.0]", r"981 m/s\^2; it is at most 30"),
         ("[20.0, 20.0, 20.0]", "34.641"),
     ],
 )
@@ -67,9 +67,9 @@ def test_gravity_of_space_moon_a_wall_and_jupiter_is_read(text, gravity):
 
 
 def test_a_centre_of_mass_farther_than_an_arm_is_refused_with_the_limit(text, urdf):
-    with pytest.raises(RobotError, match=r"link of shoulder: centre of mass 1e\+09 m .* at most 10 m"):
+    with pytest.raises(RobotError, match=r"link of shoulder: center of mass 1e\+09 m .* at most 10 m"):
         parse_model(text.replace("center_of_mass = [0.2,", "center_of_mass = [1e9,", 1))
-    with pytest.raises(RobotError, match="link 'upper': centre of mass 223.*in millimetres"):
+    with pytest.raises(RobotError, match="link 'upper': center of mass 223.*in millimeters"):
         read_model(urdf(xyz="200 0 100"))
 
 

@@ -60,7 +60,7 @@ def test_macros_are_expanded_wherever_a_urdf_is_taken(arm, tmp_path):
     ("changed", "message"),
     [
         (("part.xacro", "missing.xacro"), "arm.urdf.xacro: xacro: No such file"),
-        (('<xacro:arg name="reach" default="0.25"/>', ""), "xacro: .*reach.*. Where it needs arguments"),
+        (('<xacro:arg name="reach" default="0.25"/>', ""), "xacro: .*reach.*. If it needs arguments"),
         (('reach="0.5"', 'reach="${1 / 0}"'), "xacro: .*division by zero"),
         (("</robot>", ""), "xacro: "),
         (('parent="upper"', 'parent="uper"'), "has parent link 'uper', which does not exist"),

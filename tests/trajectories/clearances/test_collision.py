@@ -325,7 +325,7 @@ def test_a_mesh_that_is_not_there_is_named_with_the_folders_searched(tmp_path, m
     urdf = with_mesh(Path("urdf"), MISSING)
     with pytest.raises(RobotError, match="link 'arm': mesh 'package://my_arm/meshes/none.stl'") as caught:
         read_geometry(urdf, ["given"])
-    assert "Looked in: given, ros1, the folders around the URDF. Give" in str(caught.value)
+    assert "Searched: given, ros1, the folders around the URDF. State" in str(caught.value)
 
 
 def test_a_file_that_is_no_mesh_is_named(tmp_path):

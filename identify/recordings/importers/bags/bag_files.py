@@ -1,7 +1,7 @@
-"""Messages of bags, whatever file they are in: ROS 1 (.bag), ROS 2 (.db3, .mcap, folder), MCAP of others.
+"""Messages of bags in all formats: ROS 1 (.bag), ROS 2 (.db3, .mcap, folder), MCAP of other tools.
 
-The package rosbags reads .bag and .db3, and decodes the messages of ROS. MCAP files are read by the package
-mcap, as they come from many writers and may have been cut off by a recorder that crashed.
+The package rosbags reads .bag and .db3 files, and decodes messages of ROS. The package mcap reads MCAP files,
+since they come from many tools and may have been cut off by a recorder that crashed.
 """
 
 import json
@@ -20,16 +20,16 @@ from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, rea
 WANTED = (*JOINT_READERS, ARRAY)
 """Types of messages that are decoded."""
 IDL = re.compile(r"=+\nIDL: .*\n")
-"""What stands before each type in a definition in IDL."""
+"""Text before each type in a definition in IDL."""
 
 
 class BagMessage(NamedTuple):
-    """One message.
+    """A message of a bag.
 
     Attributes:
-        topic: Its topic.
-        kind: Its type, as ROS 2 calls it; `JSON` for an object of JSON.
-        received: When the bag received it [ns].
+        topic: Name of the topic.
+        kind: Type of the message in ROS 2; `JSON` for a JSON object.
+        received: Time at which the bag received the message [ns].
         content: Joint states (`JointMessage`), or the numbers of an array.
     """
 
@@ -40,15 +40,15 @@ class BagMessage(NamedTuple):
 
 
 Decoder = Callable[[bytes], Any]
-"""From the bytes of a message to joint states (`JointMessage`), or to the numbers of an array."""
+"""Function from the bytes of a message to joint states (`JointMessage`), or to the numbers of an array."""
 
 
 class Bag:
     """A bag.
 
     Attributes:
-        others: Topics that are not read, and the type of their messages; complete once all messages are read.
-        notes: What was lost of the bag, in sentences; complete once all messages are read.
+        others: Topics that are not read -> type of their messages; complete once all messages are read.
+        notes: Sentences about lost parts of the bag; complete once all messages are read.
     """
 
     def __init__(self, source: Path) -> None:
@@ -57,7 +57,7 @@ class Bag:
         self.notes: list[str] = []
 
     def messages(self) -> Iterator[BagMessage]:
-        """All joint states and arrays of numbers.
+        """All messages with joint states or arrays of numbers.
 
         Raises:
             NotAFile: The bag cannot be read.
@@ -105,23 +105,23 @@ class Bag:
                     yield BagMessage(channel.topic, kind, record.log_time, content)
 
     def _records(self, file: Path) -> Iterator[McapRecord]:
-        """All records of an MCAP file, up to where it is cut off."""
+        """All records of an MCAP file, up to the place where it is cut off."""
         with open(file, "rb") as stream:
             try:
                 yield from StreamReader(stream).records
             except MemoryError:
                 raise
-            except Exception:  # of which kind depends on the record that is cut
+            except Exception:  # the type depends on the record that is cut off
                 if stream.read(1):
                     raise
                 self.notes.append(
-                    f"{file.name} ends abruptly: its recorder crashed or its copy was cut off. What is "
-                    "before that is read"
+                    f"{file.name} ends abruptly: its recorder crashed or its copy was cut off. The part "
+                    "before the end is read"
                 )
 
 
 def _mcap_decoder(channel: Channel, schema: Schema | None) -> tuple[str, Decoder | None]:
-    """Type of the messages of a channel, and what decodes them; None for messages that are not read."""
+    """Type of the messages of a channel, and their decoder; None for messages that are not read."""
     name, encoding = (schema.name, schema.encoding) if schema else ("", "")
     if channel.message_encoding == "json":
         return JSON, lambda data: read_json(json.loads(data))
@@ -134,13 +134,13 @@ def _mcap_decoder(channel: Channel, schema: Schema | None) -> tuple[str, Decoder
 
 
 def _decoder(kind: str, encoding: str, text: str, idl: bool) -> Decoder:
-    """What turns the bytes of a message into joint states or numbers.
+    """Decoder of messages of one type.
 
     Args:
-        kind: Type of the message, of `WANTED`.
-        encoding: "ros1" or "cdr", as ROS 2 has it.
-        text: Its definition and those of its parts; empty in bags from before ROS 2 Iron.
-        idl: Whether that is in IDL.
+        kind: Type of the messages, one of `WANTED`.
+        encoding: "ros1", or "cdr" for ROS 2.
+        text: Definition of the type and its parts; empty in bags from before ROS 2 Iron.
+        idl: Whether the definition is in IDL.
     """
     store = _types(kind, text, idl)
     deserialize = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
@@ -150,7 +150,7 @@ def _decoder(kind: str, encoding: str, text: str, idl: bool) -> Decoder:
 
 
 def _types(kind: str, text: str, idl: bool) -> Any:
-    """The types of rosbags that a message is made of."""
+    """Type store of rosbags with the types of a message."""
     typesys = optional("rosbags.typesys", "a ROS bag", "ros2")
     if not text:
         store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)

@@ -1,6 +1,6 @@
-"""The joint states of a bag as arrays, by topic and list of joints.
+"""Joint states of a bag as arrays, by topic and list of joints.
 
-Libraries decompress whatever size a chunk, a message or a file states: they run in a process apart.
+Libraries decompress chunks, messages and files of any stated size, so they run in a separate process.
 """
 
 from collections import Counter
@@ -23,7 +23,7 @@ LATEST = 2**63
 SIGNAL_OF = {topic: signal for signal, topic in ARRAY_TOPICS.items()}
 """Topic of arrays -> signal."""
 LISTED = 10
-"""Topics without joint states that an error lists, at most."""
+"""Maximum number of topics without joint states in an error."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Group:
     """Messages of one topic with one list of joints.
 
     Attributes:
-        topic: The topic.
+        topic: Name of the topic.
         kind: Type of the messages.
-        names: Names of the joints, n of them.
-        received: When the bag received each message, shape (t,) [ns].
-        stamp: Time stamps by the messages, shape (t,) [ns]; 0 where a message has none.
-        rows: Field -> values, shape (t, n); NaN where a message does not have them.
-        wrong: Field -> number of messages that have fewer or more values than joints, and how many values.
+        names: Names of the n joints.
+        received: Times at which the bag received the messages, shape (t,) [ns].
+        stamp: Time stamps in the messages, shape (t,) [ns]; 0 if a message has none.
+        rows: Field -> values, shape (t, n); NaN if a message lacks them.
+        wrong: Field -> number of messages with fewer or more values than joints, and their number of values.
     """
 
     topic: str
@@ -51,12 +51,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Content:
-    """What a bag holds.
+    """Content of a bag.
 
     Attributes:
         groups: Joint states; not empty.
         arrays: Signal -> times at which the bag received it, shape (t,) [ns], and values, shape (t, n).
-        notes: What was lost of the bag, in sentences.
+        notes: Sentences about lost parts of the bag.
     """
 
     groups: list[Group]
@@ -66,7 +66,7 @@ class Content:
 
 @dataclass
 class _Collected:
-    """The messages of a group while they are added."""
+    """Messages of a group while they are collected."""
 
     topic: str
     kind: str
@@ -77,7 +77,7 @@ class _Collected:
     wrong: dict[str, list[int]] = field(default_factory=dict)
 
     def add(self, received: int, message: JointMessage, order: np.ndarray) -> None:
-        """Add a message, whose joints are in another order; a field that it lacks is NaN."""
+        """Add a message and sort its joints by `order`; fields of the wrong length are NaN."""
         self.received.append(received)
         self.stamp.append(message.stamp)
         silent = np.full(len(self.names), np.nan)
@@ -90,7 +90,7 @@ class _Collected:
                 self.wrong[name] = [count + 1, len(values)]
 
     def group(self) -> dict[str, Any]:
-        """The fields of a `Group`, in the order in which the bag received the messages."""
+        """Fields of a `Group`, in the order in which the bag received the messages."""
         order = np.argsort(self.received, kind="stable")
         return {
             "topic": self.topic,
@@ -111,7 +111,7 @@ def read_bag(source: Path) -> Content:
         BadTime: A time stamp is beyond the years 1970 to 2262.
         MissingPackage: rosbags is not installed.
     """
-    optional("rosbags.highlevel", "a ROS bag", "ros2")  # missing, it is missed here and not there
+    optional("rosbags.highlevel", "a ROS bag", "ros2")  # so that this process reports a missing package
     content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", _folder(source))
     groups = [Group(**group | {"names": tuple(group["names"])}) for group in content["groups"]]
     arrays = {name: (received, values) for name, (received, values) in content["arrays"].items()}
@@ -119,13 +119,13 @@ def read_bag(source: Path) -> Content:
 
 
 def _folder(source: Path) -> Path:
-    """The folder of a .db3 file, as a bag may have several files; the file where there is no metadata."""
+    """Folder of a .db3 file, since a bag may have several files; the file itself if there is no metadata."""
     divided = source.suffix == ".db3" and (source.parent / "metadata.yaml").exists()
     return source.parent if divided else source
 
 
 def read_messages(source: str) -> dict[str, Any]:
-    """The messages of a bag, in the process apart: fields of `Content`.
+    """Messages of a bag, as fields of `Content`; this runs in the separate process.
 
     Raises:
         NotAFile: The bag cannot be read, or has no joint states.
@@ -151,7 +151,7 @@ def read_messages(source: str) -> dict[str, Any]:
 
 
 class _Messages:
-    """The messages of a bag while they are added."""
+    """Messages of a bag while they are collected."""
 
     def __init__(self) -> None:
         self.groups: dict[tuple[str, tuple[str, ...]], _Collected] = {}
@@ -174,7 +174,7 @@ class _Messages:
             values.append(message.content)
 
     def notes(self) -> list[str]:
-        """What was not unique in the messages, in sentences."""
+        """Sentences about repeated names in the messages."""
         return [
             f"messages of {topic} name {name} more than once; the first of its values counts"
             for topic, name in self._repeated.items()
@@ -183,30 +183,30 @@ class _Messages:
 
 @lru_cache
 def _sorted(names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of joints, which may change their order, sorted and once each; and their first places."""
+    """Unique names of joints in alphabetical order, and the place of the first occurrence of each."""
     alphabetical, places = np.unique(names, return_index=True)
     return tuple(alphabetical.tolist()), places
 
 
 def _equally_long(times: list[int], values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Times (t,) [ns] and values (t, n) of the arrays that are as long as the first."""
-    kept = [row for row, array in enumerate(values) if len(array) == len(values[0])]
-    return np.array(times, np.int64)[kept], np.array([values[row] for row in kept], float)
+    matching = [row for row, array in enumerate(values) if len(array) == len(values[0])]
+    return np.array(times, np.int64)[matching], np.array([values[row] for row in matching], float)
 
 
 def _nothing(source: str, bag: Bag) -> str:
-    """The error for a bag without joint states."""
+    """Message for a bag without joint states."""
     topics = [f"{topic} ({kind})" for topic, kind in sorted(bag.others.items())[:LISTED]]
     more = f" and {len(bag.others) - LISTED} others" if len(bag.others) > LISTED else ""
     nothing = (
-        f"{source}: there is not one joint state in it, such as sensor_msgs/JointState or JSON. "
+        f"{source}: there are no joint states in it, such as sensor_msgs/JointState or JSON. "
         f"Topics: {', '.join(topics) or 'none'}{more}."
     )
     return " ".join([nothing, *bag.notes])
 
 
 def _require_times(source: str, *stamps: int) -> None:
-    """Refuse time stamps [ns] that no recording can hold: below zero, or of more than 63 bits."""
+    """Refuse time stamps [ns] that a recording cannot hold: negative, or with more than 63 bits."""
     for stamp in stamps:
         if not 0 <= stamp < LATEST:
             raise BadTime(

@@ -1,6 +1,6 @@
-"""Joint states in messages of several types: the names of the joints, and what each field holds of them.
+"""Joint states in messages of several types: names of the joints, and values of each field.
 
-`effort` may be a torque or a current, which no message says; whoever imports it does.
+`effort` may be a torque or a current; messages do not say which, so the import states it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 ARRAY = "std_msgs/msg/Float64MultiArray"
 JSON = "JSON"
-"""Type of messages that have no other: objects in JSON."""
+"""Type of messages that are JSON objects."""
 INTERFACES = ("position", "velocity", "effort", "torque", "current", "temperature")
-"""Interfaces of a DynamicJointState that are read; each is a field of the same name."""
+"""Interfaces of a DynamicJointState that are read, each as a field of the same name."""
 DYNAMIC_JOINT_STATE = """std_msgs/Header header
 string[] joint_names
 control_msgs/InterfaceValue[] interface_values
@@ -19,10 +19,10 @@ MSG: control_msgs/InterfaceValue
 string[] interface_names
 float64[] values
 """
-"""Its definition, which bags from before ROS 2 Iron lack; there it has no other."""
+"""Definition of the type in bags from before ROS 2 Iron, which do not contain definitions."""
 
 SECONDS, NANOSECONDS = ("sec", "secs", "seconds"), ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
-"""Names of the parts of a time stamp in ROS 1, ROS 2, Foxglove and protobuf, as JSON has them."""
+"""Names of the parts of a time stamp in JSON from ROS 1, ROS 2, Foxglove and protobuf."""
 NAMES = ("name", "names", "joint_names", "joints")
 FIELDS = {
     "position": ("position", "positions"),
@@ -32,12 +32,12 @@ FIELDS = {
 
 
 class JointMessage(NamedTuple):
-    """One message.
+    """Joint states of one message.
 
     Attributes:
         names: Names of the joints.
-        fields: Field -> values in the order of the names; the lengths are those of the message.
-        stamp: Time stamp of the message [ns]; 0 where it has none.
+        fields: Field -> values in the order of the names; the message may have too few or too many.
+        stamp: Time stamp of the message [ns]; 0 if it has none.
     """
 
     names: Sequence[str]
@@ -55,7 +55,7 @@ def _joint_state(message: Any) -> JointMessage:
 
 
 def _dynamic_joint_state(message: Any) -> JointMessage:
-    """Each joint has interfaces of its own; NaN stands for one that it lacks."""
+    """Joint states of a message in which each joint lists its interfaces; NaN if a joint lacks one."""
     values = [
         dict(zip(joint.interface_names, joint.values, strict=False)) for joint in message.interface_values
     ]
@@ -64,7 +64,7 @@ def _dynamic_joint_state(message: Any) -> JointMessage:
 
 
 def _controller_state(message: Any) -> JointMessage:
-    """What was measured and what was commanded; both have had two names in the history of the message."""
+    """Measured and commanded states, each of which has two names in different versions of the message."""
     measured = _first(message, "feedback", "actual")
     commanded = _first(message, "reference", "desired")
     fields = {
@@ -78,7 +78,7 @@ def _controller_state(message: Any) -> JointMessage:
 
 
 def _first(message: Any, *names: str) -> Any:
-    """The first of several points of a trajectory that has positions."""
+    """The first of several trajectory points that has positions."""
     points = [getattr(message, name) for name in names if hasattr(message, name)]
     return next((point for point in points if len(point.positions)), points[0])
 
@@ -88,11 +88,11 @@ JOINT_READERS: dict[str, Callable[[Any], JointMessage]] = {
     "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
     "control_msgs/msg/JointTrajectoryControllerState": _controller_state,
 }
-"""Type of a message -> how joint states are read from it; the first is preferred where a bag has several."""
+"""Type of a message -> function that reads joint states; the first type in a bag is preferred."""
 
 
 def read_json(content: Any) -> JointMessage | None:
-    """Joint states in an object of JSON, as a JointState or a list of joints; None for none."""
+    """Joint states in a JSON object, like a JointState or as a list of joints; None if there are none."""
     if not isinstance(content, Mapping):
         return None
     joints = next((content[key] for key in NAMES if isinstance(content.get(key), list)), None)
@@ -118,15 +118,15 @@ def _numbers(values: Any) -> list[float]:
 
 
 def _number(value: Any) -> float:
-    """NaN stands for what is no number, as null does in JSON."""
+    """Number of a JSON value; NaN if it is not a number, such as null."""
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
 def _json_stamp(content: Mapping[str, Any]) -> int:
-    """Time stamp of an object [ns]; 0 where it has none in whole seconds and nanoseconds."""
+    """Time stamp of an object [ns]; 0 if it has none in whole seconds and nanoseconds."""
     header = content.get("header")
-    held = header if isinstance(header, Mapping) else content
-    stamp = _value(held, ("stamp", "timestamp", "time"))
+    owner = header if isinstance(header, Mapping) else content
+    stamp = _value(owner, ("stamp", "timestamp", "time"))
     if not isinstance(stamp, Mapping):
         return 0
     parts = _value(stamp, SECONDS), _value(stamp, NANOSECONDS)

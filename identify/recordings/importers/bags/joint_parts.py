@@ -1,7 +1,7 @@
-"""Joints that come in different messages, as of two motor boards: their samples at common times.
+"""Joints in different messages, such as those of two motor boards, resampled at common times.
 
-The times are those of the joints that come most seldom, so that no sample is invented. Positions of the
-others are interpolated by a cubic spline and the rest by straight lines, as signals of other rates are.
+The times are those of the joints with the lowest rate, so that no samples are invented. Positions of the
+others are interpolated with a cubic spline, and other fields linearly, like signals of other rates.
 """
 
 from collections.abc import Sequence
@@ -15,27 +15,27 @@ from ....text_table import digits
 from .bag_reader import Group
 
 CLOCKS_AGREE = 0.05
-"""Difference of the latencies of two publishers on one robot [s], at most: networks and schedulers delay a
-message by some milliseconds. A larger difference is that of their clocks."""
+"""Maximum difference between the latencies of two publishers on one robot [s]. Networks and schedulers delay
+messages by some milliseconds; a larger difference is due to their clocks."""
 SECOND = 1_000_000_000
-"""Longest time between two messages of a joint that moves [ns]."""
+"""Maximum time between two messages of a moving joint [ns]."""
 BRIDGED = 2.5
-"""Periods between two samples of a joint across which it is interpolated: one lost sample, with jitter."""
+"""Maximum gap between two samples for interpolation, in periods: one lost sample, with jitter."""
 BRIDGED_TIME = 0.05
-"""Time that is bridged in any case [s], as messages may be received in bursts: a tenth of the period of 2 Hz,
+"""Gap that is always interpolated [s], since messages may arrive in bursts: a tenth of the period of 2 Hz,
 above which arms hardly move."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Joints that come in the same messages.
+    """Joints in the same messages.
 
     Attributes:
-        names: Names of the joints, n of them.
-        topics: Where they come from.
-        received: When the bag received each message, shape (t,) [ns].
-        stamp: Time stamps by the messages, shape (t,) [ns].
-        rows: Field -> values, shape (t, n); NaN where a message does not have them.
+        names: Names of the n joints.
+        topics: Topics of the messages.
+        received: Times at which the bag received the messages, shape (t,) [ns].
+        stamp: Time stamps in the messages, shape (t,) [ns].
+        rows: Field -> values, shape (t, n); NaN if a message lacks them.
     """
 
     names: tuple[str, ...]
@@ -48,7 +48,7 @@ class Part:
         return f"{', '.join(self.names)} on {' and '.join(self.topics)}"
 
     def only(self, joints: Sequence[int]) -> "Part":
-        """Some of the joints, in the messages that have any value of them."""
+        """Part with some of the joints, and only the messages that have values of them."""
         rows = {name: values[:, joints] for name, values in self.rows.items()}
         there = np.any([np.isfinite(values).any(axis=1) for values in rows.values()], axis=0)
         return Part(
@@ -58,7 +58,7 @@ class Part:
 
 
 def parts_of(groups: Sequence[Group], names: Sequence[str]) -> list[Part]:
-    """The joints of a robot, by the messages in which they come; one part where messages have all of them."""
+    """Joints of a robot, grouped by their messages; one part if there are messages with all joints."""
     complete = [group for group in groups if set(names) <= set(group.names)]
     sources = complete or groups
     sharing: dict[tuple[int, ...], list[str]] = {}
@@ -89,7 +89,7 @@ def _columns(group: Group, field: str, names: Sequence[str]) -> np.ndarray:
 
 
 def _by_values(part: Part) -> list[Part]:
-    """The part, or its joints by the messages with values, where boards leave the others' joints NaN."""
+    """The part, or its division by messages with values if each board sends NaN for the others' joints."""
     known = {field: np.isfinite(values) for field, values in part.rows.items()}
     divided = False
     for measured in known.values():
@@ -105,21 +105,21 @@ def _by_values(part: Part) -> list[Part]:
 
 
 def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
-    """Times of each part, shape (t,) [ns], and a note where they are not those of the messages.
+    """Times of each part, shape (t,) [ns], and a note if they are not the stamps in the messages.
 
-    The stamps of the messages count, as the bag's times are late by the network. Where stamps are not set,
-    stand still, or are of clocks that disagree, the bag's times count.
+    The stamps in the messages are preferred, since the network delays the times of the bag. If stamps are not
+    set, do not change, or come from clocks that disagree, the times of the bag are used.
     """
     received, stamps = [part.received for part in parts], [part.stamp for part in parts]
-    every = np.concatenate(stamps)
-    if not every.any():
-        return received, []  # which is usual, and no times are lost
+    all_stamps = np.concatenate(stamps)
+    if not all_stamps.any():
+        return received, []  # usual, and no information is lost
     late = [float(np.median(part.received - part.stamp)) * 1e-9 for part in parts]
     reason = ""
     if any(_unset(stamp) for stamp in stamps):
-        reason = f"{np.sum(every == 0)} of {len(every)} messages have no time stamp"
+        reason = f"{np.sum(all_stamps == 0)} of {len(all_stamps)} messages have no time stamp"
     elif any(len(stamp) > 1 and np.ptp(stamp) == 0 for stamp in stamps):
-        reason = "the time stamps of the messages stand still"
+        reason = "the time stamps of the messages do not change"
     elif max(late) - min(late) > CLOCKS_AGREE:
         reason = f"the clocks of the publishers differ by {digits(max(late) - min(late))} s"
     return (
@@ -128,7 +128,7 @@ def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
 
 
 def _unset(stamp: np.ndarray) -> bool:
-    """Whether stamps (t,) [ns] of zero were not set: a clock that begins at zero shows that once."""
+    """Whether stamps (t,) [ns] of zero were not set: a clock that starts at zero has only one."""
     zeros = int(np.sum(stamp == 0))
     return zeros > 1 or 0 < zeros < len(stamp) and int(stamp[stamp > 0].min()) > SECOND
 
@@ -137,15 +137,15 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
     """All joints at common times.
 
     Args:
-        source: What errors call the bag.
-        parts: Joints that come in different messages.
+        source: Name of the bag in messages.
+        parts: Joints in different messages.
         times: Times of each part, shape (t,) [ns].
 
     Returns:
-        All joints as one part; its times, shape (t,) [ns]; and a warning that says what was done.
+        All joints as one part; its times, shape (t,) [ns]; and a warning about the interpolation.
 
     Raises:
-        RecordingError: The joints have no time in common.
+        RecordingError: The joints have no common times.
     """
     ordered = [np.unique(time) for time in times]
     periods = [_period(time) for time in ordered]
@@ -154,12 +154,12 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
     common = (time >= max(known[0] for known in ordered)) & (time <= min(known[-1] for known in ordered))
     if common.sum() < 2:
         raise RecordingError(
-            f"{source}: joints come in different messages that have no time in common: "
-            f"{'; '.join(map(str, parts))}. Record all at the same time, by one clock"
+            f"{source}: joints are in different messages that have no times in common: "
+            f"{'; '.join(map(str, parts))}. Record all joints at the same time, with one clock"
         )
     time, places = time[common], places[common]
     fields = dict.fromkeys(field for part in parts for field in part.rows)
-    whole = Part(
+    together = Part(
         tuple(name for part in parts for name in part.names),
         tuple(dict.fromkeys(topic for part in parts for topic in part.topics)),
         parts[slowest].received[places],
@@ -175,16 +175,16 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
         f"no message has all joints: {' and '.join(rates)}, {1e-6 * apart:.3g} ms apart. All are "
         f"interpolated to the times of {parts[slowest].names[0]}"
     )
-    return whole, time, warning
+    return together, time, warning
 
 
 def _period(time: np.ndarray) -> float:
-    """Mean period of sorted times (t,) [ns]; endless for fewer than two."""
+    """Mean period of sorted times (t,) [ns]; infinite for fewer than two."""
     return float(np.ptp(time)) / (len(time) - 1) if len(time) > 1 else float("inf")
 
 
 def _bridged(time: np.ndarray, known: np.ndarray, longest: float) -> np.ndarray:
-    """Which times (t,) lie at a sample or between two that are no further apart than `longest` [ns]."""
+    """Whether times (t,) are at a sample, or between two samples at most `longest` apart [ns]."""
     after = np.searchsorted(known, time)
     before = np.searchsorted(known, time, side="right") - 1
     inside = (before >= 0) & (after < len(known))
@@ -193,13 +193,13 @@ def _bridged(time: np.ndarray, known: np.ndarray, longest: float) -> np.ndarray:
 
 
 def _distance(time: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Distance of each time to the nearest that is known, shape (t,) [ns]."""
+    """Distance of each time to the nearest known time, shape (t,) [ns]."""
     after = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
     return np.minimum(np.abs(known[after] - time), np.abs(time - known[after - 1]))
 
 
 def _at(time: np.ndarray, known: np.ndarray, part: Part, field: str) -> np.ndarray:
-    """A field of a part at other times, shape (t, n); NaN where samples are missing."""
+    """A field of a part at other times, shape (t, n); NaN if samples are missing."""
     values = np.full((len(time), len(part.names)), np.nan)
     for joint, column in enumerate(part.rows[field].T if field in part.rows else ()):
         measured = np.isfinite(column)
@@ -207,7 +207,7 @@ def _at(time: np.ndarray, known: np.ndarray, part: Part, field: str) -> np.ndarr
         if len(there) < 2:
             continue
         column = column[measured][first]
-        # From the first time on: a double holds no nanoseconds since 1970.
+        # Times are counted from the first sample, since a double cannot hold nanoseconds since 1970.
         since, wanted = (there - there[0]) * 1e-9, (time - there[0]) * 1e-9
         smooth = field == "position" and len(there) > 3
         row = CubicSpline(since, column)(wanted) if smooth else np.interp(wanted, since, column)

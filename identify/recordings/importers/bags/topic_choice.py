@@ -1,4 +1,4 @@
-"""Which topics of a bag hold the joints of a robot, and what the joints are called there."""
+"""Choice of the topics of a bag that hold the joints of a robot, and the names of the joints there."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,9 +12,9 @@ from .bag_reader import Group
 from .joint_messages import JOINT_READERS, JSON
 
 PLAIN = (next(iter(JOINT_READERS)), JSON)
-"""Types of messages that are joint states and nothing else; they are asked before others."""
+"""Types of messages with only joint states, which are preferred."""
 USUAL = "/joint_states"
-"""Topic that is taken where several have all joints."""
+"""Topic that is chosen if several topics have all joints."""
 
 
 def choose_topics(
@@ -24,18 +24,18 @@ def choose_topics(
     topic: str | None = None,
     joints: str | Sequence[str] | None = None,
 ) -> tuple[list[Group], list[str]]:
-    """The joint states of a robot, and what its joints are called in them.
+    """Joint states of a robot, and the names of its joints in them.
 
     Args:
-        source: What errors call the bag.
+        source: Path of the bag.
         groups: All joint states of the bag.
-        robot: The robot.
-        topic: Topic of the joint states, or several with commas; by default the one that has all joints, or
-            all topics that have any of them.
-        joints: What the joints are called in the bag: one name a joint, or a pattern such as "left_{joint}".
+        robot: Robot whose joints are looked up.
+        topic: Topic of the joint states, or several topics separated by commas; by default the topic with all
+            joints, or all topics with any of them.
+        joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
 
     Raises:
-        RecordingError: The bag does not have such a topic or joint, or has a joint on several topics.
+        RecordingError: The bag lacks such a topic or joint, or has a joint on several topics.
     """
     if topic is not None:
         return _of_topics(source, groups, robot, topic.split(","), joints)
@@ -56,10 +56,10 @@ def choose_topics(
 
 
 def _best(source: Path, groups: Sequence[Group], complete: Sequence[str]) -> str:
-    """The topic that is taken of several with all joints: one with efforts, and of plain joint states.
+    """Best of several topics with all joints: preferably one with efforts and with plain joint states.
 
     Raises:
-        RecordingError: Several are as good, and none is the usual one.
+        RecordingError: Several are equally good, and none is the usual topic.
     """
     ranks = {topic: _rank(_on(groups, [topic])) for topic in complete}
     best = [topic for topic, rank in ranks.items() if rank == min(ranks.values())]
@@ -72,7 +72,7 @@ def _best(source: Path, groups: Sequence[Group], complete: Sequence[str]) -> str
 
 
 def _rank(groups: Sequence[Group]) -> tuple[bool, bool]:
-    """Whether a topic lacks positions or efforts, and whether its messages are others than joint states."""
+    """Whether a topic lacks positions or efforts, and whether its messages are not plain joint states."""
     measured = [
         any(np.isfinite(group.rows[field]).any() for group in groups if field in group.rows)
         for field in ("position", "effort")
@@ -83,16 +83,16 @@ def _rank(groups: Sequence[Group]) -> tuple[bool, bool]:
 def _of_topics(
     source: Path, groups: Sequence[Group], robot: Robot, topics: list[str], joints: str | Sequence[str] | None
 ) -> tuple[list[Group], list[str]]:
-    """The joint states on topics that are named.
+    """Joint states on the stated topics.
 
     Raises:
-        RecordingError: One is not there, or they lack a joint; the message names the topic that has it.
+        RecordingError: A topic does not exist, or they lack a joint; the message names topics that have it.
     """
-    there = _topics(groups)
+    known = _topics(groups)
     for topic in topics:
-        if topic not in there:
+        if topic not in known:
             raise RecordingError(
-                f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(there)}; choose "
+                f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(known)}; choose "
                 "one by --topic TOPIC"
             )
     chosen = _on(groups, topics)
@@ -101,9 +101,9 @@ def _of_topics(
     except RecordingError:
         names = find_joints(
             robot, names_in(groups), joints, f"{source}"
-        )  # whose error says more if none has them
+        )  # its error is more specific if no topic has them
     missing = [name for name in names if name not in names_in(chosen)]
-    others = [topic for topic in there if set(missing) & set(names_in(_on(groups, [topic])))]
+    others = [topic for topic in known if set(missing) & set(names_in(_on(groups, [topic])))]
     raise RecordingError(
         f"{source}: {' and '.join(topics)} has no joint {listed(missing)}, which {' and '.join(others)} has. "
         f"Leave --topic out, or name all: --topic {','.join([*topics, *others])}"

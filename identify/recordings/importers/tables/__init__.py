@@ -1,1 +1,1 @@
-"""From a `Table` of named columns, whatever file it is of, to a `Recording` in SI units."""
+"""Conversion of a `Table` of named columns, from any file, to a `Recording` in SI units."""

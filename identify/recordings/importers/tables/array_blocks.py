@@ -1,4 +1,4 @@
-"""Arrays with more columns than an arm has joints, such as those of two arms: which are this arm's."""
+"""Arrays with more columns than an arm has joints, such as those of two arms."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from .name_index import numbered
 
 
 def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:
-    """What is asked about an array with more columns than an arm has joints, with options that answer it."""
+    """Question about an array with more columns than an arm has joints, with options that answer it."""
     n, m = robot.dof, len(array)
     half = m // 2
     begins = 0, half if m % 2 == 0 and half >= n else m - n
@@ -24,7 +24,7 @@ def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:
 
 
 def _range(array: Sequence[str]) -> str:
-    """Consecutive columns as `--columns` takes them: q1..6; of names without numbers all, with commas."""
+    """Consecutive columns as a value of `--columns`: q1..6; names without numbers are listed."""
     first, last = numbered(array[0]), numbered(array[-1])
     if first is None or last is None or last[1] - first[1] != len(array) - 1 or len(array) == 1:
         return ",".join(array)
@@ -32,12 +32,12 @@ def _range(array: Sequence[str]) -> str:
 
 
 def named_joints(robot: Robot, most: int = 3) -> str:
-    """Names of the joints; of many the first and the last."""
+    """Names of the joints; only the first and the last if there are many."""
     joints = robot.joints
     return ", ".join(joints) if len(joints) <= most else f"{joints[0]} to {joints[-1]}"
 
 
 def array_name(array: Sequence[str]) -> str:
-    """What the columns of an array have in common."""
+    """Common part of the names of an array's columns."""
     parts = numbered(array[0])
     return (parts[0].rstrip(" _[(.-") + parts[2].lstrip(")] ")) if parts else array[0]

@@ -13,15 +13,20 @@ from ...decompression_limits import require_size
 from .table import Table
 
 WIDEST = 200
-"""Columns of a matrix, at most: one with more rows and columns is a picture."""
+"""Maximum number of columns of a matrix: with more rows and columns it is a picture."""
 
 
 def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known: Any) -> Table:
-    """Arrays as columns: a matrix `q` becomes `q1`, `q2`, and what lies in a group has its name before it.
+    """Table of arrays: a matrix `q` becomes `q1`, `q2`; names in a group are preceded by that of the group.
 
-    Samples are counted along the axis whose length most of the numbers have; what has no such axis, such as
-    parameters beside the run, is left out.
-    `named` has arrays, or mappings or structures of them; `known` are further attributes of the table.
+    The number of samples is the axis length with the most numbers. Arrays without such an axis, such as
+    parameters beside the run, are left out.
+
+    Args:
+        source: Path of the file.
+        named: Arrays, or mappings or structures of arrays, by name.
+        between: Separator of the names of a group and its members.
+        known: Further attributes of the table.
 
     Raises:
         NotAFile: There is no array of numbers.
@@ -45,13 +50,13 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
 
 
 class _Limit:
-    """The limit of what a file may hold, as numbers of 8 bytes."""
+    """Limit on the content of a file, counted as numbers of 8 bytes."""
 
     def __init__(self, source: Path) -> None:
         self._source, self._size = source, 0
 
     def add(self, count: int) -> None:
-        """Count the numbers of an array before they are read; NotAFile where they are too many."""
+        """Count the numbers of an array before they are read; raise NotAFile if there are too many."""
         self._size += 8 * count
         require_size(self._source, self._size)
 
@@ -59,8 +64,8 @@ class _Limit:
 def _arrays(name: str, value: Any, between: str, limit: _Limit) -> Iterator[tuple[str, np.ndarray]]:
     """All arrays of numbers with one or two axes longer than one, as floats, and their names."""
     if isinstance(value, Mapping):
-        for key, one in value.items():
-            yield from _arrays(f"{name}{between}{key}" if name else str(key), one, between, limit)
+        for key, item in value.items():
+            yield from _arrays(f"{name}{between}{key}" if name else str(key), item, between, limit)
         return
     lengths = [count for count in getattr(value, "shape", ()) if count > 1]
     if len(lengths) > 2 or len(lengths) == 2 and min(lengths) > WIDEST:
@@ -70,9 +75,9 @@ def _arrays(name: str, value: Any, between: str, limit: _Limit) -> Iterator[tupl
     if values.dtype.names:
         yield from _arrays(name, {field: values[field] for field in values.dtype.names}, between, limit)
     elif values.dtype == object:
-        for place, one in enumerate(values.flat):
-            if isinstance(one, np.ndarray | np.void):
-                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", one, between, limit)
+        for place, item in enumerate(values.flat):
+            if isinstance(item, np.ndarray | np.void):
+                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", item, between, limit)
     elif values.dtype.kind in "mM" and values.size > 1:
         yield name, np.squeeze(values.astype(f"{values.dtype.kind}8[ns]").astype(float)) * 1e-9
     elif values.dtype.kind in "biuf" and values.size > 1:

@@ -1,4 +1,4 @@
-"""Numbers in cells of text: decimal marks, words for no number, dates and times of day."""
+"""Numbers in cells of text: decimal marks, words for missing numbers, dates and times of day."""
 
 import re
 from collections.abc import Iterable
@@ -10,9 +10,9 @@ MISSING = frozenset(
     "nan na n/a #n/a #na #nv null none nil - -- --- ? inf -inf +inf infinity -infinity #num! #wert! #value! "
     "#div/0! #ref! #name? 1.#qnan -1.#ind 1.#inf nan(ind) -nan(ind) -nan undefined missing".split()
 )
-"""Words for a number that was not measured, in small letters; spreadsheets write those with #."""
+"""Words for a missing number, in lower case; those with # are from spreadsheets."""
 GROUPED = {mark: re.compile(rf"[+-]?\d{{1,3}}(?:[{mark}]\d{{3}})+") for mark in ".,"}
-"""Mark -> a number whose thousands it separates, or one with three digits behind it."""
+"""Mark -> pattern of a number whose thousands it separates, or with three digits behind the mark."""
 DAY = 86400.0
 _TIME = r"(?P<h>\d{1,2}):(?P<min>\d\d)(?::(?P<s>\d\d)(?:[.,](?P<f>\d+))?)?(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
 _ZONE = r"\s*(?:Z|UTC|GMT|(?P<sign>[+-])(?P<zh>\d\d):?(?P<zm>\d\d)?)?"
@@ -28,12 +28,12 @@ _OF_HOUR = re.compile(r"(?P<min>\d{1,2}):(?P<s>\d\d)[.,](?P<f>\d+)")
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell stands for a number that was not measured."""
+    """Whether a cell stands for a missing number."""
     return not cell or cell.lower() in MISSING
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number, with any decimal mark; a word for a missing one is none."""
+    """Whether a cell is a number, with any decimal mark; words for a missing number do not count."""
     for mark in ",.":
         try:
             return bool(np.isfinite(number(cell, mark)))
@@ -43,7 +43,7 @@ def is_number(cell: str) -> bool:
 
 
 def decimal_mark(cells: Iterable[str]) -> str:
-    """The decimal mark of numbers: "." or ","; "" where both are, and neither separates thousands."""
+    """Decimal mark of numbers: "." or ","; "" if both occur and neither separates thousands."""
     dots, commas = [], []
     for cell in cells:
         if not re.fullmatch(r"[\s+-]*[\d.,\s']+(?:[eE][+-]?\d+)?", cell):
@@ -68,13 +68,13 @@ def decimal_mark(cells: Iterable[str]) -> str:
 
 
 def number(cell: str, decimal: str) -> float:
-    """The number of a cell that is not missing; ValueError where it is none."""
+    """Number of a cell that is not missing; raises ValueError if it is not a number."""
     value = float(_plain(cell, decimal))
     return value if np.isfinite(value) else np.nan
 
 
 def _plain(cell: str, decimal: str) -> str:
-    """A number as Python writes it, without marks between thousands."""
+    """Text of a number in the notation of Python, without marks between thousands."""
     if "_" in cell:
         raise ValueError(cell)
     if not decimal:
@@ -91,7 +91,7 @@ def _plain(cell: str, decimal: str) -> str:
 def seconds_of(cell: str) -> float | None:
     """Seconds since 1970 of a date with a time, or since midnight or the full hour of a time; else None.
 
-    Without a zone a date counts as UTC: runs need differences only.
+    A date without a time zone counts as UTC, since runs only need differences.
     """
     for pattern in _DATES:
         if match := pattern.fullmatch(cell):
@@ -131,12 +131,12 @@ def _of_day(match: "re.Match[str]") -> float:
 
 
 def onward(times: np.ndarray) -> np.ndarray:
-    """Times of day, or within the hour, that go on where they begin anew: shape (t,) [s]."""
+    """Times of day, or within the hour, made continuous where they restart at zero, shape (t,) [s]."""
     known = np.flatnonzero(np.isfinite(times))
     if not len(known) or times[known].max() >= DAY:
         return times
     period = DAY if times[known].max() >= 3600.0 else 3600.0
-    whole = np.array(times)
+    continuous = np.array(times)
     steps = np.diff(times[known])
-    whole[known[1:]] += period * np.cumsum(steps < -0.5 * period)
-    return whole
+    continuous[known[1:]] += period * np.cumsum(steps < -0.5 * period)
+    return continuous

@@ -1,4 +1,4 @@
-"""Which columns of a table are which signal: by usual names, by a preset, or as named on the command line."""
+"""Columns of each signal in a table: by usual names, by a preset, or as named on the command line."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -25,7 +25,7 @@ PREFIXES: dict[str, tuple[str, ...]] = {
     "command": ("q_ref", "q_cmd", "action"),
     "command_velocity": ("dq_ref", "dq_cmd"),
 }
-"""What stands before the number of the joint in a column's name; the signal's own name always may."""
+"""Prefixes of the joint number in a column's name; the name of the signal is always valid too."""
 
 TIMES = (
     "t", "time", "timestamp", "timestamps", "time_stamp", "stamp", "zeit", "zeitstempel", "temps", "seconds",
@@ -35,16 +35,16 @@ AXES = ("j", "joint", "axis", "a", "achse", "motor")
 """Words before the number of a joint, as in `J1 Position`."""
 
 Names = str | Sequence[str]
-"""Columns of a signal: one a joint, a pattern for `_filled`, or what stands before the joints' numbers."""
+"""Columns of a signal: one name per joint, a pattern for `_filled`, or the prefix of the joints' numbers."""
 
 
 class Columns:
-    """The columns of a table, looked up for one robot.
+    """Columns of a table, looked up for one robot.
 
-    `joints` are what the robot's are called in the table, as `_names_in_log` takes it.
+    `joints` are the names of the robot's joints in the table, in any form that `_names_in_log` accepts.
 
     Attributes:
-        left_out: Optional columns that were not read since text is in them, and other facts, a sentence each.
+        left_out: Sentences about optional columns that contain text and were not read, and other facts.
     """
 
     def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
@@ -58,74 +58,77 @@ class Columns:
             self._numbers = [there.index(name) + 1 for name in self._joints]
 
     def has(self, signal: str, names: Names, joints: int | None = None) -> bool:
-        """Whether columns called so are there, of "time" or of a signal's first joints; of all by default."""
+        """Whether the table has columns with these names for "time", or for the first joints of a signal.
+
+        By default, all joints need a column.
+        """
         choices = [[str(names)]] if signal == "time" else self._choices(signal, {signal: names})[:joints]
         return all(any(map(self._index.exact, each)) for each in choices)
 
-    def time(self, given: Mapping[str, Names], where: str) -> int:
-        """Number of the column of time.
+    def time(self, stated: Mapping[str, Names], where: str) -> int:
+        """Index of the time column.
 
         Raises:
-            WrongShape: There is none, or text is in it.
+            WrongShape: There is no time column, or it contains text.
         """
-        times = [str(given["time"])] if "time" in given else list(TIMES)
+        times = [str(stated["time"])] if "time" in stated else list(TIMES)
         place = self._place(times, ("s",))
         if place < 0:
             usual = ", ".join(times[:3])
             raise WrongShape(
                 f"{where}: no column of time ({usual}) among {column_words(self.table.names, 't')}; "
-                'name it by --columns time=NAME (columns={"time": NAME}), or state the samples a second: '
+                'name it by --columns time=NAME (columns={"time": NAME}), or state the sampling rate: '
                 "--rate HZ (rate=HZ)"
             )
         return place
 
     def signals(
-        self, given: Mapping[str, Names], chosen: Mapping[str, Names], usual: bool, where: str
+        self, stated: Mapping[str, Names], chosen: Mapping[str, Names], usual: bool, where: str
     ) -> dict[str, list[int]]:
-        """Each signal that is there, and its column of each joint; -1 for a joint without one.
+        """Signals in the table, and the index of the column of each joint; -1 for a joint without a column.
 
         Args:
-            given: Names by signal or "time".
-            chosen: Those of them that were chosen for this file: it may be of a robot with more joints.
+            stated: Names of columns by signal or "time".
+            chosen: The subset of `stated` that was chosen for this file, whose robot may have more joints.
             usual: Whether other signals are looked up by usual names.
-            where: What errors call the file.
+            where: Name of the file in messages.
 
         Raises:
-            WrongShape: A column that is needed or was named is not there, is text, or is of another robot.
+            WrongShape: A column that is needed or was named is missing, is text, or belongs to another robot.
         """
-        given = {signal: expanded(names) for signal, names in given.items()}
-        block = self._block(given.get("position", ()))
-        known = {signal: self._choices(signal, given) for signal in SIGNALS if usual or signal in given}
-        # A column that was named for one signal is no other one, whatever its name is taken for by default.
-        # Nor is one of the same array, which may be another arm's.
-        named = {self._index.place(names) for signal in given for names in known.get(signal, ())} - {-1}
+        stated = {signal: expanded(names) for signal, names in stated.items()}
+        block = self._block(stated.get("position", ()))
+        known = {signal: self._choices(signal, stated) for signal in SIGNALS if usual or signal in stated}
+        # A column that was named for one signal is never used for another by its usual name. The same holds
+        # for columns of the same array, which may belong to another arm.
+        named = {self._index.place(names) for signal in stated for names in known.get(signal, ())} - {-1}
         arrays = {
             name for place in named for name in columns_of_array(self.table.names, self.table.names[place])
         }
-        taken = {place for place, name in enumerate(self.table.names) if name in arrays}
-        found = {}
+        reserved = {place for place, name in enumerate(self.table.names) if name in arrays}
+        columns = {}
         for signal, choices in known.items():
             if signal not in NEEDED:
                 choices = [
                     self._readable(signal, *each) for each in zip(self.robot.joints, choices, strict=True)
                 ]
-            if signal in given:
+            if signal in stated:
                 places = [self._place(names) for names in choices]
             else:
                 quantities = set(self.robot.units(SIGNALS[signal]))
-                places = [self._place(names, quantities, taken) for names in choices]
-            if signal in given or signal == "position":
+                places = [self._place(names, quantities, reserved) for names in choices]
+            if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)
             if (
                 max(places) >= 0
-                and self._follows(given.get(signal, ""), signal in chosen, block)
+                and self._follows(stated.get(signal, ""), signal in chosen, block)
                 and not self.table.joints
             ):
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
-                found[signal] = places
-        return found
+                columns[signal] = places
+        return columns
 
     def _require_all(
         self, signal: str, choices: Sequence[Sequence[str]], places: Sequence[int], where: str
@@ -133,7 +136,7 @@ class Columns:
         """Refuse a signal that lacks the column of a joint.
 
         Raises:
-            WrongShape: The message names the columns that are missing, and those that are there.
+            WrongShape: A column is missing; the message names the missing and the existing columns.
         """
         missing = [names[0] for names, place in zip(choices, places, strict=True) if names and place < 0]
         if missing:
@@ -144,23 +147,23 @@ class Columns:
             )
 
     def _readable(self, signal: str, joint: str, names: Sequence[str]) -> list[str]:
-        """Those names of an optional column that is no text; of others it is noted that they are left out."""
+        """Names of an optional column without those of columns of text, whose omission is noted."""
         text = [self.table.text[name] for name in names if name in self.table.text]
         self.left_out += [f"{signal} of {joint} is left out: {where}" for where in text]
         return [name for name in names if name not in self.table.text]
 
     def _place(
-        self, names: Sequence[str], quantities: Collection[str] = (), taken: Collection[int] = ()
+        self, names: Sequence[str], quantities: Collection[str] = (), reserved: Collection[int] = ()
     ) -> int:
-        """Number of the first of some columns that is there; -1 if none is."""
-        place = self._index.place(names, quantities, taken)
+        """Index of the first column with one of these names; -1 if there is none."""
+        place = self._index.place(names, quantities, reserved)
         if place >= 0 and (name := self.table.names[place]) in self.table.text:
             raise WrongShape(self.table.text[name])
         return place
 
-    def _choices(self, signal: str, given: Mapping[str, Names]) -> list[list[str]]:
+    def _choices(self, signal: str, stated: Mapping[str, Names]) -> list[list[str]]:
         """Names that the column of each joint may have."""
-        names = given.get(signal, "")
+        names = stated.get(signal, "")
         if not isinstance(names, str):
             if len(names) != self.robot.dof:
                 raise WrongShape(
@@ -168,12 +171,12 @@ class Columns:
                     f"{self.robot.dof} joints"
                 )
             return [[name] for name in names]
-        patterns = _patterns(signal, given)
+        patterns = _patterns(signal, stated)
         if self.robot.dof == 1:  # an array of one joint has no number
-            patterns += [one.removesuffix("{number}") for one in patterns]
+            patterns += [pattern.removesuffix("{number}") for pattern in patterns]
         numbers = [self._numbers] * len(patterns)
-        if signal not in given and not self.table.joints:
-            numbers = [self._numbers_of(one) for one in patterns]
+        if signal not in stated and not self.table.joints:
+            numbers = [self._numbers_of(pattern) for pattern in patterns]
         filled = [_filled(self._joints, *each) for each in zip(patterns, numbers, strict=True)]
         return [list(choices) for choices in zip(*filled, strict=True)]
 
@@ -187,23 +190,23 @@ class Columns:
 
     @staticmethod
     def _follows(names: Names, chosen: bool, block: tuple[int, int] | None) -> bool:
-        """Whether the columns of a signal are those of its array that belong to the positions."""
+        """Whether a signal takes the columns of its array that correspond to those of the positions."""
         return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
 
     def _block(self, names: Names) -> tuple[int, int] | None:
-        """First place and size of a larger array, of which positions are consecutive columns; else None."""
+        """First place of the positions in a larger array, and its size; None if there is no such array."""
         if isinstance(names, str) or len(names) != self.robot.dof:
             return None
         array = columns_of_array(self.table.names, names[0])
         begin = array.index(names[0]) if names[0] in array else 0
-        same = array[begin : begin + len(names)] == list(names)
-        return (begin, len(array)) if same and len(array) > len(names) else None
+        consecutive = array[begin : begin + len(names)] == list(names)
+        return (begin, len(array)) if consecutive and len(array) > len(names) else None
 
     def _of_arm(self, signal: str, places: list[int], block: tuple[int, int] | None) -> list[int]:
-        """Columns of this arm in an array that may have more than it has joints.
+        """Columns of this arm in an array that may have more columns than the arm has joints.
 
         Raises:
-            WrongShape: The array has more columns, and the positions do not say which are this arm's.
+            WrongShape: The array has more columns, and the positions do not show which belong to this arm.
         """
         names = [self.table.names[place] for place in places if place >= 0]
         array = columns_of_array(self.table.names, names[0])
@@ -219,7 +222,7 @@ class Columns:
         return [-1] * self.robot.dof
 
     def _note_doubles(self, signal: str, places: Sequence[int]) -> None:
-        """Note columns that are read and whose name another column with other numbers has."""
+        """Note columns whose name another column with other numbers has too."""
         names = self.table.names
         for name, place in ((names[place], place) for place in places if place >= 0):
             other = f"{name}.1"
@@ -233,7 +236,7 @@ class Columns:
 
 
 def own_time(table: Table) -> str:
-    """Name of a usual column of time that goes on; "" for none."""
+    """Name of a column that is usually time and that increases; "" if there is none."""
     place = NameIndex(table.names).place(TIMES, ("s",))
     if place < 0 or not np.any(np.diff(table.values[:, place]) > 0):
         return ""
@@ -241,35 +244,35 @@ def own_time(table: Table) -> str:
 
 
 def expanded(names: Names) -> Names:
-    """Names of columns, of which `q1..6` stands for `q1` to `q6`."""
+    """Names of columns, in which `q1..6` is expanded to `q1` to `q6`."""
     if not isinstance(names, str) or (match := re.fullmatch(r"(.*?)(\d+)\.\.(\d+)(\D*)", names)) is None:
         return names
     numbers = range(int(match[2]), int(match[3]) + 1)
     return [f"{match[1]}{number}{match[4]}" for number in numbers]
 
 
-def _patterns(signal: str, given: Mapping[str, Names]) -> list[str]:
-    """What columns of a signal may be called: as given, or else as usual."""
-    if signal in given:
-        names = given[signal]
+def _patterns(signal: str, stated: Mapping[str, Names]) -> list[str]:
+    """Patterns of the names of a signal's columns: as stated, or else as usual."""
+    if signal in stated:
+        names = stated[signal]
         return [names if "{" in names else f"{names}{{number}}"] if isinstance(names, str) else []
     words = sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {signal, *PREFIXES[signal]})
     usual = [*PREFIXES[signal], signal, *words]
-    by_joint = [f"{one}_{{joint}}" for one in usual]
+    by_joint = [f"{word}_{{joint}}" for word in usual]
     by_joint += [
-        f"{{joint}}{between}{one}" for one in (signal, *words, *PREFIXES[signal]) for between in "_./"
+        f"{{joint}}{between}{word}" for word in (signal, *words, *PREFIXES[signal]) for between in "_./"
     ]
     by_axis = [
         form
         for axis in AXES
-        for one in usual
-        for form in (f"{axis}{{number}}_{one}", f"{one}_{axis}{{number}}")
+        for word in usual
+        for form in (f"{axis}{{number}}_{word}", f"{word}_{axis}{{number}}")
     ]
-    return [f"{one}{{number}}" for one in usual] + by_joint + by_axis
+    return [f"{word}{{number}}" for word in usual] + by_joint + by_axis
 
 
 def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[str]:
-    """A pattern for each joint: {number} counts from 1, {index} from 0, {joint} is its name."""
+    """A pattern filled in for each joint: {number} counts from 1, {index} from 0, {joint} is its name."""
     return [
         pattern.replace("{number}", str(number)).replace("{index}", str(number - 1)).replace("{joint}", name)
         for number, name in zip(numbers, names, strict=True)
@@ -277,7 +280,7 @@ def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[
 
 
 def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
-    """A log's name of each joint: the robot's own, or one a joint as given, or by a pattern for `_filled`."""
+    """Name of each joint in a log: the robot's own, or as stated, one per joint or by a pattern."""
     if isinstance(joints, str) and "{" in joints:
         return _filled(robot.joints, joints, range(1, robot.dof + 1))
     names = [joints] if isinstance(joints, str) else list(joints or robot.joints)
@@ -287,13 +290,17 @@ def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
 
 
 def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where: str) -> list[str]:
-    """A log's name of each joint, out of all names in it; of one arm of several all may begin the same.
+    """Name of each joint in a log; a prefix that all joints of an arm share is recognized.
 
-    `joints` are one name a joint, in the robot's order, or a pattern with {joint} or {number} in it.
+    Args:
+        robot: Robot whose joints are looked up.
+        there: All names of joints in the log.
+        joints: Names in the log: one per joint, in the robot's order, or a pattern with {joint} or {number}.
+        where: Name of the log in messages.
 
     Raises:
-        WrongShape: Not one name a joint.
-        RecordingError: A joint is not there, or those of several arms are.
+        WrongShape: There is not one name per joint.
+        RecordingError: A joint is missing, or the log has the joints of several arms.
     """
     wanted = _names_in_log(robot, joints)
     missing = [name for name in wanted if name not in there]

@@ -1,4 +1,4 @@
-"""From a table of named columns to a recording: which column is which signal, and in what unit."""
+"""Import of a table: signals and units of its columns, and the recording of each run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -52,39 +52,39 @@ def import_table(
     payload: KnownPayload | None = None,
     settings: Mapping[str, str] | None = None,
 ) -> list[Recording]:
-    """Import the runs of one file; irregular time stamps stay as they are.
+    """Import the runs of one file; irregular time stamps are preserved.
 
     Args:
-        read: Reads the file.
-        source: The file, or the folder of a data set.
-        model: The nominal robot.
-        preset: File with the names, units and signs of the columns, or name of one that comes with exidyn;
-            by default preset.toml beside the file, or one of exidyn's that has its columns.
-        columns: Where the names are others: "time" -> column; signal -> list of columns, one a joint, or
-            a pattern with {number}, {index} or {joint} in it, such as "axis{number}_current".
-        joints: What the joints are called in the file: one name a joint, or a pattern such as "left_{joint}".
-        effort: What a column of effort holds, "torque" or "current"; or "command", where the servo's error
-            takes the place of the current, as it does where the robot's drives are servos and the file has
-            no effort.
-        servo_gain: By which that is multiplied, as of a servo whose gain differs from run to run; by default
-            the robot's.
-        servo_limit: At which the servo gives all it can, `servo_gain` included; by default the robot's.
-        degrees: Positions and velocities are in degrees and degrees a second.
-        units: Signal -> unit of its columns, one for all joints or one each, over those that the preset or
-            the file states; "%" and "0-100%" are shares of a joint's travel between its limits. Commands have
-            the unit of what they command, unless theirs is stated.
-        rate: Samples a second of a file without time [Hz].
-        motor_side: Positions, velocities and torques are the motor's, before the gear; or which of them.
-        sign: 1 or -1 a joint, where the controller counts the other way than the robot's description.
-        zero: Position in the robot's description where the controller shows zero [rad], one a joint.
+        read: Function that reads the file.
+        source: Path of the file, or of the folder of a data set.
+        model: Nominal model.
+        preset: File with the names, units and signs of the columns, or name of a built-in preset; by default
+            preset.toml beside the file, or a built-in preset that matches the columns.
+        columns: Names of columns that are not found by default: "time" -> column; signal -> list of columns,
+            one per joint, or a pattern with {number}, {index} or {joint}, such as "axis{number}_current".
+        joints: Names of the joints in the file: one per joint, or a pattern such as "left_{joint}".
+        effort: Quantity in a column of effort, "torque" or "current"; or "command", if the servo error
+            replaces the current. It also does if the drives are servos and the file has no effort.
+        servo_gain: Factor of the servo error, for a servo whose gain differs from run to run; by default the
+            robot's.
+        servo_limit: Servo error, times `servo_gain`, at which the servo saturates; by default the robot's.
+        degrees: Whether positions and velocities are in degrees and degrees per second.
+        units: Signal -> unit of its columns, one for all joints or one per joint, which overrides units in
+            the preset or file; "%" and "0-100%" are shares of a joint's travel between its limits. Commands
+            have the unit of the measured quantity, unless their unit is stated.
+        rate: Sampling rate of a file without time [Hz].
+        motor_side: Whether positions, velocities and torques are those of the motor, before the gear; or the
+            names of such signals.
+        sign: 1 or -1 per joint: direction of the controller's axis relative to the robot's description.
+        zero: Position in the robot's description at the controller's zero, one per joint [rad].
         time_scale: Seconds per unit of the time column.
-        skip_rows: Rows to leave out below the names, where a recorder had not yet settled.
-        name: Name of the run; that of the file by default.
-        payload: What hung on the flange.
-        settings: Whatever else explains the run.
+        skip_rows: Number of rows to skip below the names, recorded before the recorder settled.
+        name: Name of the run; by default that of the file.
+        payload: Payload on the flange.
+        settings: Further information about the run.
 
     Raises:
-        RecordingError: The file does not hold a run of this robot; the message gives the reason.
+        RecordingError: The file holds no run of this robot; the message gives the reason.
         RobotError: The preset is wrong.
     """
     if model is None:
@@ -92,7 +92,7 @@ def import_table(
     if effort not in (*EFFORT, COMMAND):
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
-    given = read_preset(preset) if preset else None
+    stated_preset = read_preset(preset) if preset else None
     chosen = _by_signal(columns or {}, effort, "columns (--columns)", ("time",))
     stated = _by_signal(units or {}, effort, "units (--units)")
     stem = _stem(source)
@@ -101,17 +101,17 @@ def import_table(
         table = table.without(skip_rows)
         if not len(table.values):
             raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (--skip-rows)")
-        found = Columns(source, table, model.robot, joints)
-        used = (given or preset_for(source, found)).of_log(found, chosen, effort)
+        lookup = Columns(source, table, model.robot, joints)
+        used = (stated_preset or preset_for(source, lookup)).of_log(lookup, chosen, effort)
         _check_still(table, used, source)
-        used = with_rate(used, found, chosen, rate) if rate else used
+        used = with_rate(used, lookup, chosen, rate) if rate else used
         where = f"{source} (preset {Path(used.name).name})" if used.name else str(source)
-        names = {**{signal: one.column for signal, one in used.signals.items()}, **chosen}
-        clock = None if used.rate and "time" not in chosen else found.time(names, where)
-        # Numbers count joints that the robot does not have where some are still.
-        places = found.signals(names, chosen, not used.still, where)
-        table, stamps, facts = stamped(found, used, clock, time_scale)
-        in_si = SignalUnits(found, used, places, stated, degrees)
+        names = {**{signal: reading.column for signal, reading in used.signals.items()}, **chosen}
+        clock = None if used.rate and "time" not in chosen else lookup.time(names, where)
+        # If some joints are held, the numbers in names count joints that the robot does not have.
+        places = lookup.signals(names, chosen, not used.still, where)
+        table, stamps, facts = stamped(lookup, used, clock, time_scale)
+        in_si = SignalUnits(lookup, used, places, stated, degrees)
         signals = in_si.signals(stamps - stamps[0], table.values)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}
@@ -119,7 +119,7 @@ def import_table(
             servo = servo_of(model.robot, servo_gain, servo_limit)
             signals = with_servo_error(signals, servo, str(source))
             known |= {LAW: servo_words(servo)}
-            found.left_out.extend(clipped_words(signals, servo, model.robot.joints))
+            lookup.left_out.extend(clipped_words(signals, servo, model.robot.joints))
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
@@ -127,7 +127,7 @@ def import_table(
             payload=payload,
             settings={**known, **(settings or {})},
         )
-        recording = without_damaged(recording.with_warnings(*found.left_out, *facts, *in_si.facts))
+        recording = without_damaged(recording.with_warnings(*lookup.left_out, *facts, *in_si.facts))
         recording = recording.with_warnings(*_percent_questions(in_si, recording))
         recording = _whole_samples(recording, source)
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
@@ -137,10 +137,10 @@ def import_table(
 
 
 def _stem(source: Path) -> str:
-    """Name of the run: that of the file without its ending, or of the folder.
+    """Name of the run: name of the file without its ending, or of the folder.
 
     Raises:
-        NotAFile: The system takes no such path.
+        NotAFile: The operating system refuses the path.
     """
     try:
         is_file = source.is_file()
@@ -150,7 +150,7 @@ def _stem(source: Path) -> str:
 
 
 def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
-    """What is asked about grippers whose positions were read in degrees."""
+    """Questions about grippers whose positions were read in degrees."""
     position = np.where(in_si.in_degrees(), recording.signals["position"].values, np.nan)
     return percent_questions(recording.robot, position)
 
@@ -158,21 +158,21 @@ def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
 def _whole_samples(recording: Recording, source: Path) -> Recording:
     """The recording without samples of positions and efforts that lack a joint; a warning counts them.
 
-    Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint that
-    has no number at all is left for the checks to judge.
+    Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint
+    without any number is handled by the checks.
 
     Raises:
         NotFinite: Fewer than two samples have all joints.
     """
-    whole, warnings = {}, []
+    complete, warnings = {}, []
     for name in (name for name in NEEDED if name in recording.signals):
         values = recording.signals[name].values
         lost = np.isnan(values)
         lost &= ~lost.all(axis=0) & ~lost.all(axis=1)[:, None]
-        whole[name] = ~lost.any(axis=1)
-        if whole[name].all():
+        complete[name] = ~lost.any(axis=1)
+        if complete[name].all():
             continue
-        count = int(np.sum(whole[name] & ~np.isnan(values).all(axis=1)))
+        count = int(np.sum(complete[name] & ~np.isnan(values).all(axis=1)))
         joints = [
             f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
         ]
@@ -181,12 +181,12 @@ def _whole_samples(recording: Recording, source: Path) -> Recording:
             raise NotFinite(
                 f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row"
             )
-        warnings.append(f"{facts}; these {np.sum(~whole[name])} rows are left out")
-    return recording.keeping(whole).with_warnings(*warnings)
+        warnings.append(f"{facts}; these {np.sum(~complete[name])} rows are left out")
+    return recording.keeping(complete).with_warnings(*warnings)
 
 
 def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:
-    """The recording, if it is plausible; what is not finite is named by its place in the file."""
+    """The recording, if it is plausible; an error about a number that is not finite names its row."""
     try:
         return check(recording)
     except NotFinite as error:
@@ -199,10 +199,10 @@ def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarra
 def _by_signal(
     stated: Mapping[str, Names], effort: str, option: str, more: Sequence[str] = ()
 ) -> dict[str, Names]:
-    """What an option states, by signal; "effort" is that signal.
+    """Values of an option by signal; the key "effort" is replaced by the signal `effort`.
 
     Raises:
-        WrongShape: A name that is no signal.
+        WrongShape: A key is not a signal.
     """
     valid = (*more, *SIGNALS, "effort")
     if unknown := [key for key in stated if key not in valid]:
@@ -211,10 +211,10 @@ def _by_signal(
 
 
 def _check_still(table: Table, used: Preset, source: Path) -> None:
-    """Make sure that joints which the model holds stand where they stood.
+    """Require that joints which the model holds stay within the range in the preset.
 
     Raises:
-        WrongShape: One moves, or its column is not there.
+        WrongShape: A joint moves, or its column is missing.
     """
     for column, (low, high) in used.still.items():
         if column not in table.names:

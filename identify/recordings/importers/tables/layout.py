@@ -1,4 +1,4 @@
-"""How a file of text is laid out: what separates columns, and which lines are names, units and samples."""
+"""Layout of a text file: the separator of columns, and the lines of names, units and samples."""
 
 import csv
 from collections.abc import Sequence
@@ -8,24 +8,24 @@ from .cells import is_missing, is_number, seconds_of
 from .stated_units import is_unit_row
 
 PREAMBLE = 200
-"""Lines in which the first sample is looked for."""
+"""Number of lines that are searched for the first sample."""
 SEPARATORS = (";", "\t", ",", "|", None)
-"""What may stand between columns; None is any number of spaces."""
+"""Possible separators of columns; None is any number of spaces."""
 COMMENT = "#"
 MARKS = "#% "
-"""What stands before a line of names that is a comment for the program that wrote it."""
+"""Characters before a line of names that is a comment to the program that wrote it."""
 
 
 class Layout(NamedTuple):
-    """How a file of text is laid out.
+    """Layout of a text file.
 
     Attributes:
-        separator: Between columns; None for spaces.
-        names: Names of the columns, "" for a column without one; their numbers where the file has no names.
-        units: Units below the names, one a column; empty where the file has no such line.
-        header: Line of the names, from 1; 0 where the file has none.
+        separator: Separator of columns; None for spaces.
+        names: Names of the columns, "" for a column without a name; numbers if the file has no names.
+        units: Units below the names, one per column; empty if the file has no such line.
+        header: Line of the names, from 1; 0 if the file has no names.
         begin: Line of the first sample, from 1.
-        above: Lines between the names and the first sample that are not comments.
+        above: Number of lines between the names and the first sample that are not comments.
     """
 
     separator: str | None
@@ -37,7 +37,7 @@ class Layout(NamedTuple):
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:
-    """The cells of a line, without quotes and spaces around them."""
+    """Cells of a line, without quotes and spaces around them."""
     if separator and '"' in line:
         cells = next(csv.reader([line.strip("\r\n")], delimiter=separator, skipinitialspace=True), [])
     else:
@@ -46,7 +46,7 @@ def cells_of(line: str, separator: str | None) -> list[str]:
 
 
 def layout_of(lines: Sequence[str]) -> Layout:
-    """The layout of a file by its first lines."""
+    """Layout of a file, from its first lines."""
     separator, begin = _first_sample(lines)
     if begin is None:
         header = next((k for k, line in enumerate(lines) if line.strip()), 0)
@@ -75,7 +75,7 @@ def _names(line: str, separator: str | None) -> list[str]:
 
 
 def _first_sample(lines: Sequence[str]) -> tuple[str | None, int | None]:
-    """Separator, and place of the first line of samples; None where there is none."""
+    """Separator, and index of the first line of samples; None if there are no samples."""
     places = {}
     for separator in SEPARATORS:
         place = next((k for k in range(len(lines)) if _is_sample(lines[k], separator, k == 0)), None)
@@ -88,7 +88,7 @@ def _first_sample(lines: Sequence[str]) -> tuple[str | None, int | None]:
 
 
 def _is_sample(line: str, separator: str | None, first: bool) -> bool:
-    """Whether a line has at least two cells, most of which are numbers; of the first line all have to be."""
+    """Whether a line has at least two cells, most of which are numbers; all of them in the first line."""
     if line.lstrip().startswith(COMMENT):
         return False
     cells = [cell for cell in cells_of(line, separator) if cell]
@@ -110,7 +110,7 @@ def _width(line: str, separator: str | None) -> int:
 
 
 def _header(heads: dict[int, list[str]], lines: Sequence[str], width: int) -> int:
-    """Which of the lines above the samples has the names: as many as a sample has cells, all different."""
+    """Index of the line of names above the samples: as many names as a sample has cells, all different."""
 
     def rank(place: int) -> tuple[bool, ...]:
         names = heads[place]

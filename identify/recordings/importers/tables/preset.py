@@ -1,4 +1,4 @@
-"""Presets: what the columns of one kind of log are called, their units and signs, as TOML files."""
+"""Presets: names, units and signs of the columns of one kind of log, as TOML files."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -18,17 +18,17 @@ from ...recording import SIGNALS
 from .columns import Columns, Names
 
 BESIDE = "preset.toml"
-"""Name under which a log's own preset is found beside it."""
+"""File name of a preset beside its log."""
 
 
 Numbers = Number | Annotated[list[Number], Meta(min_length=1)]
-"""One number for all joints, or one for each."""
+"""One number for all joints, or one per joint."""
 
 
 class Reading(Struct, frozen=True, forbid_unknown_fields=True):
-    """How one signal is read: what its columns are called, and what their numbers mean.
+    """Names of a signal's columns, and the meaning of their numbers.
 
-    A number is sign * (number - zero) * scale, in the unit. Everything is one for all joints, or one each.
+    A value is sign * (number - zero) * scale, in the unit. Fields are one for all joints, or one per joint.
     """
 
     column: Name | Annotated[list[Name], Meta(min_length=1)]
@@ -44,14 +44,14 @@ class Reading(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def plain(self) -> bool:
-        """Whether it states columns only."""
+        """Whether it states only columns."""
         return self == Reading(self.column)
 
     def numbers(self, values: np.ndarray, where: str) -> np.ndarray:
-        """The numbers of a log, shape (t, n), in the unit.
+        """Values in the unit from the numbers of a log, shape (t, n).
 
         Raises:
-            WrongShape: Not one sign, scale or zero for each joint.
+            WrongShape: There is not one sign, scale or zero per joint.
         """
         n = values.shape[1]
         for key in ("sign", "scale", "zero"):
@@ -78,13 +78,13 @@ _FILE: Any = defstruct(
 
 @dataclass(frozen=True)
 class Preset:
-    """How a kind of log is read.
+    """Preset for a kind of log.
 
     Attributes:
         name: Name of the preset, or its path.
-        signals: Signal, "effort" or "time" -> how it is read.
-        rate: Samples a second, of logs without time; 0 with a column of time [Hz].
-        still: Column of the position of a joint that the model holds -> between what it stays.
+        signals: Signal, "effort" or "time" -> its reading.
+        rate: Sampling rate of logs without time [Hz]; 0 if there is a time column.
+        still: Column of the position of a joint that the model holds -> range within which it stays.
     """
 
     name: str = ""
@@ -93,32 +93,33 @@ class Preset:
     still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def of_log(self, columns: Columns, chosen: Mapping[str, Names], effort: str) -> "Preset":
-        """The same where "effort" is that signal; one of exidyn's also without signals that a log lacks.
+        """Preset for a log: "effort" is replaced by the signal `effort`.
 
-        Time and positions are always needed; `chosen` are columns that were named for this log.
+        A built-in preset also loses the signals that the log lacks, except time and positions. `chosen` are
+        columns that were named for this log.
         """
-        signals = {effort if name == "effort" else name: one for name, one in self.signals.items()}
+        signals = {effort if name == "effort" else name: reading for name, reading in self.signals.items()}
         if self.name in preset_names():
             signals = {
-                name: one
-                for name, one in signals.items()
-                if name in ("time", "position") or columns.has(name, chosen.get(name, one.column))
+                name: reading
+                for name, reading in signals.items()
+                if name in ("time", "position") or columns.has(name, chosen.get(name, reading.column))
             }
         return replace(self, signals=signals)
 
 
 @cache
 def preset_names() -> tuple[str, ...]:
-    """Names of the presets that come with exidyn."""
+    """Names of the built-in presets."""
     files = resources.files(__package__).joinpath("presets").iterdir()
     return tuple(sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml")))
 
 
 def read_preset(source: str | Path) -> Preset:
-    """A preset from a file, or by the name of one that comes with exidyn.
+    """A preset from a file, or a built-in preset by its name.
 
     Raises:
-        RobotError: There is no such preset or file, or it is wrong; the message names the valid keys.
+        RobotError: The preset or file does not exist, or is wrong; the message names the valid keys.
     """
     if str(source) in preset_names():
         text = resources.files(__package__).joinpath("presets", f"{source}.toml").read_text("utf-8")
@@ -132,26 +133,26 @@ def read_preset(source: str | Path) -> Preset:
 
 
 def parse_preset(text: str, where: str) -> Preset:
-    """A preset from its text; `where` is what errors call it.
+    """A preset from its text; `where` is its name in messages.
 
     Raises:
-        RobotError: The text is wrong; the message names the key, what was found and what is valid.
+        RobotError: The text is wrong; the message names the key, its value and what is valid.
     """
     table = parse_toml(text, where)
     if not isinstance(still := table.get("still", {}), dict):
         raise RobotError(f"{where}: [still] is {still!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
-    given = checked(table, _FILE, where, RobotError)
-    if given.rate and given.time:
+    file = checked(table, _FILE, where, RobotError)
+    if file.rate and file.time:
         raise RobotError(f"{where}: rate is for logs without time; give it or [time], not both")
-    signals = {name: one for name in ("time", "effort", *SIGNALS) if (one := getattr(given, name))}
-    return Preset(where, signals, given.rate, given.still)
+    signals = {name: reading for name in ("time", "effort", *SIGNALS) if (reading := getattr(file, name))}
+    return Preset(where, signals, file.rate, file.still)
 
 
 def preset_for(source: Path, columns: Columns) -> Preset:
-    """The preset in a log's folder; else that of exidyn's which has its time and first joint; else none.
+    """Preset in a log's folder, else the built-in preset that matches its time and first joint, else empty.
 
     Raises:
-        RobotError: It is wrong.
+        RobotError: The preset is wrong.
     """
     path = (source if source.is_dir() else source.parent) / BESIDE
     if path.is_file():

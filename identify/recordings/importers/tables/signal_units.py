@@ -1,4 +1,4 @@
-"""Units of the columns of a table: as stated with the import, by its preset, or by the file itself."""
+"""Units of the columns of a table: stated with the import, by its preset, or by the file itself."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +11,7 @@ from .columns import Columns
 from .preset import Preset, Reading
 
 MEASURED = {"command": "position", "command_velocity": "velocity"}
-"""Commands, and what is measured in the same unit."""
+"""Command -> measured signal with the same unit."""
 Units = Mapping[str, str | Sequence[str]]
 
 
@@ -19,10 +19,10 @@ class SignalUnits:
     """Signals of a table in the units of `SIGNALS`.
 
     The unit of a column is the first that is stated: with the import, by `degrees`, by the preset, by the
-    file; of a command that of what is measured; else SI.
+    file; for a command, by the measured signal. Otherwise it is the SI unit.
 
     Attributes:
-        facts: Units of the file that were not applied, a sentence each.
+        facts: Sentences about units in the file that were not applied.
     """
 
     def __init__(
@@ -42,11 +42,11 @@ class SignalUnits:
             )
 
     def signals(self, time: np.ndarray, table_values: np.ndarray) -> dict[str, Signal]:
-        """All signals, with times (t,) [s], of the values of a table (t, c)."""
+        """All signals, with times (t,) [s], from the values of a table (t, c)."""
         return {signal: Signal(time, self.values(signal, table_values)) for signal in self._places}
 
     def values(self, signal: str, table_values: np.ndarray) -> np.ndarray:
-        """A signal in SI, shape (t, n), of the values of a table (t, c); NaN for a joint without a column."""
+        """A signal in SI units (t, n), from the values of a table (t, c); NaN for joints without a column."""
         places, where = self._places[signal], self._where(signal)
         picked = table_values[:, [max(place, 0) for place in places]]
         picked[:, [place < 0 for place in places]] = np.nan
@@ -59,7 +59,7 @@ class SignalUnits:
         """Unit of the column of each joint; "" for SI."""
         si = self._columns.robot.units(SIGNALS[signal])
         options = self._each(self._stated.get(signal, ""), len(si), "units (--units)")
-        preset = self._each(self._own(signal).unit, len(si), self._where(signal))
+        preset = self._each(self._from_preset(signal).unit, len(si), self._where(signal))
         degrees = ["deg" + wanted[3:] if self._degrees and wanted in ANGLES else "" for wanted in si]
         stated = [
             option or angle or unit for option, angle, unit in zip(options, degrees, preset, strict=True)
@@ -74,13 +74,13 @@ class SignalUnits:
         """Joints whose positions are in degrees, bool (n,)."""
         return np.array([unit_named(unit or "rad") == unit_named("deg") for unit in self.units("position")])
 
-    def _own(self, signal: str) -> Reading:
+    def _from_preset(self, signal: str) -> Reading:
         return self._preset.signals.get(signal, Reading(""))
 
     def _reading(self, signal: str) -> Reading:
-        """How the numbers of a signal are read; a command that states nothing is read as what is measured."""
-        own = self._own(signal)
-        return self._own(MEASURED[signal]) if signal in MEASURED and own.plain else own
+        """Reading of a signal; of the measured signal for a command whose reading states only columns."""
+        reading = self._from_preset(signal)
+        return self._from_preset(MEASURED[signal]) if signal in MEASURED and reading.plain else reading
 
     def _where(self, signal: str) -> str:
         if signal in self._stated:
@@ -95,10 +95,10 @@ class SignalUnits:
         return each
 
     def _of_file(self, signal: str, place: int, wanted: str) -> str:
-        """Unit that the file states of a column, if it is one of that quantity.
+        """Unit that the file states for a column, if it is a unit of the quantity.
 
         Raises:
-            BadUnit: It is per cent of a position, which does not say of what.
+            BadUnit: It is percent for a position, which is ambiguous.
         """
         table = self._columns.table
         unit = table.unit(table.names[place]) if place >= 0 else ""

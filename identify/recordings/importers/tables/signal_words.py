@@ -1,4 +1,4 @@
-"""Words for signals in the names of columns, for the import and for what is proposed for a log."""
+"""Words for signals in the names of columns, used by the import and by proposals for a log."""
 
 WORDS: dict[str, frozenset[str]] = {
     "temperature": frozenset("temp temps temperature temperatures temperatur".split()),
@@ -13,9 +13,9 @@ WORDS: dict[str, frozenset[str]] = {
 """Signal -> words for it; the first signal with a word counts: `current position` is a position."""
 
 UNITS_ONLY = frozenset(("nm", "rpm"))
-"""Words that are units: they say nothing without another word."""
+"""Words that are units, and ambiguous without another word."""
 
 COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
-"""Words of what was asked for, not measured."""
+"""Words for commanded quantities."""
 OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
-"""Words of quantities that are computed, or not a joint's."""
+"""Words for quantities that are computed, or not those of a joint."""

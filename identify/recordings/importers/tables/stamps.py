@@ -1,4 +1,4 @@
-"""Time of the rows of a table: its column and unit, or a rate where the file has none."""
+"""Time of the rows of a table: its column and unit, or a rate if the file has no time."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,30 +14,30 @@ from .preset import Preset, Reading
 from .table import DATE, Table
 
 YEARS = (datetime(2000, 1, 1, tzinfo=UTC).timestamp(), datetime(2100, 1, 1, tzinfo=UTC).timestamp())
-"""Seconds since 1970 between which a clock of a robot stands."""
+"""Range of a robot's clock [s since 1970]."""
 RATES = (5.0, 2e4)
-"""Samples a second that a log of an arm may have [Hz]; with `YEARS` they leave one unit of a stamp."""
+"""Range of the sampling rate of a log [Hz]; with `YEARS` it leaves one possible unit of a time stamp."""
 SINCE_1970 = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def with_rate(preset: Preset, columns: Columns, chosen: Mapping[str, Names], rate: float) -> Preset:
-    """A preset for a file without time, of so many samples a second [Hz].
+    """Preset for a file without time, with its sampling rate [Hz].
 
     Raises:
-        RecordingError: The file has time.
+        RecordingError: The file has a time column.
     """
     stated = str(chosen.get("time") or preset.signals.get("time", Reading("")).column)
-    own = stated if chosen.get("time") or stated in columns.table.names else own_time(columns.table)
-    require_no_time(columns.source, own)
+    column = stated if chosen.get("time") or stated in columns.table.names else own_time(columns.table)
+    require_no_time(columns.source, column)
     others = {signal: reading for signal, reading in preset.signals.items() if signal != "time"}
     return replace(preset, signals=others, rate=rate)
 
 
 def require_no_time(source: Path, column: str) -> None:
-    """Refuse a rate for a file with a column of time; "" for none.
+    """Refuse a rate for a file with a time column; `column` is "" if it has none.
 
     Raises:
-        RecordingError: There is one.
+        RecordingError: There is a time column.
     """
     if column:
         raise RecordingError(
@@ -48,13 +48,13 @@ def require_no_time(source: Path, column: str) -> None:
 def stamped(
     columns: Columns, preset: Preset, place: int | None, scale: float | None
 ) -> tuple[Table, np.ndarray, list[str]]:
-    """The rows of a table that have a time, their time stamps (t,) [s], and what was done, in sentences.
+    """Rows of a table that have a time, their time stamps (t,) [s], and sentences about their reading.
 
     Args:
-        columns: Of the table.
-        preset: By which it is read.
-        place: Number of the column of time; None where the preset has a rate.
-        scale: Seconds per unit of the column of time, over any unit that is stated; None for that unit.
+        columns: Columns of the table.
+        preset: Preset of the table.
+        place: Index of the time column; None if the preset has a rate.
+        scale: Seconds per unit of the time column, which overrides a stated unit; None for the stated unit.
 
     Raises:
         NotAFile: There are fewer than two rows.
@@ -78,8 +78,8 @@ def stamped(
         first = table.place(int(np.argmin(known)))
         facts.append(f"{np.sum(~known)} of {len(known)} rows have no time, first {first}; they are left out")
         table, times = table.rows(known), times[known]
-    own = reading.unit if isinstance(reading.unit, str) else reading.unit[0]
-    stated = own or table.unit(name)
+    preset_unit = reading.unit if isinstance(reading.unit, str) else reading.unit[0]
+    stated = preset_unit or table.unit(name)
     if table.units.get(name) == DATE:
         scale = 1.0
     elif scale is None and not stated and (unit := unit_since_1970(times)):
@@ -88,13 +88,13 @@ def stamped(
         facts.append(f"time: {name} is read as {unit} since 1970, the first as {date} (UTC)")
     if scale is None:
         entry = unit_named(stated or "s")
-        of_another = not own and (entry is None or entry[0] != "s")
+        of_another = not preset_unit and (entry is None or entry[0] != "s")
         scale = float(factors(["s"], "" if of_another else stated, f"{preset.name or source}: time")[0][0])
     return table, reading.numbers(times[:, None], f"{preset.name}: time")[:, 0] * scale, facts
 
 
 def unit_since_1970(times: np.ndarray) -> str:
-    """Unit of stamps (t,) that count from 1970, by the year and the rate; "" if it is s or not known."""
+    """Unit of stamps (t,) since 1970, from the year and the rate; "" if it is s or unknown."""
     period = float(np.median(np.diff(times)))
     for unit, scale in SINCE_1970.items():
         if YEARS[0] < times[0] * scale < YEARS[1] and 1 / RATES[1] < period * scale < 1 / RATES[0]:

@@ -1,4 +1,4 @@
-"""Table: named columns of numbers, of a file of text or from arrays."""
+"""Table: named columns of numbers, from a text file or from arrays."""
 
 import csv
 import gzip
@@ -23,27 +23,27 @@ from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of
 from .stated_units import is_unit, stated_unit
 
 LONGEST_LINE = 1_000_000
-"""Characters of a line, at most: of ten thousand columns with a hundred characters each."""
+"""Maximum length of a line in characters: ten thousand columns of a hundred characters."""
 DATE = "date"
-"""Unit of a column of dates or times of day, which are seconds in the table."""
+"""Unit of a column of dates or times of day; the table holds them in seconds."""
 _COMMENTED = re.compile(r"(?:^|\s)#(?!(?:N/A|NA|NV|NUM!|WERT!|VALUE!|DIV/0!|REF!|NAME\?)).*")
 Rows = Callable[[], Iterator[tuple[int, str]]]
 
 
 class Table(NamedTuple):
-    """What a file holds of one run.
+    """Content of a file for one run.
 
     Attributes:
-        names: Names of the columns, c of them, all different.
-        values: Shape (t, c); NaN where a cell is empty, a word for a missing number, or text.
-        lines: Line of the file in which each row stands, the first being 1, shape (t,); None without lines.
-        text: Name of a column that holds text -> the first of it, and where.
-        run: Name of the run, where a file holds several.
-        joints: Names of the joints, where the file gives them to columns that are numbered.
-        units: Name of a column -> its unit, where a line below the names states it; or `DATE`.
+        names: Names of the c columns, all different.
+        values: Values, shape (t, c); NaN if a cell is empty, a word for a missing number, or text.
+        lines: Line of each row in the file, from 1, shape (t,); None if the file has no lines.
+        text: Name of a column with text -> the first such cell, and its place.
+        run: Name of the run, if a file holds several.
+        joints: Names of the joints, if the file states them for numbered columns.
+        units: Name of a column -> its unit, if a line below the names states it; or `DATE`.
         above: Number of rows between the names and the first sample, such as a row of units.
-        first: Rows of the file before the first.
-        again: Lines at which the names of the columns stand again, where a recorder appends its runs.
+        first: Number of rows in the file before the first row.
+        repeated: Lines that repeat the names of the columns, because a recorder appends its runs.
     """
 
     names: list[str]
@@ -55,61 +55,61 @@ class Table(NamedTuple):
     units: Mapping[str, str] = {}
     above: int = 0
     first: int = 0
-    again: tuple[int, ...] = ()
+    repeated: tuple[int, ...] = ()
 
     def place(self, row: int) -> str:
-        """Where a row stands in its file."""
+        """Place of a row in its file, for messages."""
         return f"row {self.first + row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
     def without(self, rows: int) -> "Table":
-        """The table without the first rows below its names, those above the first sample included."""
+        """Table without the first rows below its names, including rows above the first sample."""
         left_out = max(rows - self.above, 0)
         return self.rows(slice(left_out, None))._replace(above=0, first=self.first + left_out)
 
     def headings(self) -> dict[int, str]:
-        """Rows above which the names of the columns stand again, and where these stand."""
+        """Rows that follow a repetition of the names of the columns, and the place of the names."""
         if self.lines is None:
             return {}
-        rows = np.searchsorted(self.lines, self.again).tolist()
+        rows = np.searchsorted(self.lines, self.repeated).tolist()
         return {
             row: f"line {line}"
-            for row, line in zip(rows, self.again, strict=True)
+            for row, line in zip(rows, self.repeated, strict=True)
             if 0 < row < len(self.lines)
         }
 
-    def rows(self, kept: slice | np.ndarray) -> "Table":
-        """The table with some of its rows."""
-        lines = None if self.lines is None else self.lines[kept]
-        return self._replace(values=self.values[kept], lines=lines)
+    def rows(self, selected: slice | np.ndarray) -> "Table":
+        """Table with some of its rows."""
+        lines = None if self.lines is None else self.lines[selected]
+        return self._replace(values=self.values[selected], lines=lines)
 
     def unit(self, name: str) -> str:
-        """Unit of a column that the file states, below the names or in the name; "" for none."""
+        """Unit that the file states for a column, below the names or in the name; "" if there is none."""
         return self.units.get(name) or stated_unit(name)[1]
 
 
 @contextmanager
 def refused_as(source: Path, form: str) -> Iterator[None]:
-    """Whatever a library raises of a damaged file, as `NotAFile`; they raise many kinds of errors."""
+    """Context that turns any error of a library about a damaged file into `NotAFile`."""
     try:
         yield
     except (ExidynError, MemoryError):
         raise
     except Exception as error:
-        if isinstance(error, OSError) and error.errno == EFBIG:  # what was unpacked on the disk
+        if isinstance(error, OSError) and error.errno == EFBIG:  # the unpacked file exceeds the limit
             raise too_large(source) from None
         raise NotAFile(f"{source} cannot be read as {form}: {error}") from error
 
 
 def read_csv(source: Path) -> list[Table]:
-    """Read a line of names, then a row of numbers a line; what cannot be read is named by its line.
+    """Read a line of names, followed by one row of numbers per line; errors name the line.
 
-    Lines before the names and a row of units below them may be there (`layout.py`), and numbers, dates and
-    words for missing numbers in any usual form (`cells.py`). The text is never held as a whole: of a
+    There may be lines before the names and a row of units below them (`layout.py`), and numbers, dates and
+    words for missing numbers in any usual form (`cells.py`). The text is never in memory at once: for a
     compressed file it may be a hundred times as large as its numbers.
 
     Raises:
-        NotAFile: The file is missing, empty, cut off, too large, or no table.
-        WrongShape: A row of another length than the line of names.
+        NotAFile: The file is missing, empty, cut off, too large, or not a table.
+        WrongShape: A row and the line of names differ in length.
     """
     try:
         if source.name.endswith(".gz"):
@@ -125,20 +125,20 @@ def _read_csv(source: Path) -> Table:
         raise NotAFile(f"{source} is empty")
     layout = layout_of(first)
     names = _distinct(layout.names)
-    again: set[int] = set()
+    repeated: set[int] = set()
     above = [line.strip() for line in first[: layout.begin - 1] if line.strip()]
     heading = first[layout.header - 1].strip() if layout.header else ""
-    rows = partial(_rows, source, layout, above, heading, again)
+    rows = partial(_rows, source, layout, above, heading, repeated)
     units = {name: unit for name, unit in zip(names, layout.units, strict=False) if is_unit(unit)}
     table = _plain_numbers(rows, names, layout) or _any_cells(source, rows, names, layout)
     if table.lines is None or not len(table.lines):
         raise NotAFile(f"{source} has no samples")
-    table = table._replace(again=tuple(sorted(again)))
+    table = table._replace(repeated=tuple(sorted(repeated)))
     return _without_blank(table._replace(units={**units, **table.units}, above=layout.above))
 
 
 def _distinct(names: list[str]) -> list[str]:
-    """Names of which the second of two that are alike ends in .1, as pandas reads them."""
+    """Names in which repetitions end in .1, .2 and so on, as in pandas."""
     count: dict[str, int] = {}
     result = []
     for name in names:
@@ -148,15 +148,15 @@ def _distinct(names: list[str]) -> list[str]:
 
 
 def _without_blank(table: Table) -> Table:
-    """The table without columns that have neither a name nor a number, as spreadsheets add them."""
+    """Table without columns that have neither a name nor numbers, which spreadsheets add."""
     empty = ~np.isfinite(table.values).any(axis=0)
     blank = [re.fullmatch(r"(\.\d+)?", name) is not None for name in table.names]
-    kept = np.flatnonzero(~(empty & np.array(blank)))
-    return table._replace(names=[table.names[k] for k in kept], values=table.values[:, kept])
+    used = np.flatnonzero(~(empty & np.array(blank)))
+    return table._replace(names=[table.names[k] for k in used], values=table.values[:, used])
 
 
 def _plain_numbers(rows: Rows, names: list[str], layout: Layout) -> Table | None:
-    """A table of plain numbers, which numpy reads at once; None where a cell needs a closer look."""
+    """Table of plain numbers, read by numpy; None if some cell is not a plain number."""
     numbered = array("q")
     decimal_comma = layout.separator != ","
 
@@ -172,7 +172,7 @@ def _plain_numbers(rows: Rows, names: list[str], layout: Layout) -> Table | None
 
     try:
         with catch_warnings():
-            simplefilter("ignore")  # numpy's, where there is no row; the caller refuses that
+            simplefilter("ignore")  # numpy warns about an empty table, which the caller refuses
             values = np.loadtxt(plain(), delimiter=layout.separator, comments=None, ndmin=2)
     except NotAFile:
         raise
@@ -184,7 +184,7 @@ def _plain_numbers(rows: Rows, names: list[str], layout: Layout) -> Table | None
 
 
 def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Table:
-    """A table cell by cell: a missing number is NaN, and so is text, which is noted by its column."""
+    """Table read cell by cell: missing numbers and text are NaN; the first text of each column is noted."""
     decimal = decimal_mark(cell for _, row in rows() for cell in cells_of(row, layout.separator))
     cells, numbered = array("d"), array("q")
     text: dict[str, str] = {}
@@ -202,7 +202,7 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
                     dates |= {name} if seconds is not None else set()
                     value = np.nan if seconds is None else seconds
                 if np.isnan(value) or {name} <= dates & numbers:
-                    where = f"{source} line {line}: '{cell}' in column '{name}' is no number"
+                    where = f"{source} line {line}: '{cell}' in column '{name}' is not a number"
                     text.setdefault(name, where)
             cells.append(value)
     values = np.array(cells).reshape(-1, len(names))
@@ -213,10 +213,10 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
 
 
 def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[str]:
-    """The cells of a row, without empty ones behind the last name.
+    """Cells of a row, without empty cells behind the last name.
 
     Raises:
-        WrongShape: Not one cell for each name.
+        WrongShape: There is not one cell per name.
     """
     cells = cells_of(row, layout.separator)
     while len(cells) > width and not cells[-1]:
@@ -242,13 +242,13 @@ def _lines(source: Path) -> Iterator[tuple[int, str]]:
             line += 1
             if len(row) == LONGEST_LINE:
                 raise NotAFile(
-                    f"{source} line {line}: more than {LONGEST_LINE - 1} characters: it is no table"
+                    f"{source} line {line}: more than {LONGEST_LINE - 1} characters: it is not a table"
                 )
             yield line, row
 
 
 def _encoding(source: Path) -> str:
-    """Encoding of a text by its first bytes: UTF-16 as spreadsheets write it, else UTF-8 or Latin-1."""
+    """Encoding of a text, from its first bytes: UTF-16 (from spreadsheets), else UTF-8 or Latin-1."""
     opener = gzip.open if source.name.endswith(".gz") else open
     with opener(source, "rb") as file:
         begin = file.read(4096)
@@ -262,14 +262,14 @@ def _encoding(source: Path) -> str:
 
 
 def _rows(
-    source: Path, layout: Layout, above: Collection[str], heading: str, again: set[int]
+    source: Path, layout: Layout, above: Collection[str], heading: str, repeated: set[int]
 ) -> Iterator[tuple[int, str]]:
-    """Number and text of each line that holds a sample, without a comment behind it.
+    """Number and text of each line with a sample, without trailing comments.
 
-    Lines that stand above the samples are skipped where a recorder repeats them; those of names are noted.
+    Repetitions of lines above the samples are skipped; lines that repeat the names are added to `repeated`.
 
     Raises:
-        NotAFile: They have more numbers than the limit.
+        NotAFile: There are more numbers than the limit.
     """
     most = largest_size(source) // (8 * len(layout.names))
     count, separator = 0, layout.separator
@@ -277,7 +277,7 @@ def _rows(
         if line < layout.begin or not row.strip():
             continue
         if row.strip() in above:
-            again.update({line} if row.strip() == heading else ())
+            repeated.update({line} if row.strip() == heading else ())
             continue
         if COMMENT in row:
             row = _COMMENTED.sub("", row)

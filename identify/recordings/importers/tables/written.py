@@ -1,4 +1,4 @@
-"""A recording as one table, with the names by which `exidyn import` reads it again."""
+"""A recording as one table, with names that `exidyn import` recognizes."""
 
 import io
 from collections.abc import Callable
@@ -14,24 +14,24 @@ from .columns import PREFIXES
 def columns_of(recording: Recording) -> dict[str, np.ndarray]:
     """Time `t` [s] and each signal of each joint, `q1`, `q2`, …, in the units of `SIGNALS`, shape (t,) each.
 
-    A row for every time at which anything was measured; NaN for what was not measured then. Joints on which
-    a signal was never measured have no column, and nor has an effort that was made of commands.
+    There is one row per time of any sample, with NaN for signals without a sample then. Joints without
+    samples of a signal have no column, and neither has an effort that was computed from commands.
     """
-    made = ("current",) if LAW in recording.settings else ()
-    signals = {name: signal for name, signal in recording.signals.items() if name not in made}
+    computed = ("current",) if LAW in recording.settings else ()
+    signals = {name: signal for name, signal in recording.signals.items() if name not in computed}
     time = np.unique(np.concatenate([signal.time for signal in signals.values()]))
-    found = {"t": time}
+    columns = {"t": time}
     for name, signal in signals.items():
         rows = np.searchsorted(time, signal.time)
         for joint, values in enumerate(signal.values.T):
             if not np.isnan(values).all():
-                column = found[f"{PREFIXES[name][0]}{joint + 1}"] = np.full(len(time), np.nan)
+                column = columns[f"{PREFIXES[name][0]}{joint + 1}"] = np.full(len(time), np.nan)
                 column[rows] = values
-    return found
+    return columns
 
 
 def _csv_bytes(recording: Recording) -> bytes:
-    """Text with commas, a line of names, and every digit; empty where nothing was measured."""
+    """CSV text with commas, a line of names, and all digits; cells without a sample are empty."""
     table = columns_of(recording)
     cells = np.column_stack([*table.values()]).tolist()
     rows = [",".join("" if np.isnan(cell) else repr(cell) for cell in row) for row in cells]
@@ -39,7 +39,7 @@ def _csv_bytes(recording: Recording) -> bytes:
 
 
 def _parquet_bytes(recording: Recording) -> bytes:
-    """Columns of double precision; null where nothing was measured.
+    """Parquet file with columns of double precision; cells without a sample are null.
 
     Raises:
         MissingPackage: pyarrow is not installed.
@@ -53,11 +53,11 @@ def _parquet_bytes(recording: Recording) -> bytes:
 
 
 TABLES: dict[str, Callable[[Recording], bytes]] = {"csv": _csv_bytes, "parquet": _parquet_bytes}
-"""Format, and ending of such files -> how a recording is written."""
+"""Format, which is also the file ending -> function that writes a recording."""
 
 
 def left_out(recording: Recording) -> list[str]:
-    """What a recording has and a table has not, a sentence each."""
+    """Content of a recording that a table cannot hold, as phrases."""
     held = {
         "the robot and its nominal values: import needs --robot": True,
         f"the payload {recording.payload and recording.payload.name}": recording.payload,

@@ -1,1 +1,1 @@
-"""Presets that come with exidyn: one TOML file each."""
+"""Built-in presets, one TOML file each."""
