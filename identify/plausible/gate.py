@@ -104,7 +104,7 @@ def _suspicion(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> S
             probability = SURE
         names = tuple(joints[j] for j in best.joints)
         mistake = best.mistake
-        return Suspicion(mistake.name, names, best.what, mistake.cure, probability)
+        return Suspicion(mistake.name, names, best.clause, mistake.cure, probability)
     return _none_of_these(parts, facts)
 
 

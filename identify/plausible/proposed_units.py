@@ -178,7 +178,7 @@ def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
     case, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
     if case is None or weighed.cases[0] is not case or weighed.probability < 0.5:
         return "", ()
-    return f"{case.what} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
+    return f"{case.clause} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:

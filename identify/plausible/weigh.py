@@ -52,7 +52,7 @@ class Case(NamedTuple):
 
     Attributes:
         mistake: Kind of mistake.
-        what: Clause on what is wrong.
+        clause: Clause on what is wrong.
         change: Change that corrects the log.
         joints: Indices of the joints that show it.
         odds: Log of prior times likelihood.
@@ -61,7 +61,7 @@ class Case(NamedTuple):
     """
 
     mistake: Mistake
-    what: str
+    clause: str
     change: Change
     joints: tuple[int, ...]
     odds: float
@@ -163,7 +163,7 @@ def _cases(mistake: Mistake, facts: LogFacts) -> list[Case]:
     cases = list(mistake.cases(facts))
     prior = float(np.log(mistake.prior / max(len(cases), 1)))
     return [
-        Case(mistake, what, change, joints, prior + facts.usual(change)) for what, change, joints in cases
+        Case(mistake, clause, change, joints, prior + facts.usual(change)) for clause, change, joints in cases
     ]
 
 

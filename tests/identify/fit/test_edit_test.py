@@ -57,7 +57,7 @@ def test_a_payload_that_is_taken_off_is_reported_too():
     assert (test.body, test.held_out) == ("", False)
     assert np.all(test.residual < 2.0 * test.beside)
     first, *_ = edit_sentences(fit)
-    assert "the payload taken off" in first
+    assert "the payload removed" in first
     assert "on the runs used" in first
 
 
