@@ -50,7 +50,7 @@ class Fit(FitMethods, InNotebook):
         runs: Names of the runs used.
         filtering: Filter settings of the fit, including those chosen automatically.
         condition: Condition number of the regressor with weighted rows and unit columns [-].
-        rows: Number of decimated samples times number of joints.
+        rows: Number of equations used: decimated samples in which a joint slides, summed over joints.
         prior: Nominal base values, shape (b,), and their standard deviations, shape (b,).
         dropped: Base parameters that the data do not support -> estimate before they were dropped.
         unclear: Base parameters with a large relative uncertainty, and what would determine them.

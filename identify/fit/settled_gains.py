@@ -1,4 +1,4 @@
-"""Settled gains: drive gains that the runs do not determine, the values that depend on them, and their fix.
+"""Open drive gains: gains that the runs do not determine, dependent values, and how to settle both.
 
 A payload on the axis of a joint causes no torque there. The current of that joint then determines only the
 ratios of inertia, friction and gain: all of them may be larger by the same factor. Another gain therefore

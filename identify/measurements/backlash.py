@@ -24,7 +24,7 @@ class Backlash(Gear):
     Attributes:
         gap: Full width of the play, at the joint [rad].
         damping_ratio: Damping ratio of the link on its teeth [-].
-        load_shift: Difference of the true load and the load of the model [N m].
+        load_shift: True load minus the load of the model [N m].
         resonance: Resonance of the link on its teeth [Hz].
     """
 

@@ -16,7 +16,7 @@ CHUNK = 200
 """Number of rows converted to Python numbers at once."""
 
 SOFTEST = 1e-3
-"""Minimum of the total stiffness of gear and gravity relative to its maximum, so soft that it has no use."""
+"""Minimum total stiffness of gear and gravity relative to its maximum; a softer gear explains nothing."""
 
 
 class Twist(NamedTuple):

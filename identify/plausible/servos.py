@@ -12,8 +12,8 @@ from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
 from .guess import Guess
 
-ERROR = "what is left to the command"
-BY_SERVO = f"no effort: {ERROR} stands for it, as of position servos, whose kp [N m/rad] is the gain"
+ERROR = "position error"
+BY_SERVO = f"no effort: the {ERROR} takes its place, as for position servos with gain kp [N m/rad]"
 """Note on such a log."""
 
 
