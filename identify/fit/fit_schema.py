@@ -42,7 +42,7 @@ class BaseParameterRow(Struct, frozen=True, kw_only=True):
     believed: tuple[Number, SizeWritten] | None = None
 
     def __post_init__(self) -> None:
-        check(not self.kept or self.before is not None, "prior", None, "value and deviation before the data")
+        check(not self.kept or self.before is not None, "prior", None, "nominal value and standard deviation")
         check(len(self.sum_of) > 0, "sum_of", self.sum_of, "standard parameters with their weights")
 
     @property

@@ -28,10 +28,11 @@ def bayesian(equations: Equations) -> Estimate:
     several times compared with the priors. Gains stay nominal and set the scale of all values. The values
     are the most probable ones at these gains; the uncertainty of the gains is added to the covariance.
     """
-    data, (mean, deviation) = weighted(equations), prior(equations)
+    data, (mean, prior_covariance) = weighted(equations), prior(equations)
     covariance, by_gain = given_nominal(data), slope(data)
-    values, combined = joined(data.values, covariance, mean, deviation)
-    by_gain, _ = joined(by_gain, covariance, np.zeros_like(by_gain), deviation)  # the priors hold values back
+    values, combined = joined(data.values, covariance, mean, prior_covariance)
+    # The priors reduce the effect of the gains on the values.
+    by_gain, _ = joined(by_gain, covariance, np.zeros_like(by_gain), prior_covariance)
     full = with_nominal_gains(combined, by_gain, gain_deviation(equations))
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     standard = standard_parameters(equations, values)
@@ -39,12 +40,12 @@ def bayesian(equations: Equations) -> Estimate:
 
 
 def joined(
-    values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, deviation: np.ndarray
+    values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, prior_covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Combine two independent Gaussians: mean, shape (b,) or (b, m), and covariance, shape (b, b)."""
-    total = covariance + deviation
+    total = covariance + prior_covariance
     share = solve(factored(total), covariance).T  # Kalman's gain
-    combined = share @ deviation
+    combined = share @ prior_covariance
     return values + share @ (mean - values), 0.5 * (combined + combined.T)
 
 
@@ -69,7 +70,7 @@ def finite_tolerance(equations: Equations) -> np.ndarray:
     size = np.sqrt(np.einsum("bp,bc,cp->p", regrouping, rows.T @ rows, regrouping, optimize=True))
     seen = size > 0
     loose = LOOSE * torque / np.where(seen, size, np.median(size[seen]))
-    # A nominal zero with zero tolerance would make the prior singular; its deviation is a billionth instead.
+    # A nominal zero with zero tolerance would make the prior singular; it gets a tiny tolerance instead.
     return np.where(np.isfinite(equations.tolerance), np.maximum(equations.tolerance, 1e-9 * loose), loose)
 
 
@@ -88,8 +89,8 @@ CERTAIN = 1e-9
 def posterior(equations: Equations) -> Estimate:
     """Gauss-Newton iteration that starts at the priors and re-estimates the noise of each joint."""
     compressed, count = Compressed.of(equations), len(equations.names)
-    mean, deviation = prior(equations)
-    held = whitening(factored(deviation))
+    mean, prior_covariance = prior(equations)
+    held = whitening(factored(prior_covariance))
     nominal = 1.0 / equations.gain
     certain = 1.0 / np.abs(nominal * np.maximum(equations.gain_tolerance, CERTAIN))
     values, inverse = mean, nominal

@@ -163,7 +163,7 @@ def changed(path, *places, value):
         (["base_parameters", 0, "sum_of"], {"XX9": 1.0}, ".sum_of[0]: expected a parameter of the model"),
         (["base_parameters", 0, "sum_of"], {}, "base_parameters[0]: sum_of: expected standard parameters"),
         (["base_parameters", 0, "prior"], [0.0, -1.0], "[0].prior[1]: expected float >= 0.0; found -1.0"),
-        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected value and deviation"),
+        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected nominal value and"),
         (["drive_gain"], [1.0], "joints: expected 1 values, one per joint, as drive_gain has; found 2"),
         (["drive_gain", 1], 0.0, "drive_gain[1]: expected a number other than zero; found 0.0"),
         (["agreement", 0, "relative"], [0.1], "agreement[0].relative: expected 2 values, one per joint"),
