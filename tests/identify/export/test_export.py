@@ -320,7 +320,7 @@ def test_a_fit_reaches_mujoco():
     portable = Portable.of(model)
     missing = "\n".join(FORMATS["mjcf"].leaves_out(portable))
     asymmetry = np.zeros_like(inside.position)
-    for effect, own in portable.left:
+    for effect, own in portable.others:
         asymmetry += effect.regressor(model.robot, inside) @ own
     found = in_mujoco(FORMATS["mjcf"].text(portable), inside) + asymmetry
     close(found, torque_of(model, inside))
