@@ -1,4 +1,4 @@
-"""Motion: what the joints did, the input of every effect."""
+"""`Motion`: the motion of the joints, the input of every effect."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -12,13 +12,13 @@ class Motion:
     """Joint motion on one time axis.
 
     Attributes:
-        time: Shape (t,) [s].
-        position: Shape (t, n) [rad], or [m] where the joint slides.
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
-        load: Torque that the gear transmits to its link, nominal, shape (t, n) [N m].
-        temperature: Shape (t, n) [degC]; NaN where it was not measured.
-        payload: Name of the body carried on the flange in this run; empty for none.
+        time: Time, shape (t,) [s].
+        position: Joint position, shape (t, n) [rad], or [m] for prismatic joints.
+        velocity: Joint velocity, shape (t, n) [rad/s].
+        acceleration: Joint acceleration, shape (t, n) [rad/s^2].
+        load: Nominal torque that the gear transmits to the link, shape (t, n) [N m].
+        temperature: Temperature, shape (t, n) [degC]; NaN if not measured.
+        payload: Name of the payload in this run; empty for none.
     """
 
     time: np.ndarray
@@ -32,9 +32,9 @@ class Motion:
     def __post_init__(self) -> None:
         shape = (*self.time.shape, *self.position.shape[1:])
         for name in ("position", "velocity", "acceleration", "load", "temperature"):
-            found = getattr(self, name).shape
-            if found != shape or len(shape) != 2:
-                raise WrongShape(f"motion: {name} has shape {found}, expected {shape} (samples, joints)")
+            actual = getattr(self, name).shape
+            if actual != shape or len(shape) != 2:
+                raise WrongShape(f"motion: {name} has shape {actual}, expected {shape} (samples, joints)")
 
     def __len__(self) -> int:
         return len(self.time)
@@ -54,7 +54,7 @@ class Motion:
         temperature: np.ndarray | None = None,
         payload: str = "",
     ) -> "Motion":
-        """Motion with zero load and unknown temperature unless they are given."""
+        """Create a motion; load defaults to zero, and temperature to unknown."""
         load = np.zeros_like(position) if load is None else load
         temperature = np.full_like(position, np.nan) if temperature is None else temperature
         return cls(time, position, velocity, acceleration, load, temperature, payload)

@@ -1,7 +1,7 @@
-"""Motion of every link of a tree, for many samples at once: the outward half of Newton-Euler.
+"""Motion of all links of a tree for many samples at once: the outward recursion of Newton-Euler.
 
-Vectors are kept as (3, t), those of the m joints that move a link as (3, m, t), so that each operation
-runs over contiguous samples. Of the same tree, viewers need where each link is: the transforms of ROS's /tf.
+Vectors have shape (3, t), and those of the m joints that move a link (3, m, t), so that each operation runs
+over contiguous samples. The module also computes link poses for viewers: the transforms of ROS's /tf.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,12 +14,12 @@ import pinocchio as pin
 from .motion import Motion
 
 CACHED = 300
-"""Samples up to which arrays of all links together stay in a processor's cache."""
+"""Number of samples up to which the arrays of all links fit into the processor cache."""
 
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint of the tree: parent link (-1 for the base), placement there, axis, and kind."""
+    """One joint of the tree: parent link (-1 for the base), placement in it, axis, and kind."""
 
     parent: int
     placement: pin.SE3
@@ -28,7 +28,7 @@ class Joint:
 
 
 def joints_of(kinematics: pin.Model) -> list[Joint]:
-    """The tree of a Pinocchio model whose joints have one degree of freedom each."""
+    """Joints of a Pinocchio model in which each joint has one degree of freedom."""
     joints = []
     for index in range(1, kinematics.njoints):
         joint = kinematics.joints[index]
@@ -49,9 +49,9 @@ class Link:
         omega: Angular velocity, shape (3, t) [rad/s].
         alpha: Angular acceleration, shape (3, t) [rad/s^2].
         lift: Acceleration of the origin minus gravity, shape (3, t) [m/s^2].
-        moving: The m joints that move the frame.
-        linear: Velocity of the origin when one of them moves at 1 rad/s, shape (3, m, t) [m/rad].
-        angular: Angular velocity then, shape (3, m, t) [-].
+        moving: Indices of the m joints that move the frame.
+        linear: Velocity of the origin per unit velocity of each of these joints, shape (3, m, t) [m/rad].
+        angular: Angular velocity per unit velocity of each of these joints, shape (3, m, t) [-].
     """
 
     omega: np.ndarray
@@ -63,27 +63,27 @@ class Link:
 
 
 def links(kinematics: pin.Model, motion: Motion) -> list[Link]:
-    """Every link in turn, from the base outward."""
+    """Motion of all links, from the base outward."""
     base = base_link(kinematics, len(motion))
     chain: list[Link] = []
     for index, joint in enumerate(joints_of(kinematics)):
         parent = base if joint.parent < 0 else chain[joint.parent]
-        own = (every[:, index] for every in (motion.position, motion.velocity, motion.acceleration))
-        chain.append(step(index, joint, parent, *own))
+        state = (values[:, index] for values in (motion.position, motion.velocity, motion.acceleration))
+        chain.append(step(index, joint, parent, *state))
     return chain
 
 
 class Pairs(NamedTuple):
-    """Links, each with all joints that move it: p pairs, those of a link one after the other.
+    """All p pairs of a link and a joint that moves it, ordered by link.
 
     Attributes:
         joints: Joint of each pair, shape (p,).
-        links: Place of its link, shape (p,).
-        omega: Angular velocity of the link, shape (3, p, t) or, of one link, (3, 1, t) [rad/s].
-        alpha: Angular acceleration, of the same shape [rad/s^2].
-        lift: Acceleration of the origin minus gravity, of the same shape [m/s^2].
-        linear: Velocity of the origin when the joint moves at 1 rad/s, shape (3, p, t) [m/rad].
-        angular: Angular velocity then, shape (3, p, t) [-].
+        links: Index of the link of each pair, shape (p,).
+        omega: Angular velocity of the link, shape (3, p, t), or (3, 1, t) for a single link [rad/s].
+        alpha: Angular acceleration, same shape as omega [rad/s^2].
+        lift: Acceleration of the origin minus gravity, same shape as omega [m/s^2].
+        linear: Velocity of the origin per unit velocity of the joint, shape (3, p, t) [m/rad].
+        angular: Angular velocity per unit velocity of the joint, shape (3, p, t) [-].
     """
 
     joints: np.ndarray
@@ -96,39 +96,39 @@ class Pairs(NamedTuple):
 
     @classmethod
     def of(cls, chain: Sequence[Link]) -> "Pairs":
-        """All pairs, so that each operation runs over all of them at once."""
+        """Pairs of all links, for operations on all of them at once."""
         counts = [len(link.moving) for link in chain]
         places = np.repeat(np.arange(len(chain)), counts)
         omega, alpha, lift = (
-            np.stack(every, axis=1)[:, places] if len(chain) > 1 else every[0][:, None]
-            for every in zip(*((link.omega, link.alpha, link.lift) for link in chain), strict=True)
+            np.stack(vectors, axis=1)[:, places] if len(chain) > 1 else vectors[0][:, None]
+            for vectors in zip(*((link.omega, link.alpha, link.lift) for link in chain), strict=True)
         )
         linear, angular = (
-            np.concatenate([one[:, :count] for one, count in zip(every, counts, strict=True)], axis=1)
+            np.concatenate([array[:, :count] for array, count in zip(arrays, counts, strict=True)], axis=1)
             if len(chain) > 1
-            else every[0][:, : counts[0]]
-            for every in zip(*((link.linear, link.angular) for link in chain), strict=True)
+            else arrays[0][:, : counts[0]]
+            for arrays in zip(*((link.linear, link.angular) for link in chain), strict=True)
         )
         joints = np.concatenate([link.moving for link in chain]).astype(int)
         return cls(joints, places, omega, alpha, lift, linear, angular)
 
 
 def cached_groups(chain: Sequence[Link]) -> Iterator[tuple[int, Sequence[Link]]]:
-    """All links at once where their arrays stay in the cache, else one by one; each with its first place."""
+    """All links at once if their arrays fit into the cache, else one by one; each with its first index."""
     many = len(chain) if chain[0].omega.shape[1] <= CACHED else 1
     for first in range(0, len(chain), many):
         yield first, chain[first : first + many]
 
 
 def base_link(kinematics: pin.Model, samples: int) -> Link:
-    """The base, at rest and held up against gravity."""
+    """The base: at rest, with an upward acceleration that represents gravity."""
     still, nothing = np.zeros((3, samples)), np.zeros((3, 0, samples))
     rising = np.repeat(-np.array(kinematics.gravity.linear)[:, None], samples, axis=1)
     return Link(still, still, rising, [], nothing, nothing)
 
 
 def fixed_joint(placement: pin.SE3) -> Joint:
-    """A joint without an axis does not move: its frame is that of a body fixed to the link before."""
+    """Joint without an axis, for the frame of a body fixed to the preceding link."""
     return Joint(-1, placement, np.zeros(3), True)
 
 
@@ -143,7 +143,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def skew(vector: np.ndarray) -> np.ndarray:
-    """Matrix (3, 3) whose product with any vector is the cross product of this one (3,) with it."""
+    """Matrix (3, 3) whose product with a vector v is the cross product of `vector` (3,) and v."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -153,12 +153,15 @@ def times(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return (matrix @ vectors.reshape(3, -1)).reshape(-1, *vectors.shape[1:])
 
 
-def before(joint: Joint, slide: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Arm from parent to joint, slid by (t,) [m], crossed with the parent's vectors (3, m, t) or (3, t)."""
-    found = times(skew(joint.placement.translation), vectors)
+def lever_cross(joint: Joint, slide: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Cross product of the lever from parent to joint with the parent's vectors (3, m, t) or (3, t).
+
+    A prismatic joint extends the lever by `slide`, shape (t,) [m].
+    """
+    product = times(skew(joint.placement.translation), vectors)
     if not joint.revolute:
-        found += slide * times(skew(joint.placement.rotation @ joint.axis), vectors)
-    return found
+        product += slide * times(skew(joint.placement.rotation @ joint.axis), vectors)
+    return product
 
 
 def step(
@@ -169,11 +172,11 @@ def step(
     velocity: np.ndarray,
     acceleration: np.ndarray,
 ) -> Link:
-    """The link behind a joint, whose motion is given in arrays of shape (t,)."""
+    """Motion of the link behind a joint, from position, velocity and acceleration of the joint, each (t,)."""
     axis, count = joint.axis[:, None], len(parent.moving)
-    # One product does everything at once: two vectors of the link and one of each moving joint.
+    # A single product handles two vectors of the link and one of each moving joint.
     turning = np.concatenate([parent.omega[:, None], parent.alpha[:, None], parent.angular], axis=1)
-    carried = before(joint, position, turning)
+    carried = lever_cross(joint, position, turning)
     lift = parent.lift - carried[:, 1] - cross(parent.omega, carried[:, 0])
     vectors = np.concatenate([turning, lift[:, None], parent.linear - carried[:, 2:]], axis=1)
     turned = inward(joint, position, vectors)
@@ -191,13 +194,13 @@ def step(
 
 
 def inward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (3, m, t) of the parent's frame in the link's (Rodrigues)."""
+    """Vectors (3, m, t) transformed from the parent's to the link's frame (Rodrigues)."""
     to_placement = joint.placement.rotation.T
     if not joint.revolute:
         return times(to_placement, vectors)
     along = np.outer(joint.axis, joint.axis) @ to_placement
-    every = np.concatenate([along, to_placement - along, skew(joint.axis) @ to_placement])
-    parts = times(every, vectors)
+    rotations = np.concatenate([along, to_placement - along, skew(joint.axis) @ to_placement])
+    parts = times(rotations, vectors)
     return parts[:3] + parts[3:6] * np.cos(turn) - parts[6:] * np.sin(turn)
 
 
@@ -211,8 +214,8 @@ class LinkFrame(NamedTuple):
 
     Attributes:
         parent: Name of the link before the joint.
-        child: Name of the link behind it.
-        placement: Joint's frame in the parent link's frame at zero position.
+        child: Name of the link behind the joint.
+        placement: Frame of the joint in the frame of the parent link at zero position.
     """
 
     parent: str
@@ -221,7 +224,7 @@ class LinkFrame(NamedTuple):
 
 
 def link_frames(kinematics: pin.Model) -> list[LinkFrame]:
-    """One frame a joint; links are called as in the URDF, or link1, link2, … where there was none."""
+    """One frame per joint; links have the names of the URDF, or link1, link2, … without a URDF."""
     return [_link_frame(kinematics, index) for index in range(1, kinematics.njoints)]
 
 
@@ -256,7 +259,7 @@ def link_poses(kinematics: pin.Model, position: np.ndarray) -> np.ndarray:
 def flange_position(
     kinematics: pin.Model, flange: pin.SE3, position: np.ndarray, data: pin.Data | None = None
 ) -> np.ndarray:
-    """Where the flange is in the base frame at a position (n,), shape (3,) [m]; `data` is computed in."""
+    """Position of the flange in the base frame, shape (3,) [m], at joint positions (n,); `data` is reused."""
     data = data or kinematics.createData()
     pin.forwardKinematics(kinematics, data, position)
     place: np.ndarray = (data.oMi[kinematics.njoints - 1] * flange).translation
@@ -264,12 +267,12 @@ def flange_position(
 
 
 def _about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    with np.errstate(invalid="ignore"):  # a joint that is at no number, as recorded, points nowhere
+    with np.errstate(invalid="ignore"):  # recorded positions may be NaN
         return np.concatenate([axis * np.sin(angle / 2), np.cos(angle / 2)], axis=1)
 
 
-def _turned(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Product of one quaternion with many, x y z w."""
-    x, y, z, w = left
+def _turned(quaternion: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Product of one quaternion with many, in the order x y z w."""
+    x, y, z, w = quaternion
     by_right = np.array([[w, -z, y, x], [z, w, -x, y], [-y, x, w, z], [-x, -y, -z, w]])
     return right @ by_right.T

@@ -1,4 +1,4 @@
-r"""Regressor of a tree of rigid bodies, and its gradient by the motion, for many samples at once.
+r"""Regressor of a tree of rigid bodies for many samples at once, and its gradient by the motion.
 
 Newton-Euler: with angular velocity :math:`\omega`, angular acceleration :math:`\dot\omega` and
 acceleration minus gravity :math:`a` of a link's frame origin, all in that frame, its wrench is
@@ -7,14 +7,14 @@ acceleration minus gravity :math:`a` of a link's frame origin, all in that frame
     f = m a + \dot\omega \times mc + \omega \times (\omega \times mc), \qquad
     \mu = I \dot\omega + \omega \times I \omega + mc \times a.
 
-The torque of joint j that it needs is :math:`l \cdot f + z \cdot \mu`, where :math:`(l, z)` is the
-velocity of that frame when joint j alone moves at 1 rad/s. Vectors are kept as (3, t), those of the m
-joints that move a link as (3, m, t), so that each operation runs over contiguous samples.
+The torque of joint j for it is :math:`l \cdot f + z \cdot \mu`, where :math:`(l, z)` is the velocity of that
+frame when only joint j moves at 1 rad/s. Vectors have shape (3, t), and those of the m joints that move a
+link (3, m, t), so that each operation runs over contiguous samples.
 
-For weights :math:`g` the sum :math:`\sum g_{tjc} Y_{tjc}(q, \dot q, \ddot q)` of a regressor's entries is
-differentiated backward through this recursion: each link hands to its parent what the sum gains per unit of
-the parent's motion. One such pass costs about three regressors, whatever the number of parameters or of
-singular values the weights were made of.
+For weights :math:`g`, the sum :math:`\sum g_{tjc} Y_{tjc}(q, \dot q, \ddot q)` over a regressor is
+differentiated by a backward pass: each link passes the derivative of the sum with respect to its parent's
+motion to the parent. One pass costs about as much as three regressors, regardless of the number of
+parameters.
 """
 
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ from .newton_euler import (
     Link,
     Pairs,
     base_link,
-    before,
     cached_groups,
     cross,
     dot,
     fixed_joint,
     joints_of,
+    lever_cross,
     links,
     skew,
     step,
@@ -42,11 +42,11 @@ from .newton_euler import (
 )
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-"""The ten inertial parameters of a body about its frame's origin, in the paper's order (3)."""
+"""The ten inertial parameters of a body about the origin of its frame, in the order of the paper's (3)."""
 
 
 def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
-    """Joint torque per inertial parameter, shape (t, n, 10 n): `INERTIAL` of link 1, of link 2 and so on."""
+    """Joint torque per inertial parameter, shape (t, n, 10 n): `INERTIAL` of link 1, of link 2, etc."""
     out = np.zeros((*motion.position.shape, kinematics.nv, 10))
     _write(links(kinematics, motion), out)
     return out.reshape(*motion.position.shape, -1)
@@ -55,7 +55,7 @@ def rigid_regressor(kinematics: pin.Model, motion: Motion) -> np.ndarray:
 def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) -> np.ndarray:
     """Joint torque per `INERTIAL` parameter of a body fixed to the last link, shape (t, n, 10).
 
-    The parameters are about the origin and axes of `placement`, a frame in the last link's.
+    The parameters refer to `placement`, a frame in that of the last link.
     """
     last, still = links(kinematics, motion)[-1], np.zeros(len(motion))
     body = step(kinematics.nv, fixed_joint(placement), last, still, still, still)
@@ -65,14 +65,14 @@ def body_regressor(kinematics: pin.Model, motion: Motion, placement: pin.SE3) ->
 
 
 def _write(chain: Sequence[Link], out: np.ndarray) -> None:
-    """Torque of every joint per inertial parameter of some links, into out (t, n, links, 10)."""
+    """Write the torque of every joint per inertial parameter of some links to `out` (t, n, links, 10)."""
     for first, some in cached_groups(chain):
         pairs = Pairs.of(some)
         out[:, pairs.joints, first + pairs.links] = _columns(pairs).T
 
 
 def _columns(pairs: Pairs) -> np.ndarray:
-    """The same of each pair of link and joint, shape (10, p, t)."""
+    """Torque per inertial parameter of each pair of link and joint, shape (10, p, t)."""
     omega, alpha, lift, linear, z = pairs[2:]
     y = cross(z, omega)
     columns = np.empty((10, *z.shape[1:]))
@@ -90,7 +90,7 @@ def _columns(pairs: Pairs) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Pull:
-    """Gain of the sum per unit of a link's motion, fields and shapes as in `Link`."""
+    """Derivative of the sum with respect to a link's motion, with fields and shapes as in `Link`."""
 
     omega: np.ndarray
     alpha: np.ndarray
@@ -100,13 +100,13 @@ class _Pull:
 
     def __add__(self, other: "_Pull") -> "_Pull":
         pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return _Pull(*(one + two for one, two in pairs))
+        return _Pull(*(a + b for a, b in pairs))
 
 
 def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -> np.ndarray:
-    """Derivatives of sum(weights * rigid regressor) by position, velocity and acceleration, shape (3, t, n).
+    """Derivatives of sum(weights * rigid regressor), shape (3, t, n), for weights (t, n, 10 n).
 
-    Weights are (t, n, 10 n).
+    They are with respect to position, velocity and acceleration.
     """
     chain = links(kinematics, motion)
     weights = weights.reshape(*motion.position.shape, -1, 10)
@@ -119,7 +119,7 @@ def rigid_gradient(kinematics: pin.Model, motion: Motion, weights: np.ndarray) -
 
 
 def body_gradient(kinematics: pin.Model, motion: Motion, flange: pin.SE3, weights: np.ndarray) -> np.ndarray:
-    """The same for the regressor of a body fixed to the last link; weights (t, n, 10)."""
+    """Derivatives as of `rigid_gradient` for a body fixed to the last link, with weights (t, n, 10)."""
     chain = links(kinematics, motion)
     fixed, still = fixed_joint(flange), np.zeros(len(motion))
     body = step(len(chain), fixed, chain[-1], still, still, still)
@@ -130,7 +130,7 @@ def body_gradient(kinematics: pin.Model, motion: Motion, flange: pin.SE3, weight
 
 
 def _to_base(kinematics: pin.Model, chain: list[Link], pulls: list[_Pull], motion: Motion) -> np.ndarray:
-    """From the tip to the base, each link's pull added to its parent's."""
+    """Propagate the pulls from tip to base, adding each link's pull to its parent's; returns derivatives."""
     by = np.zeros((3, *motion.position.shape))
     base = base_link(kinematics, len(motion))
     joints = joints_of(kinematics)
@@ -149,7 +149,7 @@ def _nothing(link: Link) -> _Pull:
 
 
 def _read(chain: Sequence[Link], weights: np.ndarray) -> list[_Pull]:
-    """Pull of each link's own columns; weights (t, n, links, 10). The adjoint of writing them."""
+    """Pull of each link's columns for weights (t, n, links, 10); the adjoint of `_write`."""
     pairs = Pairs.of(chain)
     pull = np.ascontiguousarray(weights[:, pairs.joints, pairs.links].T)
     omega, alpha, lift, linear, z = pairs[2:]
@@ -163,9 +163,9 @@ def _read(chain: Sequence[Link], weights: np.ndarray) -> list[_Pull]:
     by_linear = cross(alpha, first) + omega * swing - first * dot(omega, omega) + mass * lift
     by_angular = by_z + cross(omega, by_y) + cross(first, lift)
     starts = np.flatnonzero(np.diff(pairs.links, prepend=-1))
-    own = (np.add.reduceat(one, starts, axis=1) for one in (by_omega, by_alpha, by_lift))
-    apart = (np.split(one, starts[1:], axis=1) for one in (by_linear, by_angular))
-    return list(map(_Pull, *(one.swapaxes(0, 1) for one in own), *apart))
+    summed = (np.add.reduceat(part, starts, axis=1) for part in (by_omega, by_alpha, by_lift))
+    split = (np.split(part, starts[1:], axis=1) for part in (by_linear, by_angular))
+    return list(map(_Pull, *(part.swapaxes(0, 1) for part in summed), *split))
 
 
 def _turn(pull: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -178,21 +178,21 @@ def _turn(pull: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def _step_back(
     joint: Joint, parent: Link, link: Link, pull: _Pull, turn: np.ndarray, rate: np.ndarray
 ) -> tuple[_Pull, np.ndarray]:
-    """Pull on the parent, and gain by the joint's own position, velocity, acceleration, shape (3, t)."""
-    axis, own, count = joint.axis, skew(joint.axis), len(parent.moving)
-    across = times(own, link.omega)
-    if joint.revolute:  # what the joint's own motion adds to the link's, from the vectors before it
-        by_omega, alpha = pull.omega + rate * times(own, pull.alpha), link.alpha + rate * across
+    """Pull on the parent, and derivatives by the joint's position, velocity, acceleration, shape (3, t)."""
+    axis, turning, count = joint.axis, skew(joint.axis), len(parent.moving)
+    across = times(turning, link.omega)
+    if joint.revolute:  # undo the contribution of the joint's own motion
+        by_omega, alpha = pull.omega + rate * times(turning, pull.alpha), link.alpha + rate * across
         by_rate, by_change = axis @ pull.omega - dot(pull.alpha, across), axis @ pull.alpha
     else:
-        by_omega, alpha = pull.omega + 2.0 * rate * times(own, pull.lift), link.alpha
+        by_omega, alpha = pull.omega + 2.0 * rate * times(turning, pull.lift), link.alpha
         by_rate, by_change = -2.0 * dot(pull.lift, across), axis @ pull.lift
     pulls = _side_by_side(by_omega, pull.alpha, pull.lift, pull.linear[:, :count], pull.angular[:, :count])
     outer = _outward(joint, turn, pulls)
     up, by_arm = _parent_pull(joint, parent, turn, outer)
     if joint.revolute:
         frame = (link.omega, alpha, link.lift, link.linear[:, :count], link.angular[:, :count])
-        by_position = -np.einsum("cmt,cmt->t", times(own, _side_by_side(*frame)), pulls)
+        by_position = -np.einsum("cmt,cmt->t", times(turning, _side_by_side(*frame)), pulls)
     else:
         by_position = (joint.placement.rotation @ axis) @ by_arm
     return up, np.stack([by_position, by_rate, by_change])
@@ -201,12 +201,12 @@ def _step_back(
 def _side_by_side(
     omega: np.ndarray, alpha: np.ndarray, lift: np.ndarray, linear: np.ndarray, angular: np.ndarray
 ) -> np.ndarray:
-    """Three vectors (3, t) and two times m (3, m, t), shape (3, 3 + 2 m, t)."""
+    """Concatenate three vectors (3, t) and two arrays (3, m, t) to shape (3, 3 + 2 m, t)."""
     return np.concatenate([np.stack([omega, alpha, lift], axis=1), linear, angular], axis=1)
 
 
 def _outward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (3, m, t) of the link's frame in the parent's."""
+    """Vectors (3, m, t) transformed from the link's to the parent's frame."""
     back = joint.placement.rotation
     if not joint.revolute:
         return times(back, vectors)
@@ -218,18 +218,19 @@ def _outward(joint: Joint, turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def _parent_pull(
     joint: Joint, parent: Link, slide: np.ndarray, pulls: np.ndarray
 ) -> tuple[_Pull, np.ndarray]:
-    """Pull on a parent from that on the vectors carried to a joint, and gain by the arm to it, (3, t).
+    """Pull on a parent from that on the vectors at a joint, and derivative by the lever to it, (3, t).
 
-    Carried are omega, alpha, lift + alpha x arm + omega x (omega x arm), linear + angular x arm, angular.
+    The vectors at the joint are omega, alpha, lift + alpha x lever + omega x (omega x lever),
+    linear + angular x lever, angular.
     """
     by_omega, by_alpha, by_lift = pulls[:, 0], pulls[:, 1], pulls[:, 2]
     linear, angular = np.split(pulls[:, 3:], 2, axis=1)
     spin = cross(by_lift, parent.omega)
     vectors = np.concatenate([np.stack([by_lift, spin, parent.omega], axis=1), linear], axis=1)
-    levered = before(joint, slide, vectors)
+    levered = lever_cross(joint, slide, vectors)
     by_omega = by_omega + cross(by_lift, levered[:, 2]) + levered[:, 1]
     pull = _Pull(by_omega, by_alpha + levered[:, 0], by_lift, linear, angular + levered[:, 3:])
-    if joint.revolute:  # its arm does not change
+    if joint.revolute:  # constant lever
         return pull, np.zeros_like(spin)
     by_arm = cross(by_lift, parent.alpha) + cross(spin, parent.omega) + cross(linear, parent.angular).sum(1)
     return pull, by_arm

@@ -1,4 +1,4 @@
-"""Robot: kinematics, nominal inertias, limits and drives of one arm."""
+"""`Robot`: kinematics, nominal inertias, limits and drives of one arm."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -25,7 +25,7 @@ SLIDING = {
     "kg m^2": "kg",
     "rad/(N m)": "m/N",
 }
-"""Unit of a revolute joint -> that of a prismatic one."""
+"""Unit for a revolute joint -> unit for a prismatic joint."""
 
 
 def _not_given() -> np.ndarray:
@@ -34,17 +34,18 @@ def _not_given() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the arm may do; infinite where not given.
+    """Joint limits; infinite if not given.
 
     Attributes:
-        position_lower: Shape (n,) [rad] or [m].
-        position_upper: Shape (n,) [rad] or [m].
-        velocity: Shape (n,) [rad/s].
-        acceleration: Shape (n,) [rad/s^2].
-        jerk: Shape (n,) [rad/s^3].
-        torque: Shape (n,) [N m].
-        velocity_lower: Shape (n,) [rad/s], negative; minus `velocity` unless given.
-        acceleration_lower: Shape (n,) [rad/s^2], negative; minus `acceleration` unless given.
+        position_lower: Lower position limit, shape (n,) [rad] or [m].
+        position_upper: Upper position limit, shape (n,) [rad] or [m].
+        velocity: Upper velocity limit, shape (n,) [rad/s].
+        acceleration: Upper acceleration limit, shape (n,) [rad/s^2].
+        jerk: Jerk limit, shape (n,) [rad/s^3].
+        torque: Torque limit, shape (n,) [N m].
+        velocity_lower: Lower velocity limit, negative, shape (n,) [rad/s]; minus `velocity` by default.
+        acceleration_lower: Lower acceleration limit, negative, shape (n,) [rad/s^2]; minus `acceleration` by
+            default.
     """
 
     position_lower: np.ndarray
@@ -63,19 +64,19 @@ class Limits:
 
     @classmethod
     def none(cls, joints: int) -> "Limits":
-        """No limit on any of `joints` joints."""
+        """Infinite limits of `joints` joints."""
         far = np.full(joints, np.inf)
         return cls(-far, far, far, far, far, far)
 
 
 @dataclass(frozen=True)
 class PositionServo:
-    """Drives whose torque is the drive gain times what is left to their command, up to a limit.
+    """Position servos: torque is the drive gain times gain times position error, up to a limit.
 
     Attributes:
-        gain: By which that error is multiplied before the drive gain, shape (n,) [-], as a register.
-        limit: Error, `gain` included, from which on a servo gives all it can, shape (n,) [rad]; infinite
-            where none is stated.
+        gain: Factor of the position error before the drive gain, such as a register, shape (n,) [-].
+        limit: Position error times `gain` at which the torque saturates, shape (n,) [rad]; infinite if not
+            stated.
     """
 
     gain: np.ndarray
@@ -87,25 +88,24 @@ class Robot:
     """One arm with its nominal parameters.
 
     Attributes:
-        name: What people call it.
-        kinematics: Pinocchio model with one degree of freedom a joint and the nominal inertias.
+        name: Name of the robot.
+        kinematics: Pinocchio model with one degree of freedom per joint and the nominal inertias.
         limits: Joint limits.
         drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
-        drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; one number
-            stands for all.
-        drive_gain_bounded: Whether true gains are certain to be within the square root of three of these.
+        drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; a single number
+            applies to all.
+        drive_gain_bounded: Whether true gains are certainly within sqrt(3) of these standard deviations.
         inertial_tolerance: Relative standard deviation of the nominal inertias [-].
         inertias_by_gain: Whether nominal inertias were identified from currents with the nominal gains, so
-            that both are wrong together.
-        inertias_stated: Whether the robot file states how well they are known; a bare URDF does not.
+            that both have the same relative error.
+        inertias_stated: Whether the robot file states the tolerance of the inertias; a bare URDF does not.
         gear_ratio: Motor turns per joint turn, shape (n,) [-].
-        direct_drive: Joints whose motor has no gear that could bend or have play.
-        passive: Joints without a motor: their torque is zero, whatever was measured.
-        servo: Law of its drives where these are position servos, by which a log without current is read; None
-            for other drives.
-        coupling: Motor velocity over gear ratio = coupling @ joint velocity, the paper's (22) with
-            unit diagonal, shape (n, n) [-].
-        flange: Placement of the flange in the last link's frame; payloads are given in it.
+        direct_drive: Names of joints whose motor has no gear, and so no elasticity or play.
+        passive: Names of joints without a motor: their torque is zero, regardless of measurements.
+        servo: Control law of position servos, used to read a log without current; None for other drives.
+        coupling: Matrix of the paper's (22) with unit diagonal: motor velocity over gear ratio =
+            coupling @ joint velocity, shape (n, n) [-].
+        flange: Placement of the flange in the frame of the last link; the frame of payloads.
     """
 
     name: str
@@ -155,29 +155,29 @@ class Robot:
 
     @cached_property
     def joints(self) -> tuple[str, ...]:
-        """Joint names, in the order of every (t, n) array."""
+        """Joint names, in the order of all (t, n) arrays."""
         return tuple(self.kinematics.names)[1:]
 
     @cached_property
     def revolute(self) -> np.ndarray:
-        """Which joints are revolute; the others are prismatic. Shape (n,), bool."""
+        """Whether each joint is revolute; the others are prismatic. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])
 
     @property
     def geared(self) -> np.ndarray:
-        """Which joints have a gear, shape (n,), bool."""
+        """Whether each joint has a gear, shape (n,), bool."""
         return ~np.isin(self.joints, self.direct_drive)
 
     def units(self, turning: str) -> tuple[str, ...]:
-        """A unit for each joint, given that of revolute joints."""
+        """Unit for each joint, from the unit for revolute joints."""
         return tuple(turning if revolute else SLIDING.get(turning, turning) for revolute in self.revolute)
 
     def unit(self, joint: int, turning: str) -> str:
-        """The unit of one joint, by its column, given that of revolute joints."""
+        """Unit for one joint, by its index, from the unit for revolute joints."""
         return turning if self.revolute[joint] else SLIDING.get(turning, turning)
 
     def index(self, joint: str) -> int:
-        """Column of a joint.
+        """Index of a joint.
 
         Raises:
             UnknownJoint: The robot has no joint of that name.
@@ -188,7 +188,7 @@ class Robot:
 
     @property
     def to_motors(self) -> np.ndarray:
-        """Motor torque times gear ratio = to_motors @ joint torque, by virtual work; shape (n, n) [-]."""
+        """Matrix for motor torque times gear ratio = to_motors @ joint torque, shape (n, n) [-]."""
         return np.linalg.inv(self.coupling).T
 
     @property

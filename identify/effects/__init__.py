@@ -1,4 +1,4 @@
-"""The list of physics that exidyn knows: one file an effect, one line in this table."""
+"""Effects: the physics that exidyn can model, with one file and one line in the table per effect."""
 
 from importlib import metadata
 
@@ -24,7 +24,7 @@ from .torque_ripple import TorqueRipple
 from .viscous_friction import ViscousFriction
 
 GROUP = "exidyn.effects"
-"""Entry points of this group are effects; their names are those of robot files and of the diagnosis."""
+"""Entry-point group of effects; the names of entry points are used in robot files and by the diagnosis."""
 
 EFFECTS: dict[str, type[Effect]] = {
     "link_inertia": RigidBody,
@@ -49,26 +49,26 @@ EFFECTS: dict[str, type[Effect]] = {
 
 
 def name_of(effect: Effect) -> str:
-    """Key of an effect in `EFFECTS`; the class's name where it is not in there."""
+    """Key of an effect in `EFFECTS`, or the name of its class if it is not in the table."""
     return next((name for name, kind in EFFECTS.items() if kind is type(effect)), type(effect).__name__)
 
 
 def load_installed() -> None:
-    """Add the effects of installed packages to `EFFECTS`, by entry points: name -> subclass of `Effect`.
+    """Add the effects of installed packages to `EFFECTS`, from entry points: name -> subclass of `Effect`.
 
-    Not when this package is imported: theirs import it.
+    This is not done when exidyn is imported, since those packages import exidyn.
 
     Raises:
-        EffectError: A package has an effect that cannot be loaded, is none, or has a name that is taken.
+        EffectError: An entry point cannot be loaded, is not an effect, or has a name that is in use.
     """
-    found: dict[str, type[Effect]] = {}
+    loaded: dict[str, type[Effect]] = {}
     for entry in metadata.entry_points(group=GROUP):
-        taken = EFFECTS.get(entry.name) or found.get(entry.name)
-        if taken is None:
-            found[entry.name] = _loaded(entry)
-        elif f"{taken.__module__}:{taken.__qualname__}" != entry.value:
+        existing = EFFECTS.get(entry.name) or loaded.get(entry.name)
+        if existing is None:
+            loaded[entry.name] = _loaded(entry)
+        elif f"{existing.__module__}:{existing.__qualname__}" != entry.value:
             raise EffectError(f"{_where(entry)}: the name is taken. Give the entry point another name")
-    EFFECTS.update(found)
+    EFFECTS.update(loaded)
 
 
 def _loaded(entry: metadata.EntryPoint) -> type[Effect]:
@@ -81,7 +81,7 @@ def _loaded(entry: metadata.EntryPoint) -> type[Effect]:
         ) from error
     if not (isinstance(kind, type) and issubclass(kind, Effect)):
         raise EffectError(
-            f"{_where(entry)}: {entry.value} is no subclass of exidyn.identification.effects.Effect"
+            f"{_where(entry)}: {entry.value} is not a subclass of exidyn.identification.effects.Effect"
         )
     return kind
 

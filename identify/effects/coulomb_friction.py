@@ -23,8 +23,8 @@ class CoulombFriction(JointEffect):
     Attributes:
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s]; grease that drags like a fluid
             until it shears needs some tenths.
-        gradual: Whether it is that part of a joint's dry friction, :math:`Fg_j`, which changes its sign over
-            another velocity than the rest, so that one model can have both.
+        gradual: Whether it is the part :math:`Fg_j` of a joint's dry friction that changes its sign over
+            another velocity than :math:`Fc_j`, so that one model can have both.
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.3)

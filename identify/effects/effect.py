@@ -1,10 +1,10 @@
 """Effect: one physical cause of joint torque.
 
-Linear unknowns are regressor columns. Nonlinear unknowns are fields declared with `shape`. A choice
-(which joint, which harmonic) is a plain field. Code that sums effects does not depend on which one it holds.
+Linear parameters are regressor columns. Nonlinear parameters are fields declared with `shape`. A choice
+(joint, harmonic) is a plain field. Code that sums effects does not depend on their types.
 
-What is not an effect: what lies between the arm and its recordings (delays, clipped currents) and gears
-that give way, which have a state of their own; see `measurements`.
+Delays and clipped currents, which lie between the arm and its recordings, and elastic gears, which have their
+own state, are not effects; see `measurements`.
 """
 
 from abc import ABC, abstractmethod
@@ -20,15 +20,15 @@ from ..arm.robot import Robot
 from .simulator_terms import JointTerms, Spring
 
 STEP = 1e-6
-"""Of a central difference by position [rad] or velocity [rad/s]; its error is 1e-9 of what friction that
-reverses over 3 mrad/s gains, and rounding adds as much."""
+"""Step of a central difference in position [rad] or velocity [rad/s]. Its error is 1e-9 of the derivative of
+friction that reverses over 3 mrad/s, and the rounding error is as large."""
 MOVED_BY = ("position", "velocity", "acceleration")
-"""What of a motion columns may depend on, beside the load."""
+"""Parts of a motion on which columns may depend, in addition to the load."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionGradient:
-    """Derivatives of one number by a motion, each of shape (t, n); see `Motion` for units."""
+    """Derivatives of a number with respect to a motion, each of shape (t, n); see `Motion` for units."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -37,22 +37,22 @@ class MotionGradient:
 
     def __add__(self, other: "MotionGradient") -> "MotionGradient":
         pairs = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return MotionGradient(*(one + two for one, two in pairs))
+        return MotionGradient(*(a + b for a, b in pairs))
 
     @classmethod
     def none(cls, shape: tuple[int, ...]) -> "MotionGradient":
-        """Zero everywhere."""
+        """Gradient that is zero everywhere."""
         return cls(*(np.zeros(shape) for _ in range(4)))
 
 
 class Parameter(NamedTuple):
-    """One linear unknown.
+    """One linear parameter.
 
     Attributes:
-        name: Unique within a model, in the field's notation, such as "ZZ1" or "Fv3".
+        name: Name that is unique within a model, in the usual notation, such as "ZZ1" or "Fv3".
         unit: SI unit.
-        minimum: Smallest value that physics allows.
-        regroup: Base parameters are taken in this order; what comes late is regrouped into the rest.
+        minimum: Smallest value that is physically possible.
+        regroup: Rank in the selection of base parameters; high ranks are regrouped into low ones.
     """
 
     name: str
@@ -62,14 +62,14 @@ class Parameter(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """What is held true of a parameter before looking at data: value and standard deviation."""
+    """Prior of a parameter: value and standard deviation."""
 
     value: float
     std: float = np.inf
 
 
 class Shape(NamedTuple):
-    """A nonlinear unknown: unit and the bounds within which it makes sense."""
+    """Unit and bounds of a nonlinear parameter."""
 
     unit: str
     low: float
@@ -77,35 +77,35 @@ class Shape(NamedTuple):
 
 
 def shape(default: float | None, unit: str, low: float, high: float) -> Any:
-    """Declare a nonlinear unknown as a dataclass field; without a default it must be given."""
+    """Declare a nonlinear parameter as a dataclass field; without a default, it is required."""
     metadata = {"shape": Shape(unit, low, high)}
     return field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
 class Effect(ABC):
-    """One physical effect, of which a model is the sum.
+    """One physical effect; a model is a sum of effects.
 
     Attributes:
-        transmitted: Whether the torque passes through the gear (inertia, gravity, springs on the
-            link), and so loads its friction; friction itself and the rotor do not.
-        needs_load: Whether its columns depend on `Motion.load`.
-        needs_temperature: Whether its columns depend on `Motion.temperature`.
-        smooth: Whether its torque is a product of sines and powers of the motion, and so no more abrupt than
-            it; friction that reverses within milliseconds is not.
-        pointwise: Whether a sample's torque depends on that sample alone.
-        linear: Whether its columns are a constant, plus multiples of velocity and acceleration, and nothing
-            else: who simulates asks only once.
-        massless: Whether acceleration does not change its torque: who simulates asks for no inertia.
-        guessed: Whether nominal values are guesses at best, as of friction and offsets: they are fitted where
-            all else is taken as nominal.
+        transmitted: Whether the gear transmits the torque (inertia, gravity, springs on the link), which then
+            loads its friction; friction itself and the rotor are not transmitted.
+        needs_load: Whether the columns depend on `Motion.load`.
+        needs_temperature: Whether the columns depend on `Motion.temperature`.
+        smooth: Whether the torque is a product of sines and powers of the motion, and so as smooth as the
+            motion; friction that reverses within milliseconds is not.
+        pointwise: Whether the torque at a sample depends only on that sample.
+        linear: Whether the columns are only a constant plus multiples of velocity and acceleration, so that
+            a simulation needs to compute them only once.
+        massless: Whether the torque is independent of acceleration, so that a simulation needs no inertia.
+        guessed: Whether nominal values are only guesses, as for friction and offsets; they are then fitted
+            even where all other parameters are nominal.
         inertial: Whether it is the inertia of bodies or of a rotor, which does not wear.
-        of_links: Whether its parameters are those of the robot's links, `INERTIAL` of each, which the robot's
-            description has.
+        of_links: Whether the parameters are the inertial parameters of the robot's links, which are part of
+            the robot description.
         greased: Whether it is friction of grease, which changes with temperature.
-        together: Name of what changes when all its parameters change by one share, such as the force of a
-            spring whose gas leaks; empty where there is no such thing.
-        plausible: Size of a parameter, at most with 68 %, of which nothing is stated [its unit].
+        together: Name of the quantity that changes if all parameters change by the same share, such as the
+            force of a gas spring that leaks; empty if there is none.
+        plausible: 68 % bound of a parameter without a stated value [unit of the parameter].
     """
 
     transmitted: ClassVar[bool] = False
@@ -124,26 +124,26 @@ class Effect(ABC):
 
     @property
     def payload(self) -> str:
-        """Name of the body on the flange whose torque it is, in runs that carry it; empty for none."""
+        """Name of the payload that causes the torque in runs that carry it; empty for none."""
         return ""
 
     @property
     def known(self) -> tuple[tuple[str, float], ...]:
-        """What is known of that body: pairs of a name in `INERTIAL` and its value in SI units."""
+        """Known parameters of the payload: pairs of a name in `INERTIAL` and its value in SI units."""
         return ()
 
     @abstractmethod
     def parameters(self, robot: Robot) -> list[Parameter]:
-        """Linear unknowns, one a regressor column."""
+        """Linear parameters, one per regressor column."""
 
     @abstractmethod
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         """Torque per unit of each parameter, shape (t, n, p) [N m / unit]."""
 
     def continued(self, robot: Robot, motion: Motion, memory: Any) -> tuple[np.ndarray, Any]:
-        """Regressor (t, n, p) of the next piece of a run, and what has to be remembered for the one after.
+        """Regressor (t, n, p) of the next piece of a run, and the memory for the piece after it.
 
-        `memory` is what the piece before left; None for the first.
+        `memory` is the memory returned for the previous piece; None for the first piece.
         """
         return self.regressor(robot, motion), None
 
@@ -152,50 +152,50 @@ class Effect(ABC):
         return np.zeros_like(motion.position)
 
     def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
-        """The rigid bodies that make all of its torque, link -> inertia in the link's frame; else empty.
+        """Rigid bodies that cause all of the torque, link -> inertia in the link's frame; else empty.
 
-        For those who need the torque of parameters (p,) quickly, while the named payload is carried.
+        They allow fast computation of the torque for parameters (p,) while the named payload is carried.
         """
         return {}
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        """Derivatives of sum(weights * regressor) + sum(known * known torque) by the motion.
+        """Derivatives of sum(weights * regressor) + sum(known * known torque) with respect to the motion.
 
-        Weights are (t, n, p) and known (t, n), which an effect without known torque leaves aside. Unless an
-        effect knows better, by central differences of all samples at once. What a memory carries from one
-        sample to the next is left out: hysteresis reverses within milliradians.
+        `weights` is (t, n, p) and `known` (t, n); an effect without known torque ignores `known`. The default
+        uses central differences of all samples at once. The influence of a memory on later samples is
+        neglected: hysteresis reverses within milliradians.
         """
         return differences(self.regressor, robot, motion, weights, self.needs_load)
 
     def parameter_joints(self, robot: Robot) -> list[int | None]:
-        """Joint at which each parameter acts, or whose link it is of; None where there is not one."""
+        """Joint on which each parameter acts, or joint of its link; None if there is no single joint."""
         return [None] * len(self.parameters(robot))
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms | Spring | None:
-        """Its torque for parameters (p,) in terms that simulators share; None where it is something else."""
+        """Torque for parameters (p,) in terms that simulators share; None if it has no such form."""
         return None
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
-        """Derivative of the regressor by each shape, shape name -> (t, n, p)."""
+        """Derivative of the regressor with respect to each shape: shape name -> (t, n, p)."""
         return {}
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        """What the robot's description alone states about the parameters."""
+        """Priors of the parameters from the robot description alone."""
         return {}
 
     def inertias(self, robot: Robot) -> list[slice]:
-        """Columns that are the ten inertial parameters of one rigid body, in `INERTIAL` order."""
+        """Columns of each rigid body's ten inertial parameters, in `INERTIAL` order."""
         return []
 
     def apart(self, robot: Robot) -> "list[Effect]":
-        """The same effect in pieces that may differ in shape: one a joint, where it acts on several."""
+        """Effect split into effects whose shapes may differ, one per joint on which it acts."""
         return [self]
 
     @classmethod
     def shapes(cls) -> dict[str, Shape]:
-        """Nonlinear unknowns: field name -> unit and bounds."""
+        """Nonlinear parameters: field name -> unit and bounds."""
         return {f.name: f.metadata["shape"] for f in fields(cls) if "shape" in f.metadata}
 
 
@@ -210,30 +210,31 @@ def differences(
 ) -> MotionGradient:
     """Derivatives of sum(weights * columns) by central differences.
 
-    Columns (t, n, p) are of a robot and a motion, each sample from that sample alone, and depend on
-    `Motion.load` if `load`. Weights are (t, n, p). Joints of a group are moved at once, since each joint's
-    rows depend on it alone; without groups each is moved on its own, and its gain is that of all rows.
-    Of position, velocity and acceleration, columns depend on `names` alone.
+    `columns` returns an array (t, n, p) for a robot and a motion, each sample from that sample alone, and
+    depends on `Motion.load` if `load` is true. `weights` is (t, n, p). Joints of a group are moved together,
+    which requires that each joint's rows depend only on that joint. Without groups, each joint is moved
+    alone, and its derivative sums over all rows. Of position, velocity and acceleration, columns depend on
+    `names`.
     """
-    found = MotionGradient.none(motion.position.shape)
+    gradient = MotionGradient.none(motion.position.shape)
     for name in (*names, "load") if load else names:
-        out, base = getattr(found, name), getattr(motion, name)
+        out, base = getattr(gradient, name), getattr(motion, name)
         for group in groups or [[joint] for joint in range(robot.dof)]:
             shift = np.zeros(robot.dof)
             shift[list(group)] = STEP * (1.0 if name in ("position", "velocity") else 1e3)
             sides = [columns(robot, replace(motion, **{name: base + s * shift})) for s in (1, -1)]
             gain = np.einsum("tnp,tnp->tn", weights, sides[0] - sides[1]) / (2 * shift.max())
             out[:, list(group)] = gain[:, list(group)] if len(group) > 1 else gain.sum(1, keepdims=True)
-    return found
+    return gradient
 
 
 class Formula(NamedTuple):
-    """Profiles of an effect.
+    """Profiles of an effect as a function.
 
     Attributes:
-        function: Of position, velocity, load, temperature and the constants, a tuple of one profile a
-            parameter of a joint; the same arithmetic for arrays and for single numbers.
-        constants: Numbers beside the motion.
+        function: Function of position, velocity, load, temperature and constants that returns a tuple with
+            one profile per parameter of a joint; it accepts arrays and single numbers.
+        constants: Constants of the function.
     """
 
     function: Callable[[Any, Any, Any, Any, tuple[float, ...]], tuple[Any, ...]]
@@ -245,9 +246,9 @@ class JointEffect(Effect):
     """An effect that acts on single joints, each with its own parameters.
 
     Attributes:
-        joints: Names of the joints it acts on; None for all.
+        joints: Names of the joints on which it acts; None for all.
         dry: Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
-        moved_by: Of position, velocity and acceleration, those on which its columns depend.
+        moved_by: Parts of the motion (position, velocity, acceleration) on which the columns depend.
     """
 
     joints: tuple[str, ...] | None = None
@@ -258,23 +259,23 @@ class JointEffect(Effect):
 
     @property
     def formula(self) -> Formula | None:
-        """Its profiles in arithmetic that can be compiled; None where it has no such form."""
+        """Profiles as a function that can be compiled; None if there is no such form."""
         return None
 
     def profiles(self, motion: Motion) -> tuple[np.ndarray, ...]:
-        """What `formula` gives along a motion, one profile (t, n) a parameter of a joint."""
+        """Values of `formula` along a motion, one profile (t, n) per parameter of a joint."""
         assert self.formula is not None
         function, constants = self.formula
         return function(motion.position, motion.velocity, motion.load, motion.temperature, constants)
 
     def columns(self, robot: Robot) -> list[int]:
-        """Indices of the joints it acts on; raises `UnknownJoint` for a name that the robot does not have."""
+        """Indices of the joints on which it acts; raises `UnknownJoint` for an unknown name."""
         if self.joints is None:
             return list(range(robot.dof))
         return [robot.index(joint) for joint in self.joints]
 
     def on_each(self, robot: Robot, *kinds: tuple[Any, ...]) -> list[Parameter]:
-        """Parameters joint by joint, of letters before its number, unit where it turns, and minimum."""
+        """Parameters joint by joint, from letters before the joint number, unit if revolute, and minimum."""
         return [
             Parameter(f"{letters}{joint + 1}", robot.unit(joint, unit), *minimum)
             for joint in self.columns(robot)
@@ -294,27 +295,27 @@ class JointEffect(Effect):
         return [joint for joint in columns for _ in range(each)]
 
     def terms(self, robot: Robot, **values: np.ndarray) -> JointTerms:
-        """Terms of `portable` from the values (j,) of each on its joints."""
+        """Joint terms for `portable` from values (j,) for the joints on which the effect acts."""
         columns = self.columns(robot)
-        every = {name: np.zeros(robot.dof) for name in values}
-        for name, own in values.items():
-            every[name][columns] = own
-        return JointTerms.of(robot.dof, **every)
+        terms = {name: np.zeros(robot.dof) for name in values}
+        for name, on_joints in values.items():
+            terms[name][columns] = on_joints
+        return JointTerms.of(robot.dof, **terms)
 
     def apart(self, robot: Robot) -> list[Effect]:
         return [replace(self, joints=(robot.joints[joint],)) for joint in self.columns(robot)]
 
     def on_joints(self, robot: Robot, *profiles: np.ndarray) -> np.ndarray:
-        """Regressor whose columns are, joint by joint, the given profiles, each (t, n)."""
+        """Regressor with the given profiles, each (t, n), as columns of each joint."""
         count, shape = len(profiles), profiles[0].shape
-        if self.joints is None:  # all at once, along the diagonal: a plant asks every tick
-            every = np.zeros((len(profiles[0]), count * shape[1] ** 2))
-            for which, profile in enumerate(profiles):
-                every[:, which :: count * (shape[1] + 1)] = profile
-            return every.reshape(*shape, -1)
+        if self.joints is None:  # fast path along the diagonal: simulations evaluate this at every time step
+            flat = np.zeros((len(profiles[0]), count * shape[1] ** 2))
+            for k, profile in enumerate(profiles):
+                flat[:, k :: count * (shape[1] + 1)] = profile
+            return flat.reshape(*shape, -1)
         columns = self.columns(robot)
         regressor = np.zeros((*shape, count * len(columns)))
         for place, joint in enumerate(columns):
-            for which, profile in enumerate(profiles):
-                regressor[:, joint, count * place + which] = profile[:, joint]
+            for k, profile in enumerate(profiles):
+                regressor[:, joint, count * place + k] = profile[:, joint]
         return regressor

@@ -23,13 +23,13 @@ def _with_drag(position: Any, velocity: Any, load: Any, temperature: Any, consta
 class FrictionAsymmetry(JointEffect):
     r"""Torque :math:`F_a |\tanh(\dot q / v_r)| + F_{va} |\dot q|`, the even part of friction.
 
-    With `CoulombFriction`, the joint brakes with :math:`F_c + F_a` forward and :math:`F_c - F_a`
-    backward; where drag differs too, likewise :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset` it is gone
-    at standstill; a motion without standstill hardly distinguishes the two.
+    With `CoulombFriction`, the friction of the joint is :math:`F_c + F_a` forward and :math:`F_c - F_a`
+    backward, and with different viscous friction also :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset`, it is
+    zero at standstill; a motion without standstill hardly distinguishes the two.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the friction builds up [rad/s].
-        viscous: Whether drag differs too.
+        viscous: Whether viscous friction differs too.
     """
 
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)

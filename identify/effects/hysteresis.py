@@ -10,19 +10,19 @@ from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
 
 
-def slid(state: Any, way: Any, presliding: float) -> Any:
-    """State z behind a way without reversal [rad], from its state before; without a way it stays."""
-    sign = np.sign(way)
-    return sign - (sign - state) * np.exp(-np.abs(way) / presliding)
+def slid(state: Any, displacement: Any, presliding: float) -> Any:
+    """State z after a displacement without reversal [rad]; zero displacement does not change the state."""
+    sign = np.sign(displacement)
+    return sign - (sign - state) * np.exp(-np.abs(displacement) / presliding)
 
 
 @dataclass(frozen=True)
 class Hysteresis(JointEffect):
     r"""Torque :math:`F_h z`, with :math:`dz = (1 - z\, \mathrm{sgn}\, dq)\, dq / \delta` (Dahl 1968).
 
-    Teeth, seals and grease first deform, then slide: after a reversal the torque rebuilds over a
-    displacement, however slow the motion. Sliding steadily it is Coulomb friction of the same size, and
-    takes its place in a model.
+    Teeth, seals and grease first deform, then slide: after a reversal, the torque builds up over a
+    displacement, at any speed. In steady sliding it equals Coulomb friction of the same size, which it
+    replaces in a model.
 
     Attributes:
         presliding: Displacement :math:`\delta` over which 63 % of the change is made [rad].
@@ -50,7 +50,7 @@ class Hysteresis(JointEffect):
         return self.on_joints(robot, states), (at.copy(), state)
 
     def _state(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """State z and its derivative by the displacement, each (t, n), zero where the effect does not act."""
+        """State z and its derivative with respect to `presliding`, each (t, n); zero on other joints."""
         state, slope = np.zeros((2, *motion.position.shape))
         for joint in self.columns(robot):
             state[:, joint], slope[:, joint] = _dahl(motion.position[:, joint], self.presliding)
@@ -60,8 +60,8 @@ class Hysteresis(JointEffect):
 def _dahl(position: np.ndarray, presliding: float) -> tuple[np.ndarray, np.ndarray]:
     """State z and dz/d(presliding) along one joint's path, from z = 0.
 
-    Between reversals z goes exponentially, with the path, to the sign of the motion; so there is one
-    closed step a stretch, however many samples it has.
+    Between reversals, z converges exponentially along the path to the sign of the motion, so each stretch is
+    one closed-form step, regardless of the number of samples.
     """
     steps = np.diff(position, prepend=position[0])
     signs = np.sign(steps)
@@ -72,21 +72,21 @@ def _dahl(position: np.ndarray, presliding: float) -> tuple[np.ndarray, np.ndarr
     sign = signs[starts[:-1]]
     gone, end = path - origin[stretch], path[starts[1:] - 1] - origin
     z, dz = _starts(sign, end / presliding, end / presliding**2)
-    decay = np.where(signs, np.exp(-gone / presliding), 1.0)  # 1 while still, where nothing is gone either
-    left = signs - z[stretch]
-    state = np.where(signs, signs - left * decay, z[stretch])
-    slope = dz[stretch] * decay - np.where(signs, left * decay * gone / presliding**2, 0.0)
+    decay = np.where(signs, np.exp(-gone / presliding), 1.0)  # 1 at standstill
+    gap = signs - z[stretch]
+    state = np.where(signs, signs - gap * decay, z[stretch])
+    slope = dz[stretch] * decay - np.where(signs, gap * decay * gone / presliding**2, 0.0)
     return state, slope
 
 
 def _starts(sign: np.ndarray, length: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """State z and its derivative where each stretch begins; `length` is in units of presliding."""
+    """State z and its derivative at the start of each stretch; `length` is in units of presliding."""
     z, dz = np.zeros((2, len(sign)))
     decay = np.exp(-length)
     for k in range(len(sign) - 1):
         if not sign[k]:
             z[k + 1], dz[k + 1] = z[k], dz[k]
             continue
-        left = (sign[k] - z[k]) * decay[k]
-        z[k + 1], dz[k + 1] = sign[k] - left, dz[k] * decay[k] - left * rate[k]
+        gap = (sign[k] - z[k]) * decay[k]
+        z[k + 1], dz[k + 1] = sign[k] - gap, dz[k] * decay[k] - gap * rate[k]
     return z, dz

@@ -15,12 +15,12 @@ from .simulator_terms import JointTerms
 class JointSpring(JointEffect):
     r"""Torque :math:`k (q - q_0)`, written linearly as :math:`K_s q + T_s` with :math:`T_s = -k q_0`.
 
-    Cables and hoses stiffen as they stretch: then :math:`k (q - q_0) + k_3 (q - q_0)^3`, a polynomial
-    :math:`T_s + K_s q + K_q q^2 + K_c q^3`. Beside a `CurrentOffset` on the same joint, :math:`T_s` and
-    the offset are one and the same column.
+    Cables and hoses stiffen as they stretch: the torque is then :math:`k (q - q_0) + k_3 (q - q_0)^3`, a
+    polynomial :math:`T_s + K_s q + K_q q^2 + K_c q^3`. With a `CurrentOffset` on the same joint, :math:`T_s`
+    and the offset have the same column.
 
     Attributes:
-        stiffening: Whether it stiffens.
+        stiffening: Whether the spring stiffens as it stretches.
     """
 
     stiffening: bool = False
@@ -32,7 +32,7 @@ class JointSpring(JointEffect):
     def parameters(self, robot: Robot) -> list[Parameter]:
         if not self.stiffening:
             return self.on_each(robot, ("Ks", "N m/rad", 0.0), ("Ts", "N m"))
-        # A cable that hangs loose about the middle of its range may bend the other way there.
+        # A cable that is loose in the middle of its range may have negative stiffness there.
         more = ("Kq", "N m/rad^2"), ("Kc", "N m/rad^3", 0.0)
         return self.on_each(robot, ("Ks", "N m/rad"), ("Ts", "N m"), *more)
 

@@ -2,12 +2,12 @@ r"""A motor that also turns when another joint moves, as in the wrist of most ar
 
 The paper's (22), with motor velocities divided by their gear ratios, is :math:`u = C \dot q` with a unit
 diagonal; here :math:`u_j = \dot q_j + c\, \dot q_o`. Motors and their gears resist *their* motion with
-torques :math:`f(u)`. By virtual work :math:`\dot q^T \tau = u^T f`, so the joints feel
+torques :math:`f(u)`. By virtual work :math:`\dot q^T \tau = u^T f`, so the joint torques are
 
 .. math:: \tau = C^T f(C \dot q): \qquad \tau_j = f_j(u_j), \quad \tau_o = f_o(\dot q_o) + c f_j(u_j).
 
-What a joint feels when it moves alone belongs to its own rotor inertia and friction, which the columns
-here therefore leave out. What remains of :math:`f_j = I_a \dot u + F_v u + F_c \tanh(u / v_r)` is
+The torque of a joint that moves alone belongs to its rotor inertia and friction, so the columns of this
+effect exclude it. The remaining part of :math:`f_j = I_a \dot u + F_v u + F_c \tanh(u / v_r)` is
 
 ============  ==================================  ======================================
 unknown       row :math:`j`                       row :math:`o`
@@ -17,8 +17,8 @@ unknown       row :math:`j`                       row :math:`o`
 :math:`F_c`   :math:`s(u_j) - s(\dot q_j)`        :math:`c\,(s(u_j) - s(c\,\dot q_o))`
 ============  ==================================  ======================================
 
-The first two are exact and do not need the ratio, which is why it is no shape of theirs. The product of
-inertia and the product of viscosity are off-diagonal terms of :math:`C^T I_a C` and :math:`C^T F_v C`.
+The first two rows are exact and do not depend on the ratio. The product of inertia and the product of viscous
+friction are off-diagonal terms of :math:`C^T I_a C` and :math:`C^T F_v C`.
 """
 
 from collections.abc import Callable
@@ -37,12 +37,12 @@ Sign = Callable[[np.ndarray, float], np.ndarray]
 
 @dataclass(frozen=True)
 class KinematicCoupling(Effect):
-    """Inertia and friction that the motor of `joint` shares with the joint `other`.
+    """Inertia and friction of the motor of `joint` that also act on the joint `other`.
 
     Attributes:
-        joint: Name of the joint whose motor it is.
-        other: Name of the joint that also turns that motor.
-        ratio: Turns of that motor, over its gear ratio, per turn of the other joint [-].
+        joint: Name of the joint that the motor drives.
+        other: Name of the other joint that also turns this motor.
+        ratio: Turns of the motor, over its gear ratio, per turn of the other joint [-].
         reversal: Velocity over which the sign of dry friction changes [rad/s].
     """
 
@@ -92,13 +92,13 @@ class KinematicCoupling(Effect):
         return j, o
 
     def _motor_velocity(self, robot: Robot, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity of the motor, and its part from the other joint alone, each (t,) [rad/s]."""
+        """Velocity of the motor, and its part from the other joint, each (t,) [rad/s]."""
         j, o = self._pair(robot)
         alone = self.ratio * motion.velocity[:, o]
         return motion.velocity[:, j] + alone, alone
 
     def _dry(self, robot: Robot, motion: Motion, sign: Sign) -> np.ndarray:
-        """The table's last row for `sign` or a derivative of it, shape (t, n)."""
+        """Last row of the table for `sign` or a derivative of it, shape (t, n)."""
         j, o = self._pair(robot)
         motor, alone = self._motor_velocity(robot, motion)
         torque = np.zeros_like(motion.velocity)

@@ -12,7 +12,7 @@ from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
 def _pressed(load: Any, preload: float) -> Any:
-    """By what the load presses more than the preload does alone [N m]."""
+    """Increase of the contact load over the preload [N m]."""
     return np.hypot(load, preload) - preload
 
 
@@ -24,11 +24,11 @@ def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constan
 class LoadDependentFriction(JointEffect):
     r"""Torque :math:`\mu (\sqrt{p^2 + \tau_{load}^2} - p) \tanh(\dot q / v_r)`.
 
-    Teeth and bearings are pressed by the load. Those that are preloaded by p feel a small one little; what
-    friction they have without any is Coulomb friction.
+    The load presses on teeth and bearings. A preload p reduces the effect of small loads; the friction
+    without load is Coulomb friction.
 
-    The load is `Motion.load`, the nominal torque through the gear; the measured torque would carry
-    its noise, and the friction itself, into the column.
+    The load is `Motion.load`, the nominal torque through the gear. The measured torque would bring its noise,
+    and the friction itself, into the column.
 
     Attributes:
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
@@ -41,8 +41,7 @@ class LoadDependentFriction(JointEffect):
     needs_load: ClassVar[bool] = True
     greased: ClassVar[bool] = True
     plausible: ClassVar[float] = 0.3
-    """Of a screw that holds itself it is one half, of toothed gears less; on a joint that bears next to none,
-    nothing else says so."""
+    """A self-locking screw has 0.5, toothed gears have less; a joint with little load cannot determine it."""
 
     @property
     def formula(self) -> Formula:

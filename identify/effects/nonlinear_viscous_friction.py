@@ -1,4 +1,4 @@
-"""Friction that grows faster or slower than velocity: churning grease, or a shear-thinning one."""
+"""Friction that grows faster or slower than velocity: churning or shear-thinning grease."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -20,9 +20,9 @@ def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constan
 class NonlinearViscousFriction(JointEffect):
     r"""Torque :math:`F_n\, \mathrm{sign}(\dot q)\, |\dot q / v_1|^a` with :math:`v_1` = 1 rad/s.
 
-    The reference velocity makes the parameter a torque, whatever the exponent. With exponent 1 this is
-    `ViscousFriction`, and beside it the columns are then the same: an exponent near 1 means that there
-    is nothing nonlinear to find. Towards 0 it nears `CoulombFriction`.
+    The reference velocity makes the parameter a torque for any exponent. Exponent 1 is `ViscousFriction`,
+    whose column is then the same, so an exponent near 1 means that there is no nonlinearity. Toward 0, the
+    effect approaches `CoulombFriction`.
 
     Attributes:
         exponent: The power :math:`a` of the velocity [-]; 2 is the drag of a stirred fluid.

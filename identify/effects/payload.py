@@ -1,4 +1,4 @@
-"""A body carried on the flange."""
+"""A payload on the flange."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body
 
 @dataclass(frozen=True)
 class Payload(Effect):
-    """A body on the flange, about the flange's origin and axes, in the runs that carry it.
+    """A body on the flange, in the flange frame, in the runs that carry it.
 
-    Parameters that are known make a known torque; the others are unknowns such as the paper's ML and
-    MZL. In a run whose `Motion.payload` is another name, both are zero.
+    Known parameters cause a known torque; the others are unknowns such as the paper's ML and MZL. In a run
+    with another `Motion.payload`, both are zero.
 
     Attributes:
-        name: Name of the body, at the end of each parameter's name.
+        name: Name of the payload, at the end of each parameter's name.
         known: Pairs of a name in `INERTIAL` and its value in SI units; see `known_parameters`.
     """
 
@@ -65,19 +65,19 @@ class Payload(Effect):
     ) -> MotionGradient:
         if motion.payload != self.name:
             return MotionGradient.none(motion.position.shape)
-        every = np.zeros((*motion.position.shape, len(INERTIAL)))
-        every[:, :, [INERTIAL.index(name) for name in self._unknown]] = weights
+        all_weights = np.zeros((*motion.position.shape, len(INERTIAL)))
+        all_weights[:, :, [INERTIAL.index(name) for name in self._unknown]] = weights
         for name, value in self.known:
-            every[:, :, INERTIAL.index(name)] = value * known
-        by = body_gradient(robot.kinematics, motion, robot.flange, every)
+            all_weights[:, :, INERTIAL.index(name)] = value * known
+        by = body_gradient(robot.kinematics, motion, robot.flange, all_weights)
         return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def inertias(self, robot: Robot) -> list[slice]:
         return [] if self.known else [slice(0, 10)]
 
     def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
-        given = dict(zip(self._unknown, values, strict=True)) | dict(self.known)
-        body = np.array([given[name] for name in INERTIAL])
+        by_name = dict(zip(self._unknown, values, strict=True)) | dict(self.known)
+        body = np.array([by_name[name] for name in INERTIAL])
         if payload != self.name or not is_body(body):
             return {}
         return {robot.dof - 1: robot.flange.act(body_inertia(body))}
@@ -91,38 +91,38 @@ class Payload(Effect):
         """Torque per unit of the named parameters, shape (t, n, len(names)) [N m / unit]."""
         if motion.payload != self.name or not names:
             return np.zeros((*motion.position.shape, len(names)))
-        every = body_regressor(robot.kinematics, motion, robot.flange)
-        return every[:, :, [INERTIAL.index(name) for name in names]]
+        columns = body_regressor(robot.kinematics, motion, robot.flange)
+        return columns[:, :, [INERTIAL.index(name) for name in names]]
 
 
 def known_parameters(
     mass: float, com: Sequence[float] | None = None, inertia: Sequence[float] | None = None
 ) -> tuple[tuple[str, float], ...]:
-    """The ten parameters of a weighed or drawn body, for `Payload.known`.
+    """Known parameters of a body that was weighed or is drawn, for `Payload.known`.
 
     Args:
-        mass: From a scale [kg].
-        com: Centre of mass from the flange's origin, in its axes, shape (3,) [m].
-        inertia: xx, xy, xz, yy, yz, zz about the centre of mass, in the flange's axes [kg m^2].
+        mass: Mass from a scale [kg].
+        com: Center of mass in the flange frame, shape (3,) [m].
+        inertia: xx, xy, xz, yy, yz, zz about the center of mass, in the axes of the flange [kg m^2].
 
     Raises:
-        RobotError: A mass that is not positive, an inertia without the centre of mass it is about or that
-            no body has, or what is no number.
+        RobotError: The mass is not positive, a value is not finite, the inertia is given without the center
+            of mass, or no body can have it.
     """
     if not 0.0 < mass < np.inf:
         raise RobotError(f"payload: mass is {mass} kg; it must be above 0 and finite")
-    for name, given in (("com", com), ("inertia", inertia)):
-        if given is not None and not np.all(np.isfinite(given)):
-            raise RobotError(f"payload: {name} is {', '.join(map(str, given))}; every one must be a number")
+    for name, value in (("com", com), ("inertia", inertia)):
+        if value is not None and not np.all(np.isfinite(value)):
+            raise RobotError(f"payload: {name} is {', '.join(map(str, value))}; all values must be finite")
     if com is None:
         if inertia is not None:
-            raise RobotError("payload: inertia is about the centre of mass, which is not given; give com too")
+            raise RobotError("payload: inertia is about the center of mass, which is missing; give com too")
         return (("M", float(mass)),)
     xx, xy, xz, yy, yz, zz = (0.0,) * 6 if inertia is None else (float(value) for value in inertia)
     about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     try:
         values = inertial_parameters(pin.Inertia(float(mass), np.asarray(com, float), about_com))
     except (RuntimeError, ValueError) as error:
-        raise RobotError(f"payload: no body has the inertia {about_com.tolist()}: {error}") from error
+        raise RobotError(f"payload: no body can have the inertia {about_com.tolist()}: {error}") from error
     names = INERTIAL[6:] if inertia is None else INERTIAL
     return tuple((name, float(values[INERTIAL.index(name)])) for name in names)

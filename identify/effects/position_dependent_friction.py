@@ -15,9 +15,9 @@ class PositionDependentFriction(JointEffect):
     r"""Torque :math:`\tanh(\dot q / v_r) (F_{cos} \cos kq + F_{sin} \sin kq)`.
 
     Attributes:
-        harmonic: Periods per turn of the joint :math:`k` [-], or per metre over :math:`2\pi` where it
-            slides; part of the parameters' names, so that several can be in one model.
-        count: How many multiples of it there are, from the first on; a tight spot has many.
+        harmonic: Periods per turn of the joint :math:`k` [-]; for a prismatic joint, periods per :math:`2\pi`
+            meters. It is part of the parameters' names, so that several can be in one model.
+        count: Number of its multiples, from the first; a tight spot has many.
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
@@ -37,7 +37,7 @@ class PositionDependentFriction(JointEffect):
         return {"reversal": self._waves(robot, motion, slope)}
 
     def _waves(self, robot: Robot, motion: Motion, profile: np.ndarray) -> np.ndarray:
-        """Regressor of a profile (t, n) that waves along the joint."""
+        """Regressor of a profile (t, n) multiplied by the waves along the joint."""
         angle = self.harmonic * motion.position
         waves = [wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
         return self.on_joints(robot, *[profile * wave for wave in waves])

@@ -17,7 +17,7 @@ UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg
 
 @dataclass(frozen=True)
 class RigidBody(Effect):
-    """The ten standard parameters of every link, about its frame's origin (the paper's (3))."""
+    """The ten standard parameters of every link, about the origin of its frame (the paper's (3))."""
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
@@ -30,7 +30,7 @@ class RigidBody(Effect):
                 f"{name}{link + 1}",
                 UNITS[name],
                 minimum=0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf,
-                # Khalil's choice: a revolute link's YY, MZ and M go into the link before it.
+                # Khalil's choice: YY, MZ and M of a revolute link are regrouped into the preceding link.
                 regroup=2 if name in ("YY", "MZ", "M") else 0,
             )
             for link in range(robot.dof)
@@ -47,7 +47,7 @@ class RigidBody(Effect):
         return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        """None for a robot whose description is geometry alone: no mass of it was ever stated."""
+        """Priors of all links; empty if the robot description has only geometry and no masses."""
         priors: dict[str, Prior] = {}
         if not any(inertia.mass > 0.0 for inertia in robot.kinematics.inertias):
             return priors
@@ -63,25 +63,25 @@ class RigidBody(Effect):
         return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
 
     def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
-        every = values.reshape(robot.dof, len(INERTIAL))
-        if not all(is_body(one) for one in every):
+        links = values.reshape(robot.dof, len(INERTIAL))
+        if not all(is_body(parameters) for parameters in links):
             return {}
-        return {link: body_inertia(one) for link, one in enumerate(every)}
+        return {link: body_inertia(parameters) for link, parameters in enumerate(links)}
 
 
 def inertial_parameters(inertia: pin.Inertia) -> np.ndarray:
-    """The ten parameters of a body in `INERTIAL` order, about its frame's origin."""
+    """Ten parameters of a body in `INERTIAL` order, about the origin of its frame."""
     m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
     return np.array([xx, xy, xz, yy, yz, zz, mx, my, mz, m])
 
 
 def is_body(values: np.ndarray) -> bool:
-    """Whether ten parameters are a body with a centre of mass, or nothing at all."""
+    """Whether ten parameters have a positive mass or are all zero."""
     return bool(values[9] > 0.0 or not np.any(values))
 
 
 def body_inertia(values: np.ndarray) -> pin.Inertia:
-    """The body with ten parameters in `INERTIAL` order; the inverse of `inertial_parameters`."""
+    """Inertia of a body from ten parameters in `INERTIAL` order; the inverse of `inertial_parameters`."""
     if not np.any(values):
         return pin.Inertia.Zero()
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = values
@@ -89,7 +89,7 @@ def body_inertia(values: np.ndarray) -> pin.Inertia:
 
 
 def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:
-    """The robot with other links, ten parameters each in `INERTIAL` order, shape (n, 10)."""
+    """Copy of a robot with other links, shape (n, 10), ten parameters each in `INERTIAL` order."""
     kinematics = robot.kinematics.copy()
     for link, values in enumerate(bodies):
         kinematics.inertias[link + 1] = body_inertia(values)
@@ -97,12 +97,12 @@ def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:
 
 
 def inertial_priors(inertia: pin.Inertia, tolerance: float) -> dict[str, Prior]:
-    """Value and standard deviation of a body's ten parameters.
+    """Priors of a body's ten parameters.
 
-    The tolerance is relative to the size of the body, so that a first moment that happens to be zero
-    is not held for certain: with mass m and r the root mean square distance of the mass from the
-    frame's origin, the deviations are tolerance times m, m r and m r^2; that of the first moment is the
-    length of a vector, a third of its square along each axis.
+    The tolerance is relative to the size of the body, so that a first moment that happens to be zero is not
+    treated as certain. With mass m and rms distance r of the mass from the origin of the frame, the standard
+    deviations are tolerance times m, m r and m r^2; that of the first moment applies to the length of the
+    vector, with a third of its square along each axis.
     """
     values = inertial_parameters(inertia)
     mass = values[9]

@@ -1,4 +1,4 @@
-"""Inertia of rotor and gear, seen from the joint."""
+"""Inertia of rotor and gear, reflected to the joint."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""Terms in which simulators share a model's torque, beside that of rigid bodies."""
+"""Torque terms that simulators have in common, in addition to rigid bodies."""
 
 from dataclasses import dataclass, fields
 from typing import NamedTuple
@@ -8,13 +8,13 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class JointTerms:
-    """What torque each joint takes beyond that of its bodies, each of shape (n,).
+    """Torque terms of each joint in addition to its bodies, each of shape (n,).
 
     Attributes:
         armature: Inertia of rotor and gear [kg m^2].
         damping: Torque per velocity [N m s/rad].
-        dry: Torque of dry friction [N m].
-        reversal: Velocity over which that reverses, by tanh [rad/s].
+        dry: Dry friction torque [N m].
+        reversal: Velocity over which dry friction changes its sign, by tanh [rad/s].
         stiffness: Torque per position [N m/rad].
         constant: Torque at position zero [N m].
     """
@@ -28,12 +28,12 @@ class JointTerms:
 
     @classmethod
     def of(cls, joints: int, **terms: np.ndarray) -> "JointTerms":
-        """The given terms, and zero for the others."""
+        """Joint terms with the given values, and zero for all others."""
         return cls(**{f.name: terms.get(f.name, np.zeros(joints)) for f in fields(cls)})
 
     def __add__(self, other: "JointTerms") -> "JointTerms":
         total = {f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)}
-        # Simulators know one velocity at which dry friction changes its sign: that of the larger part.
+        # Simulators have one reversal velocity of dry friction: that of the larger part is used.
         total["reversal"] = np.where(other.dry >= self.dry, other.reversal, self.reversal)
         return JointTerms(**total)
 
@@ -46,8 +46,8 @@ class Spring(NamedTuple):
         d21: Distance of the fixed end from the axis [m].
         d22: Distance of the moving end from the axis [m].
         phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
-        stiffness: [N/m].
-        preload: [N].
+        stiffness: Stiffness [N/m].
+        preload: Preload [N].
     """
 
     joint: str

@@ -1,4 +1,4 @@
-"""The sign of a velocity, made smooth around zero so that it can be fitted and filtered."""
+"""Sign of a velocity, smooth around zero so that it can be fitted and filtered."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ def smooth_sign(velocity: np.ndarray, reversal: float) -> np.ndarray:
 
 
 def smooth_sign_by_velocity(velocity: np.ndarray, reversal: float) -> np.ndarray:
-    """Derivative of `smooth_sign` by the velocity [s/rad]."""
+    """Derivative of `smooth_sign` with respect to the velocity [s/rad]."""
     # cosh overflows above 710; at 300 the slope is already 1e-260.
     return 1.0 / reversal / np.cosh(np.clip(velocity / reversal, -300, 300)) ** 2
 
 
 def smooth_sign_by_reversal(velocity: np.ndarray, reversal: float) -> np.ndarray:
-    """Derivative of `smooth_sign` by the reversal velocity [s/rad]."""
+    """Derivative of `smooth_sign` with respect to the reversal velocity [s/rad]."""
     return -velocity / reversal * smooth_sign_by_velocity(velocity, reversal)

@@ -11,12 +11,13 @@ so that (25) gives :math:`\sin\psi = -d_{21} \sin\theta / l` without an arctange
 
 .. math:: \tau_{sb} = -F d_{21} d_{22} \sin\theta / l .
 
-This is the torque *on the joint*: the motor gives what is left, so the columns are minus the paper's
-(35). (36) adds (35) as it stands, but with the values of Table III only this sign holds the arm up: at
-:math:`q_2 = 0`, arm forward, gravity asks the motor for -3.4 kN m and :math:`\tau_{sb}` is -7.7 kN m.
+This is the torque *on the joint*. The motor supplies the difference, so the columns are minus the paper's
+(35). (36) adds (35) with its printed sign, but with the values of Table III only the sign used here supports
+the arm: at :math:`q_2 = 0`, arm forward, the motor torque for gravity is -3.4 kN m and :math:`\tau_{sb}` is
+-7.7 kN m.
 
-(33) as printed, a plain arctangent, divides by zero at :math:`\theta = 0, \pm\pi`, the upright arm, and
-beyond :math:`-\pi < \theta < 0` takes the wrong branch, which changes the torque's sign.
+(33) as printed, a plain arctangent, divides by zero at :math:`\theta = 0, \pm\pi`, the upright arm. Outside
+:math:`-\pi < \theta < 0`, it is on the wrong branch, which changes the sign of the torque.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ from .effect import Effect, MotionGradient, Parameter, shape
 from .simulator_terms import Spring
 
 SHORTEST = 1e-9
-"""Length below which the spring's ends coincide and its direction means nothing [m]."""
+"""Length below which the ends of the spring coincide and its direction is undefined [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class SpringBalancer(Effect):
     """Torque of a spring between two links, linear in stiffness and preload.
 
     Attributes:
-        joint: Name of the joint it spans.
+        joint: Name of the joint that the spring spans.
         d21: Distance of the fixed end from the joint's axis [m].
         d22: Distance of the moving end from the joint's axis [m].
         phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
@@ -66,7 +67,7 @@ class SpringBalancer(Effect):
         position = self._position(robot, motion)
         sine, cosine = np.sin(self.phi + position), np.cos(self.phi + position)
         area, length = self.d21 * self.d22, self.length(position)
-        # Each shape: what it does to area * sine (the first column), and to the length.
+        # Derivatives of area * sine (the first column) and of the length with respect to each shape
         changes = {
             "d21": (self.d22 * sine, (self.d21 + self.d22 * cosine) / length),
             "d22": (self.d21 * sine, (self.d22 + self.d21 * cosine) / length),
@@ -80,10 +81,10 @@ class SpringBalancer(Effect):
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        found = MotionGradient.none(motion.position.shape)
-        turned = self.shape_derivatives(robot, motion)["phi"]  # the joint turns it as a change of phi does
-        found.position[:, robot.index(self.joint)] = np.sum(weights * turned, axis=(1, 2))
-        return found
+        gradient = MotionGradient.none(motion.position.shape)
+        turned = self.shape_derivatives(robot, motion)["phi"]  # position and phi have the same effect
+        gradient.position[:, robot.index(self.joint)] = np.sum(weights * turned, axis=(1, 2))
+        return gradient
 
     def parameter_joints(self, robot: Robot) -> list[int | None]:
         return [robot.index(self.joint)] * 2
@@ -92,9 +93,9 @@ class SpringBalancer(Effect):
         return Spring(self.joint, self.d21, self.d22, self.phi, float(values[0]), float(values[1]))
 
     def length(self, position: np.ndarray) -> np.ndarray:
-        """Distance of the spring's ends [m] at positions of the joint [rad]."""
+        """Length of the spring [m] at positions of the joint [rad]."""
         theta = self.phi + position
-        # hypot: the square root of (32) loses digits, or is negative, where the ends nearly meet.
+        # hypot, since the radicand of (32) loses digits or becomes negative where the ends nearly meet.
         length = np.hypot(self.d21 + self.d22 * np.cos(theta), self.d22 * np.sin(theta))
         return np.maximum(length, SHORTEST)
 

@@ -11,13 +11,13 @@ from .effect import Formula, JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
-def _left(velocity: Any, fade: float) -> Any:
-    """Share of it that is left at a velocity [-]."""
+def _decay(velocity: Any, fade: float) -> Any:
+    """Remaining share of the friction at a velocity [-]."""
     return np.exp(-((velocity / fade) ** 2))
 
 
 def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (smooth_sign(velocity, constants[1]) * _left(velocity, constants[0]),)
+    return (smooth_sign(velocity, constants[1]) * _decay(velocity, constants[0]),)
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class StribeckFriction(JointEffect):
     r"""Torque :math:`F_s \tanh(\dot q / v_r) e^{-(\dot q / v_s)^2}`, on top of Coulomb friction.
 
     Attributes:
-        fade: Velocity :math:`v_s` at which 37 % of it is left [rad/s].
+        fade: Stribeck velocity :math:`v_s`, at which 37 % of the friction remains [rad/s].
         reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
@@ -53,6 +53,6 @@ class StribeckFriction(JointEffect):
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         v = motion.velocity
-        fade = smooth_sign(v, self.reversal) * _left(v, self.fade) * 2 * v**2 / self.fade**3
-        reversal = smooth_sign_by_reversal(v, self.reversal) * _left(v, self.fade)
+        fade = smooth_sign(v, self.reversal) * _decay(v, self.fade) * 2 * v**2 / self.fade**3
+        reversal = smooth_sign_by_reversal(v, self.reversal) * _decay(v, self.fade)
         return {"fade": self.on_joints(robot, fade), "reversal": self.on_joints(robot, reversal)}

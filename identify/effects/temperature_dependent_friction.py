@@ -21,9 +21,10 @@ def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constan
 class TemperatureDependentFriction(JointEffect):
     r"""Torque :math:`(F_{vt}\, \dot q + F_{ct} \tanh(\dot q / v_r)) (T - T_0)`.
 
-    Viscous and Coulomb friction change by so much per kelvin: grease thins (:math:`F_{vt} < 0`), seals
-    and preloaded bearings may go either way. With this effect in the model, the parameters of
-    `ViscousFriction` and `CoulombFriction` are those at the reference temperature.
+    The parameters are the changes of viscous and Coulomb friction per kelvin: grease thins
+    (:math:`F_{vt} < 0`), while the friction of seals and preloaded bearings may increase or decrease. The
+    parameters of `ViscousFriction` and `CoulombFriction` in the same model are then those at the reference
+    temperature.
 
     Attributes:
         reference: Temperature :math:`T_0` [degC].
@@ -60,11 +61,11 @@ class TemperatureDependentFriction(JointEffect):
         return {"reversal": self.on_joints(robot, np.zeros_like(slope), slope)}
 
     def _require_temperature(self, robot: Robot, motion: Motion) -> None:
-        """Raise where the temperature of a joint it acts on is not known."""
-        silent = [robot.joints[j] for j in self.columns(robot) if np.isnan(motion.temperature[:, j]).any()]
-        if silent:
+        """Raise if the temperature of a joint on which the effect acts is unknown."""
+        missing = [robot.joints[j] for j in self.columns(robot) if np.isnan(motion.temperature[:, j]).any()]
+        if missing:
             raise NotRecorded(
                 f"{robot.name}: temperature-dependent friction needs the temperature of every sample, but "
-                f"temperatures were not recorded, or have gaps, on {', '.join(silent)}; record them, or "
+                f"temperatures were not recorded, or have gaps, on {', '.join(missing)}; record them, or "
                 "name only joints that have them (joints=...)"
             )

@@ -1,4 +1,4 @@
-"""A smooth curve of torque over one quantity, for what depends on it and follows no formula."""
+"""A smooth curve of torque over one quantity, for torque that does not follow a formula."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from .effect import JointEffect, Parameter
 from .smooth_sign import smooth_sign
 
 SPLINES = 6
-"""Cubic splines of a curve: a fall at low speed, a bend and a slope need about as many numbers."""
+"""Number of cubic splines in a curve: enough for a decrease at low speed, a bend and a slope."""
 DENSE = 0.03
-"""Share of the highest speed or load below which a curve is resolved evenly, and above it by ratios [-]."""
+"""Share of the highest speed or load below which splines are spaced evenly, and above it by ratios [-]."""
 REVERSAL = 0.003
 """Velocity over which friction changes its sign [rad/s]."""
 
 
 class Abscissa(NamedTuple):
-    """What a curve is over.
+    """Abscissa of a curve.
 
     Attributes:
-        letter: Of it in the names of parameters.
-        values: Of a motion, shape (t, n).
-        braking: Whether the torque is against the motion, as friction is.
-        size: Whether it is a size, of which small values matter most.
+        letter: Letter in the names of parameters.
+        values: Function that returns the abscissa along a motion, shape (t, n).
+        braking: Whether the torque opposes the motion, as friction does.
+        size: Whether the abscissa is a magnitude, with highest resolution at small values.
     """
 
     letter: str
@@ -43,20 +43,20 @@ ABSCISSAE: Mapping[str, Abscissa] = {
     "position": Abscissa("q", lambda motion: motion.position, braking=False, size=False),
     "position and direction": Abscissa("b", lambda motion: motion.position, braking=True, size=False),
 }
-"""Name -> what it is."""
+"""Name -> abscissa."""
 
 
 @dataclass(frozen=True)
 class TorqueCurve(JointEffect):
     r"""Torque :math:`\sum_k C_k B_k(x)` of cubic B-splines, times the direction of motion for friction.
 
-    Over speed and load the splines are denser near zero: evenly spaced in its :math:`\operatorname{arsinh}`.
-    Outside its range the curve stays at its value there.
+    Over speed and load, the splines are denser near zero: evenly spaced in :math:`\operatorname{arsinh} x`.
+    Outside its range, the curve is constant.
 
     Attributes:
-        over: What the torque depends on, a name in `ABSCISSAE`.
-        low: Least value of that in the runs [rad]; 0 for speed and load.
-        high: Largest value of that in the runs [rad], [rad/s] or [N m].
+        over: Quantity on which the torque depends, a name in `ABSCISSAE`.
+        low: Smallest value of the quantity in the runs [rad]; 0 for speed and load.
+        high: Largest value of the quantity in the runs [rad], [rad/s] or [N m].
     """
 
     over: str = "position"
@@ -71,12 +71,12 @@ class TorqueCurve(JointEffect):
 
     @property
     def count(self) -> int:
-        """Splines of each joint's curve."""
+        """Number of splines in each joint's curve."""
         return SPLINES
 
     @property
     def needs_load(self) -> bool:  # type: ignore[override]
-        """Whether it is over the load."""
+        """Whether the curve is over the load."""
         return self.over == "load"
 
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -102,10 +102,10 @@ class TorqueCurve(JointEffect):
 
 @cache
 def _polynomials() -> np.ndarray:
-    """Coefficients of all splines in each piece by the powers of where in it one is, (PIECES, 4, SPLINES).
+    """Coefficients of all splines in powers of the position within each piece, (PIECES, 4, SPLINES).
 
-    By the recursion of Cox and de Boor at four places of each piece, through which a cubic is drawn. A plant
-    asks for a curve every tick: SciPy takes several times as long.
+    The recursion of Cox and de Boor is evaluated at four points of each piece and interpolated by a cubic.
+    Simulations evaluate a curve at every time step, and SciPy takes several times as long.
     """
     knots = np.concatenate([[0.0] * 3, np.arange(PIECES + 1.0), [float(PIECES)] * 3])
     places = np.array([0.0, 0.25, 0.5, 0.75])
@@ -121,4 +121,4 @@ def _polynomials() -> np.ndarray:
 
 
 PIECES = SPLINES - 3
-"""Cubic pieces of which a curve is made."""
+"""Number of cubic pieces in a curve."""

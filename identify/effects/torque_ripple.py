@@ -1,4 +1,4 @@
-"""Torque that waves along a turn of the motor: cogging, and commutation errors."""
+"""Torque that oscillates along a turn of the motor: cogging and commutation errors."""
 
 from dataclasses import dataclass
 
@@ -13,13 +13,13 @@ from .effect import Effect, JointEffect, MotionGradient, Parameter
 class TorqueRipple(JointEffect):
     r"""Torque :math:`R_{cos} \cos(k N q) + R_{sin} \sin(k N q)` with gear ratio :math:`N`.
 
-    Where other joints turn this motor too, the paper's (22), its angle is :math:`N C q` and not
-    :math:`N q`, and its torque reaches them through :math:`C^T`.
+    If other joints also turn this motor, the paper's (22), its angle is :math:`N C q` instead of :math:`N q`,
+    and its torque acts on them through :math:`C^T`.
 
     Attributes:
         harmonic: Periods per turn of the motor :math:`k` [-]; part of the parameters' names, so that
             several can be in one model.
-        count: How many multiples of it there are, from the first on.
+        count: Number of its multiples, from the first.
     """
 
     harmonic: float = 1
@@ -30,14 +30,14 @@ class TorqueRipple(JointEffect):
         return self.on_each(robot, *((f"R{wave}{k:g}_", "N m") for k in numbers for wave in ("cos", "sin")))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        own, angle = (
+        joints, angle = (
             self.columns(robot),
             self.harmonic * robot.gear_ratio * (motion.position @ robot.coupling.T),
         )
         waves = [np.zeros_like(angle) for _ in range(2 * self.count)]
         for k in range(1, self.count + 1):
-            turned = k * angle[:, own]
-            waves[2 * k - 2][:, own], waves[2 * k - 1][:, own] = np.cos(turned), np.sin(turned)
+            turned = k * angle[:, joints]
+            waves[2 * k - 2][:, joints], waves[2 * k - 1][:, joints] = np.cos(turned), np.sin(turned)
         on_motors = self.on_joints(robot, *waves)
         if np.array_equal(robot.coupling, np.eye(robot.dof)):
             return on_motors
@@ -46,5 +46,5 @@ class TorqueRipple(JointEffect):
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray
     ) -> MotionGradient:
-        # coupled, a motor sees several joints
+        # with coupling, the angle of a motor depends on several joints
         return Effect.motion_gradient(self, robot, motion, weights, known)

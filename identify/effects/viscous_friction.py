@@ -1,4 +1,4 @@
-"""Friction in proportion to velocity."""
+"""Friction proportional to velocity."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar

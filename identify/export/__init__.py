@@ -1,4 +1,4 @@
-"""Export: a model for the simulators that people use, and what each format cannot represent."""
+"""Export of a model to simulator formats, with a list of what each format cannot represent."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,14 +14,14 @@ from .texts import json, toml, urdf
 
 
 class Format(NamedTuple):
-    """How a model is written: the text, which of `FEATURES` it can represent, and the ending of a file."""
+    """An export format: function for the text, the `FEATURES` it can represent, and the file extension."""
 
     text: Callable[[Portable], str]
     features: tuple[str, ...]
     ending: str
 
     def leaves_out(self, portable: Portable) -> list[str]:
-        """What it cannot represent, a sentence each."""
+        """One sentence for each part of the model that the format cannot represent."""
         return left_out(portable, self.features)
 
 
@@ -33,6 +33,6 @@ FORMATS: dict[str, Format] = {
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, tuple(FEATURES), ".toml"),
 }
-"""Name -> how; the first line of each function's docstring states what is in the file."""
+"""Name -> format; the first line of each function's docstring states the content of the file."""
 
 __all__ = ["FORMATS", "Format", "Portable"]

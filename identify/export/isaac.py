@@ -1,6 +1,6 @@
-"""Isaac Lab: the actuators of an arm, as `ArticulationCfg.actuators` takes them.
+"""Isaac Lab: actuators of an arm for `ArticulationCfg.actuators`.
 
-Fields are those that Isaac Lab has from 2.3 on; from 3.0 on it also knows the limits by other names.
+The fields require Isaac Lab 2.3 or later; from 3.0 on, the limits also have other names.
 """
 
 import re
@@ -16,7 +16,7 @@ from .portable import Portable
 
 FEATURES = ("armature", "damping", "dry", "servos")
 DIGITS = 6
-"""Significant digits that are written: solvers work in single precision."""
+"""Number of significant digits: solvers work in single precision."""
 
 FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
     "effort_limit_sim": lambda portable: portable.robot.limits.torque,
@@ -28,7 +28,7 @@ FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
     "dynamic_friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
     "viscous_friction": lambda portable: np.maximum(portable.joints.damping, 0.0),
 }
-"""Field of an actuator -> its value at each joint, shape (n,), SI."""
+"""Field of an actuator -> its value for each joint in SI units, shape (n,)."""
 HEAD = '''"""Actuators of an arm for Isaac Lab, by exidyn; SI units, at the joints.
 
 ArticulationCfg(..., actuators=ACTUATORS). {law}
@@ -41,16 +41,12 @@ ACTUATORS = {{
     "arm": ImplicitActuatorCfg(
         joint_names_expr={joints},
 '''
-BY_SERVO = (
-    "stiffness is that of the servos; what they\ndamp themselves is in viscous_friction, and damping is 0."
-)
-BY_EFFORT = (
-    "stiffness and damping are 0, for commands of\neffort; put the gains of a position controller there."
-)
+BY_SERVO = "stiffness is that of the servos; their own\ndamping is part of viscous_friction, so damping is 0."
+BY_EFFORT = "stiffness and damping are 0, for effort\ncommands; put the gains of a position controller there."
 
 
 def isaac(portable: Portable) -> str:
-    """Python that an Isaac Lab configuration imports: limits, armature, friction, servos; no bodies."""
+    """Python for an Isaac Lab configuration: limits, armature, friction, servos; no bodies."""
     robot = portable.robot
     law = BY_EFFORT if robot.servo is None else BY_SERVO
     patterns = [re.escape(joint) for joint in robot.joints]
@@ -74,7 +70,7 @@ def _listed(patterns: list[str]) -> str:
 
 
 def _by_joint(patterns: list[str], values: np.ndarray) -> str:
-    """One number where all joints have the same, else one of each that has any."""
+    """One number if all joints have the same value, else a number for each joint with a finite value."""
     if np.all(values == values[0]):
         return _number(values[0])
     known = [(p, v) for p, v in zip(patterns, values, strict=True) if np.isfinite(v)]

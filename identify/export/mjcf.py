@@ -1,13 +1,13 @@
-r"""MJCF, MuJoCo's own format: bodies, joints with friction, rotors and springs, balancers as tendons.
+r"""MJCF for MuJoCo: bodies, joints with friction, rotors and springs, balancers as tendons.
 
 Dry friction is a constraint in MuJoCo, with a force
 
 .. math:: -\frac{d}{1 - d} M (\ddot q + b \dot q), \quad b = \frac{2}{d\, t_c},
 
 up to the friction loss :math:`F`, where :math:`1 / M` is the joint's element of the inverse inertia at zero
-position. Time constant :math:`t_c`, of two steps at least, and impedance :math:`d` are chosen such that it
-reverses over the same velocity :math:`v_r` as the model's, :math:`2 M / (t_c (1 - d)) = F / v_r`: along a
-line instead of tanh, and with as little inertia, by which it would feel acceleration, as the step allows.
+position. Time constant :math:`t_c`, at least two time steps, and impedance :math:`d` are chosen such that
+friction reverses over the same velocity :math:`v_r` as in the model, :math:`2 M / (t_c (1 - d)) = F / v_r`:
+along a line instead of tanh, and with as little effect of acceleration as the time step allows.
 """
 
 from xml.etree.ElementTree import Element, SubElement
@@ -36,18 +36,18 @@ FEATURES = (
     "balancers",
 )
 STEP = 1e-3
-"""Of the integration that the file asks for [s]."""
+"""Time step of the integration in the file [s]."""
 SOFTEST = 0.01
-"""Impedance of dry friction wherever the step allows: acceleration changes weak friction by a hundredth."""
+"""Impedance of dry friction if the time step allows it: acceleration then changes friction by 1 %."""
 SLENDERNESS = 0.06
-"""Radius of a drawn link over the longest one."""
+"""Radius of a drawn link relative to the length of the longest one."""
 SMALLEST = 1e-9
-"""Stiffness of a balancer that has none [N/m per N of its preload]: MuJoCo's have a length at rest, which is
-then a million kilometres away."""
+"""Stiffness of a balancer without stiffness [N/m per N of preload]: MuJoCo's springs have a rest length,
+which is then a million kilometers."""
 
 
 def mjcf(portable: Portable) -> str:
-    """An arm of capsules that collide with nothing; a motor a joint, `ctrl` its torque [N m]."""
+    """An arm of capsules without collisions; one motor per joint with `ctrl` as its torque [N m]."""
     robot = portable.robot
     root = Element("mujoco", model=robot.name)
     SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -65,7 +65,7 @@ def mjcf(portable: Portable) -> str:
 
 
 def _add_bodies(world: Element, portable: Portable) -> list[Element]:
-    """The tree of bodies: the world, then one a joint."""
+    """Add the tree of bodies; returns the world, then one body per joint."""
     robot, bodies = portable.robot, [world]
     joints, frames = joints_of(robot.kinematics), link_frames(robot.kinematics)
     radius = SLENDERNESS * max(float(np.linalg.norm(joint.placement.translation)) for joint in joints)
@@ -87,14 +87,14 @@ def _softness(portable: Portable) -> list[tuple[float, float]]:
     robot, joints = portable.robot, portable.joints
     kinematics = robot.kinematics.copy()
     inertia = pin.crba(kinematics, kinematics.createData(), np.zeros(robot.dof)) + np.diag(joints.armature)
-    felt = 1.0 / np.diagonal(inverse(np.triu(inertia) + np.triu(inertia, 1).T))
-    found = []
-    for mass, dry, reversal in zip(felt, joints.dry, joints.reversal, strict=True):
-        # that the friction takes to stop that velocity
+    masses = 1.0 / np.diagonal(inverse(np.triu(inertia) + np.triu(inertia, 1).T))
+    softness = []
+    for mass, dry, reversal in zip(masses, joints.dry, joints.reversal, strict=True):
+        # number of time steps in which friction stops the reversal velocity
         steps = mass * reversal / (dry * STEP) if dry else 1.0
         impedance = max(1.0 - steps, SOFTEST)
-        found.append((2.0 * STEP * max(steps / (1.0 - SOFTEST), 1.0), impedance))
-    return found
+        softness.append((2.0 * STEP * max(steps / (1.0 - SOFTEST), 1.0), impedance))
+    return softness
 
 
 def _add_inertial(body: Element, inertia: pin.Inertia) -> None:
@@ -119,15 +119,19 @@ def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, floa
             "solimpfriction": words((soft[1], soft[1], 1.0)),
         }
     if joints.stiffness[place]:
-        rest = -joints.constant[place] / joints.stiffness[place]
-        attributes |= {"stiffness": repr(float(joints.stiffness[place])), "springref": repr(float(rest))}
+        reference = -joints.constant[place] / joints.stiffness[place]
+        attributes |= {
+            "stiffness": repr(float(joints.stiffness[place])),
+            "springref": repr(float(reference)),
+        }
     return attributes
 
 
 def _add_balancer(tendons: Element, bodies: list[Element], robot: Robot, spring: Spring, name: str) -> None:
-    """A tendon between a site of each link, longest where the effect's angle is zero.
+    """Add a tendon between sites of two links, longest at angle zero of the effect.
 
-    The effect's force K_r l + K_0 pushes its ends apart; MuJoCo's, -k (l - l_0), does with k = -K_r.
+    The force K_r l + K_0 of the effect pushes the ends apart; MuJoCo's force -k (l - l_0) does so for k =
+    -K_r.
     """
     place = robot.index(spring.joint)
     joint = joints_of(robot.kinematics)[place]
@@ -137,15 +141,15 @@ def _add_balancer(tendons: Element, bodies: list[Element], robot: Robot, spring:
     fixed = spring.d21 * (np.cos(turned) * across + np.sin(turned) * beside)
     ends = (bodies[joint.parent + 1], joint.placement.act(fixed)), (bodies[place + 1], spring.d22 * across)
     stiffness = spring.stiffness or SMALLEST * abs(spring.preload)
-    rest = repr(-spring.preload / stiffness if stiffness else 0.0)
-    tendon = SubElement(tendons, "spatial", name=name, stiffness=repr(-stiffness), springlength=rest)
+    length = repr(-spring.preload / stiffness if stiffness else 0.0)
+    tendon = SubElement(tendons, "spatial", name=name, stiffness=repr(-stiffness), springlength=length)
     for number, (body, position) in enumerate(ends):
         SubElement(body, "site", name=f"{name}_{number + 1}", pos=words(position))
         SubElement(tendon, "site", site=f"{name}_{number + 1}")
 
 
 def _add_motor(actuators: Element, portable: Portable, place: int) -> None:
-    """A motor whose torque a constant one is taken off, where no spring of the joint has it already."""
+    """Add a motor; its bias is the constant torque, unless a spring of the joint includes it."""
     joints, name = portable.joints, portable.robot.joints[place]
     motor = SubElement(actuators, "general", name=name, joint=name, gainprm="1")
     if joints.constant[place] and not joints.stiffness[place]:

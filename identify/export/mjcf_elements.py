@@ -1,4 +1,4 @@
-"""Where the bodies, joints and actuators of a compiled MJCF are in its text."""
+"""Bodies, joints and actuators of a compiled MJCF in its text."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,17 +9,17 @@ from .xml_text import Tag
 
 
 class Elements:
-    """Start tags of bodies, joints and actuators, by their numbers in the compiled model."""
+    """Start tags of bodies, joints and actuators, by their indices in the compiled model."""
 
     def __init__(self, root: Tag, model: Any, where: str) -> None:
         self.root, self._model, self._where = root, model, where
         bodies = [tag for world in root.children if world.name == "worldbody" for tag in _bodies(world)]
         joints = [tag for body in bodies for tag in _joints(body)]
-        actuators = [tag for every in root.children if every.name == "actuator" for tag in every.children]
+        actuators = [tag for part in root.children if part.name == "actuator" for tag in part.children]
         self._tags = {"body": bodies, "joint": joints, "actuator": actuators}
 
     def body(self, body: int) -> Tag:
-        """The tag of a body, of 1 on."""
+        """The tag of a body; 0 is the world and has none."""
         return self._tag("body", body, body - 1)
 
     def joint(self, joint: int) -> Tag:
@@ -31,33 +31,33 @@ class Elements:
         return self._tag("actuator", actuator, actuator)
 
     def _tag(self, kind: str, index: int, place: int) -> Tag:
-        """By its name, or, where the file gives none, by its place among all.
+        """The tag of an element by its name or, if the file gives no name, by its place in the text.
 
         Raises:
-            RobotError: It is not there, as what is included or replicated.
+            RobotError: The text does not contain it, because it is included or replicated.
         """
         name, tags = name_of(self._model, kind, index), self._tags[kind]
         for tag in tags:
             if tag.attributes.get("name") == name:
                 return tag
         counts = {"body": self._model.nbody - 1, "joint": self._model.njnt, "actuator": self._model.nu}
-        whole = len(tags) == counts[kind]
-        if whole and "name" not in tags[place].attributes:
+        complete = len(tags) == counts[kind]
+        if complete and "name" not in tags[place].attributes:
             return tags[place]
         raise RobotError(
-            f"{self._where}: {kind} '{name}' is not in the text of this file, but in one it includes, or "
-            "made by replicate or attach. Give the file that has it"
+            f"{self._where}: {kind} '{name}' is not in the text of this file, but in an included file, or "
+            "created by replicate or attach. Give the file that contains it"
         )
 
     @property
     def degrees(self) -> bool:
         """Whether angles are in degrees, MuJoCo's default."""
-        given = [tag.attributes["angle"] for tag in self.root.children if "angle" in tag.attributes]
-        return not given or given[-1] == "degree"
+        units = [tag.attributes["angle"] for tag in self.root.children if "angle" in tag.attributes]
+        return not units or units[-1] == "degree"
 
 
 def _bodies(tag: Tag) -> Iterator[Tag]:
-    """Bodies inside, as MuJoCo numbers them."""
+    """Bodies inside a tag, in MuJoCo's order."""
     for child in tag.children:
         if child.name == "body":
             yield child
@@ -66,7 +66,7 @@ def _bodies(tag: Tag) -> Iterator[Tag]:
 
 
 def _joints(tag: Tag) -> Iterator[Tag]:
-    """Joints of a body itself."""
+    """Joints that belong directly to a body."""
     for child in tag.children:
         if child.name in ("joint", "freejoint"):
             yield child

@@ -1,9 +1,10 @@
-"""Gears that give way, as MJCF has them: a second joint on a joint's axis, by which its link leads the motor.
+"""Elastic gears and gears with play in MJCF: a second joint on a joint's axis is the twist of the gear.
 
-The joint itself, with its name, armature, friction and actuator, is the motor, where encoders are. The twist
-has no inertia of its own. An elastic gear is its stiffness and damping; play is its range, and the teeth are
-the range's ends, on which the link strikes as on a spring and rests as on a rigid stop: MuJoCo's constraints
-take an acceleration from `solreflimit`, so that their stiffness is in proportion to the link's inertia.
+The original joint, with its name, armature, friction and actuator, is the motor, where the encoder is. The
+twist has no inertia. Its stiffness and damping represent an elastic gear. Its range represents play, and the
+ends of the range the teeth: the link strikes them like a spring and rests on them like a rigid stop. MuJoCo's
+constraints derive an acceleration from `solreflimit`, so their stiffness is proportional to the link's
+inertia.
 """
 
 from collections.abc import Sequence
@@ -26,21 +27,21 @@ PLAIN = (
     'frictionloss="0" armature="0" ref="0" springref="0" springdamper="0 0" margin="0" '
     'actuatorfrclimited="false"'
 )
-"""What a default class might give a twist, and it has not."""
+"""Attributes that override defaults of a class, which must not apply to a twist."""
 STOP = "0.95 0.99 0.001"
-"""MuJoCo's impedance of the teeth: little of the load is left to them while they strike."""
+"""MuJoCo's impedance of the teeth, near 1 so that the load has little effect on the impact."""
 
 
 class Gear(NamedTuple):
-    """A gear that gives way.
+    """An elastic gear, or a gear with play.
 
     Attributes:
-        joint: Its name.
-        stiffness: [N m/rad, N/m where the joint slides]; of the teeth, where it has play.
-        damping: [N m s/rad].
-        play: Whole width [rad]; 0 for none.
-        stiffness_half: Half of its 95 % interval [N m/rad]; infinite where nothing is known of it.
-        play_half: The same of the play [rad].
+        joint: Name of the joint.
+        stiffness: Stiffness of the gear, or of the teeth of a gear with play [N m/rad; prismatic: N/m].
+        damping: Damping [N m s/rad].
+        play: Full width of the play [rad]; 0 for none.
+        stiffness_half: Half of the 95 % interval of the stiffness [N m/rad]; infinite if unknown.
+        play_half: Half of the 95 % interval of the play [rad]; infinite if unknown.
     """
 
     joint: str
@@ -52,19 +53,19 @@ class Gear(NamedTuple):
 
 
 def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tuple[bytes, list[Change]]:
-    """The text with a twist for each gear, and what is new in it.
+    """Add a twist for each gear; returns the new text and the changes.
 
     Args:
-        text: Of the MJCF.
-        folder: In which its files lie.
-        where: What errors call it.
-        gears: Of different joints.
+        text: Text of the MJCF.
+        folder: Folder of the files that it refers to.
+        where: Name of the file in errors.
+        gears: Gears of different joints.
 
     Raises:
-        RobotError: A joint has no armature, so that its motor could not move by itself; or a twist already.
+        RobotError: A joint has no armature, so that its motor has no inertia, or already has a twist.
     """
     changes: list[Change] = []
-    for gear in gears:  # one after the other: addresses and keyframes move
+    for gear in gears:  # sequentially, since addresses and keyframes change
         root, compiled = read_tags(text, where), compile_mjcf(text.decode(), folder)
         edits, elements = Edits(text), Elements(root, compiled, where)
         joint = _joint(compiled, gear.joint, where)
@@ -80,26 +81,26 @@ def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tu
 
 
 def _joint(compiled: Any, name: str, where: str) -> int:
-    """Number of a joint that can have a twist."""
+    """Index of a joint, after a check that it can have a twist."""
     names = [joint_name(compiled, joint) for joint in range(compiled.njnt)]
     if name not in names:
-        raise RobotError(f"{where}: no joint is called '{name}'; give the joint a name")
+        raise RobotError(f"{where}: no joint has the name '{name}'; give the joint a name")
     joint = names.index(name)
     if TWIST.format(name) in names:
-        raise RobotError(f"{where}: joint '{name}' has a gear that gives way already, '{TWIST.format(name)}'")
+        raise RobotError(f"{where}: joint '{name}' already has a twist, '{TWIST.format(name)}'")
     if not compiled.dof_armature[compiled.jnt_dofadr[joint]] > 0.0:
         raise RobotError(
-            f"{where}: joint '{name}' has no armature, and a motor without inertia cannot move apart from "
+            f"{where}: joint '{name}' has no armature, and a motor without inertia cannot move relative to "
             "its link. Give the joint an armature"
         )
     return joint
 
 
 def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
-    """The second joint; numbers of the compiled joint are in its body's frame."""
+    """Element of the twist joint; axis and position of the compiled joint are in the body frame."""
     axis, anchor = (
-        " ".join(f"{value:.{DIGITS}g}" for value in one[joint])
-        for one in (compiled.jnt_axis, compiled.jnt_pos)
+        " ".join(f"{value:.{DIGITS}g}" for value in vectors[joint])
+        for vectors in (compiled.jnt_axis, compiled.jnt_pos)
     )
     name = xml_attribute(TWIST.format(gear.joint))
     hinge = turns(compiled, joint)
@@ -118,7 +119,7 @@ def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
 
 
 def _lengthen(root: Tag, edits: Edits, attribute: str, place: int) -> None:
-    """Put a zero into the keyframes' positions or velocities."""
+    """Insert a zero into the positions or velocities of all keyframes."""
     for frames in (child for child in root.children if child.name == "keyframe"):
         for key in frames.children:
             numbers = key.attributes.get(attribute, "").split()
@@ -127,7 +128,7 @@ def _lengthen(root: Tag, edits: Edits, attribute: str, place: int) -> None:
 
 
 def _changes(gear: Gear, hinge: bool) -> list[Change]:
-    """A rigid gear has no play, and no bound to its stiffness."""
+    """Changes compared with a rigid gear, which has no play and infinite stiffness."""
     where = f"joint '{TWIST.format(gear.joint)}', new"
     units = ("rad", "N m/rad", "N m s/rad") if hinge else ("m", "N/m", "N s/m")
     if gear.play:

@@ -1,6 +1,6 @@
-"""Patch: the user's own MJCF with what was found in it, and every other byte as it was.
+"""Patch of the user's MJCF: identified numbers are written, and every other byte stays the same.
 
-What MuJoCo makes of the new text is compared with the model before it is handed out.
+The model that MuJoCo compiles from the new text is compared with the identified model before it is returned.
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
-from .mjcf_same import described, require_same, taken
+from .mjcf_same import accepted, described, require_same
 from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable, left_out
 from .spread import Spread
@@ -25,12 +25,12 @@ FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "unc
 
 @dataclass(frozen=True)
 class Patch:
-    """A new text of an MJCF.
+    """New text of an MJCF.
 
     Attributes:
-        text: With the changes.
-        changes: Numbers that are others now.
-        left: What MJCF cannot hold, a sentence each.
+        text: Text with the changes.
+        changes: Changed numbers.
+        left: One sentence for each part of the model that MJCF cannot represent.
     """
 
     text: bytes
@@ -38,22 +38,22 @@ class Patch:
     left: tuple[str, ...]
 
 
-def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: str) -> Patch:
-    """Write what was found into an MJCF.
+def patch(portable: Portable, standard: Standard, text: bytes, folder: str, where: str) -> Patch:
+    """Write the identified numbers to an MJCF.
 
     Args:
-        portable: The model, without a payload in its last link.
-        found: Its parameters, of which intervals are made.
-        text: Of the MJCF that the robot is from.
-        folder: In which its meshes lie.
-        where: What errors call it.
+        portable: Identified model, without a payload in its last link.
+        standard: Standard parameters of the model, for intervals.
+        text: Text of the MJCF that describes the robot.
+        folder: Folder of the meshes.
+        where: Name of the file in errors.
 
     Raises:
-        RobotError: It is of another arm, or cannot hold what was found.
+        RobotError: The file describes another arm, or cannot represent the identified numbers.
     """
     file = _read(portable, text, folder, where)
-    wanted, below = taken(portable)
-    spread, edits = Spread(portable.model, found), Edits(text)
+    wanted, below = accepted(portable)
+    spread, edits = Spread(portable.model, standard), Edits(text)
     changes = [
         *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
         *servo_changes(file, wanted, edits),
@@ -65,8 +65,8 @@ def patch(portable: Portable, found: Standard, text: bytes, folder: str, where: 
     compiled = compile_mjcf(new.decode(), folder)
     require_same(wanted, described(compiled, wanted, where), where)
     require_servos(compiled, wanted, where)
-    left = _left(wanted, spread, bool(servos(compiled, wanted.robot.joints)))
-    return Patch(new, tuple(changes), (*below, *gravity, *left))
+    missing = _left_out(wanted, spread, bool(servos(compiled, wanted.robot.joints)))
+    return Patch(new, tuple(changes), (*below, *gravity, *missing))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
@@ -75,16 +75,16 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     except UnicodeDecodeError as error:
         raise RobotError(f"{where}: not UTF-8; write it as UTF-8") from error
     elements = Elements(root, compiled, where)
-    every, joints = [joint_name(compiled, joint) for joint in range(compiled.njnt)], portable.robot.joints
-    if missing := [joint for joint in joints if joint not in every]:
-        raise RobotError(f"{where} has no joint {', '.join(missing)}; it is of another arm")
+    names, joints = [joint_name(compiled, joint) for joint in range(compiled.njnt)], portable.robot.joints
+    if missing := [joint for joint in joints if joint not in names]:
+        raise RobotError(f"{where} has no joint {', '.join(missing)}; it describes another arm")
     nominal = described(compiled, portable, where)
     parts = body_parts(compiled, joints, {}, where)
-    return File(where, elements, compiled, [every.index(joint) for joint in joints], parts, nominal)
+    return File(where, elements, compiled, [names.index(joint) for joint in joints], parts, nominal)
 
 
-def _left(portable: Portable, spread: Spread, has_servos: bool) -> list[str]:
-    """What the file cannot hold; of constant torques those that are told apart from none."""
+def _left_out(portable: Portable, spread: Spread, has_servos: bool) -> list[str]:
+    """Sentences on what the file cannot represent; constant torques only if they differ from zero."""
     joints = portable.joints
     halves = np.array([spread.half(place, "constant") for place in range(portable.robot.dof)])
     alone = np.where(np.abs(joints.constant) <= halves, 0.0, joints.constant)

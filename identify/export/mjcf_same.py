@@ -1,4 +1,4 @@
-"""Whether what MuJoCo makes of an MJCF is the arm that is meant."""
+"""Check that the model compiled from an MJCF equals the intended model."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -15,45 +15,45 @@ from .portable import Portable
 
 
 class Remedy(NamedTuple):
-    """What an error says after the number that differs."""
+    """End of an error about a number that differs, for joints and for bodies."""
 
     of_joint: str
     of_body: str
 
 
 WRITTEN = Remedy(
-    ", whatever its element says. Take away what overrides it, such as springdamper",
-    ", whatever its <inertial> says. Take away what overrides it, such as inertiafromgeom, settotalmass or "
+    ", which differs from its element. Remove what overrides it, such as springdamper",
+    ", which differs from its <inertial>. Remove what overrides it, such as inertiafromgeom, settotalmass or "
     "balanceinertia",
 )
-"""Where the numbers have just been written."""
+"""Remedy after the numbers have been written."""
 
 
 def described(compiled: Any, portable: Portable, where: str) -> Model:
-    """What the file describes, the same joints held.
+    """Model that the file describes, with the same held joints.
 
     Raises:
-        RobotError: Joints are elsewhere than in the robot.
+        RobotError: Joints are at other places than in the robot.
     """
     robot = portable.robot
     kinematics = mjcf_kinematics(compiled, where, robot.joints)
     mine, theirs = robot.kinematics, kinematics.model
     for joint, name in enumerate(robot.joints, start=1):
-        same = theirs.names[joint] == name and mine.parents[joint] == theirs.parents[joint]
-        if not same or not theirs.jointPlacements[joint].isApprox(mine.jointPlacements[joint], SAME):
+        matches = theirs.names[joint] == name and mine.parents[joint] == theirs.parents[joint]
+        if not matches or not theirs.jointPlacements[joint].isApprox(mine.jointPlacements[joint], SAME):
             raise RobotError(
-                f"{where}: joint '{name}' is not where the model has it; give the file that its robot is from"
+                f"{where}: joint '{name}' is at another place than in the model; give the MJCF of its robot"
             )
     return described_model(robot.name, kinematics)
 
 
-def taken(portable: Portable) -> tuple[Portable, list[str]]:
-    """The model as far as MuJoCo takes it, no friction or rotor below zero; and what was, in sentences."""
+def accepted(portable: Portable) -> tuple[Portable, list[str]]:
+    """Model that MuJoCo accepts, without negative friction or rotor inertia; and sentences on changes."""
     joints, remarks = portable.joints, []
     for name, (attribute, _) in list(TERMS.items())[:3]:
         values = getattr(joints, name)
         remarks += [
-            f"{attribute} of {joint} was found to be {value:.3g}, which nothing has: 0 is written"
+            f"{attribute} of {joint} was identified as {value:.3g}, which is impossible: 0 is written"
             for joint, value in zip(portable.robot.joints, values, strict=True)
             if value < 0.0
         ]
@@ -62,22 +62,22 @@ def taken(portable: Portable) -> tuple[Portable, list[str]]:
 
 
 def require_same(wanted: Portable, model: Model, where: str, remedy: Remedy = WRITTEN) -> None:
-    """Compare what MuJoCo makes of the new text with what was meant.
+    """Check that the model compiled from the new text equals the intended model.
 
     Raises:
-        RobotError: It makes something else, as of what a compiler option overrides.
+        RobotError: They differ, for example because a compiler option overrides a number.
     """
     made, robot = Portable.of(model), wanted.robot
     for place, name in enumerate(robot.joints):
         for term, (attribute, _) in TERMS.items():
-            one, other = getattr(made.joints, term)[place], getattr(wanted.joints, term)[place]
-            if abs(one - other) > SAME * max(abs(one), abs(other)):
+            actual, expected = getattr(made.joints, term)[place], getattr(wanted.joints, term)[place]
+            if abs(actual - expected) > SAME * max(abs(actual), abs(expected)):
                 raise RobotError(
-                    f"{where}: {attribute} of joint '{name}' is {one:.4g} in MuJoCo, not {other:.4g}"
+                    f"{where}: {attribute} of joint '{name}' is {actual:.4g} in MuJoCo, not {expected:.4g}"
                     f"{remedy.of_joint}"
                 )
-        one, other = (inertial_parameters(arm.kinematics.inertias[place + 1]) for arm in (model.robot, robot))
-        if np.any(np.abs(one - other) > 10.0 * SAME * sizes(other)):
-            raise RobotError(
-                f"{where}: the body behind joint '{name}' is another one in MuJoCo{remedy.of_body}"
-            )
+        body, intended = (
+            inertial_parameters(arm.kinematics.inertias[place + 1]) for arm in (model.robot, robot)
+        )
+        if np.any(np.abs(body - intended) > 10.0 * SAME * sizes(intended)):
+            raise RobotError(f"{where}: MuJoCo has another body behind joint '{name}'{remedy.of_body}")

@@ -1,8 +1,8 @@
-"""Gains of a file's position servos: kp where it was identified, and damping as it was.
+"""Gains of a file's position servos: identified kp, and unchanged damping.
 
-Of logs without current, what is left to the command stands for it, and a drive gain is a servo's kp. What the
-servo damps by itself is then part of the viscous friction, so that its own damping becomes zero. Other servos
-keep their damping, which MuJoCo makes of the inertia where the file has a `dampratio`.
+In logs without current, the position error takes its place, and a drive gain is the kp of a servo. The
+damping of the servo is then part of the identified viscous friction, so its own damping becomes zero. Other
+servos keep their damping, which MuJoCo derives from the inertia if the file has a `dampratio`.
 """
 
 from collections.abc import Collection, Iterator
@@ -15,20 +15,20 @@ from ..errors import RobotError
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import name_of
 from ..text_table import NORMAL_95
-from .mjcf_changes import DIGITS, SAME, Change, File, same
+from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
 from .portable import Portable
 from .xml_text import Edits, Tag
 
 
 def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:
-    """Write the stiffness of all servos, where the robot's drives are such and the file has them too."""
+    """Write the stiffness of all servos, if the drives of robot and file are servos; yields the changes."""
     robot = portable.robot
     for place, actuator in enumerate(written_servos(file, portable)):
         wanted = stiffness(robot)[place]
         where = f"actuator '{name_of(file.compiled, 'actuator', actuator)}'"
         old, damping = _gains(file.compiled, actuator)
         gear = float(file.compiled.actuator_gear[actuator][0])
-        if same(old * gear**2, float(wanted)) and not damping:
+        if nearly_equal(old * gear**2, float(wanted)) and not damping:
             continue
         _write(file, actuator, float(wanted) / gear**2, edits)
         half = NORMAL_95 * float(robot.drive_gain_tolerance[place] * wanted) / gear**2
@@ -38,32 +38,32 @@ def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Chan
 
 
 def written_servos(file: File, portable: Portable) -> list[int]:
-    """The servos whose gains are written: those of all joints, where the robot's drives are such."""
+    """Servos whose gains are written: those of all joints, if the drives of the robot are servos."""
     return servos(file.compiled, portable.robot.joints) if portable.robot.servo is not None else []
 
 
 def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -> Iterator[Change]:
-    """Write the damping that servos had, where the file with its changes gives them another.
+    """Write the original damping of servos if the changes have altered it; yields the changes.
 
     Args:
-        file: As it was; servos of files that it includes are left alone.
-        new: What MuJoCo makes of it with its changes.
-        written: Servos whose gains are written already.
-        edits: Where it is written.
+        file: File before the changes; servos in included files are not changed.
+        new: Model that MuJoCo compiles with the changes.
+        written: Servos whose gains are already written.
+        edits: Edits of the text.
     """
     old = file.compiled
     tags = [tag for part in file.elements.root.children if part.name == "actuator" for tag in part.children]
     for actuator in range(old.nu):
-        kept, made = (_gains(model, actuator)[1] for model in (old, new))
+        original, altered = (_gains(model, actuator)[1] for model in (old, new))
         tag = _position_tag(tags, old, actuator)
-        if tag is not None and actuator not in written and not same(kept, made):
-            edits.set(tag, dampratio=None, kv=f"{kept:.{DIGITS}g}")
-            where = f"servo '{name_of(old, 'actuator', actuator)}', in place of dampratio"
-            yield Change(where, "kv", "N m s/rad", made, kept, 0.0)
+        if tag is not None and actuator not in written and not nearly_equal(original, altered):
+            edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
+            where = f"servo '{name_of(old, 'actuator', actuator)}', instead of dampratio"
+            yield Change(where, "kv", "N m s/rad", altered, original, 0.0)
 
 
 def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
-    """The tag of a position servo, by its name or its place among all; None for others."""
+    """The tag of a position servo, by its name or its place; None for other actuators."""
     name = name_of(model, "actuator", actuator)
     named = [tag for tag in tags if tag.attributes.get("name") == name]
     if not named and len(tags) == model.nu and "name" not in tags[actuator].attributes:
@@ -72,29 +72,29 @@ def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
 
 
 def require_servos(compiled: Any, portable: Portable, where: str) -> None:
-    """Compare what MuJoCo makes of the new text with what was meant.
+    """Check that the servos compiled from the new text have the intended gains.
 
     Raises:
-        RobotError: It makes something else.
+        RobotError: They have other gains.
     """
-    robot, found = portable.robot, servos(compiled, portable.robot.joints)
-    for actuator, wanted in zip(found, stiffness(robot) if robot.servo else (), strict=False):
+    robot, actuators = portable.robot, servos(compiled, portable.robot.joints)
+    for actuator, wanted in zip(actuators, stiffness(robot) if robot.servo else (), strict=False):
         kp, damping = _gains(compiled, actuator)
         made = kp * float(compiled.actuator_gear[actuator][0]) ** 2
         if abs(made - wanted) > SAME * wanted or damping:
             raise RobotError(
                 f"{where}: actuator '{name_of(compiled, 'actuator', actuator)}' has kp {made:.4g} and kv "
-                f"{damping:.4g} in MuJoCo, not {wanted:.4g} and 0, whatever its element says"
+                f"{damping:.4g} in MuJoCo, not {wanted:.4g} and 0 as in its element"
             )
 
 
 def stiffness(robot: Robot) -> np.ndarray:
-    """Torque per error of each servo, shape (n,) [N m/rad]."""
+    """Torque per position error of each servo, shape (n,) [N m/rad]."""
     return np.ones(robot.dof) if robot.servo is None else np.abs(robot.drive_gain) * robot.servo.gain
 
 
 def _gains(compiled: Any, actuator: int) -> tuple[float, float]:
-    """Its kp and kv."""
+    """The kp and kv of a servo."""
     return float(compiled.actuator_gainprm[actuator][0]), -float(compiled.actuator_biasprm[actuator][2]) + 0.0
 
 

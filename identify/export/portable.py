@@ -1,8 +1,8 @@
-r"""Portable: a model in the terms that simulators share, and what each format leaves out.
+r"""`Portable`: a model in the terms that simulators share, and the parts that each format leaves out.
 
-They accept bodies only that can exist: ten parameters are moved, where they must be, to those of one. About
-the centre of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment of the mass, and so
-positive definite; that is the triangle inequality of the principal moments of inertia.
+Simulators accept only physically consistent bodies, so inconsistent parameters are moved to the nearest
+consistent ones. About the center of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment
+of the mass and therefore positive definite: the triangle inequality of the principal moments of inertia.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -27,59 +27,59 @@ class Portable:
     """A model sorted by what simulators can represent.
 
     Attributes:
-        model: With bodies in its robot that can exist, the payload in the last of them.
-        joints: What most simulators can represent.
+        model: Model with physically consistent bodies in its robot, including the payload in the last link.
+        joints: Joint terms that most simulators can represent.
         balancers: Springs between two links.
-        left: Other effects and their parameters.
-        remarks: What had to be changed, in sentences.
+        others: Other effects with their parameters.
+        remarks: Sentences on changes that were necessary.
     """
 
     model: Model
     joints: JointTerms
     balancers: tuple[Spring, ...]
-    left: tuple[tuple[Effect, np.ndarray], ...]
+    others: tuple[tuple[Effect, np.ndarray], ...]
     remarks: tuple[str, ...]
 
     @property
     def robot(self) -> Robot:
-        """Its kinematics, bodies and limits."""
+        """Robot of the model, with kinematics, bodies and limits."""
         return self.model.robot
 
     @classmethod
     def of(cls, model: Model, payload: str = "") -> "Portable":
-        """Sort a model at its nominal values, the named payload made part of the last link.
+        """Sort a model at its nominal values, with the named payload as part of the last link.
 
         Raises:
-            RobotError: No such payload in the model, or one that is no body.
+            RobotError: The model has no such payload, or the payload has no positive mass.
         """
         model, remarks = _solid(model, payload)
-        joints, balancers, left = JointTerms.of(model.robot.dof), [], []
-        for effect, own in model.shares(model.nominal_values):
-            form = effect.portable(model.robot, own)
+        joints, balancers, others = JointTerms.of(model.robot.dof), [], []
+        for effect, values in model.shares(model.nominal_values):
+            form = effect.portable(model.robot, values)
             if isinstance(form, JointTerms):
                 joints = joints + form
             elif isinstance(form, Spring):
                 balancers.append(form)
             elif not (effect.of_links or effect.payload):
-                left.append((effect, own))
-        return cls(model, joints, tuple(balancers), tuple(left), remarks)
+                others.append((effect, values))
+        return cls(model, joints, tuple(balancers), tuple(others), remarks)
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:
-    """The model with its bodies, and the payload, in the robot; and what had to be changed in them."""
-    robot, given = model.robot, np.zeros((model.robot.dof, 10))
-    for effect, own in model.shares(model.nominal_values):
+    """Model with consistent bodies and the payload in its robot, and remarks on changed bodies."""
+    robot, nominal = model.robot, np.zeros((model.robot.dof, 10))
+    for effect, values in model.shares(model.nominal_values):
         if effect.of_links:
-            given = given + own.reshape(robot.dof, 10)
-    given[-1] += _carried(model, payload)
-    largest = float(np.max(np.abs(given))) or 1.0
-    bodies = np.array([possible(body, largest) for body in given])
-    moved = [name for name, old, new in zip(robot.joints, given, bodies, strict=True) if np.any(old != new)]
-    remarks = (f"no body can have the mass and moments of the link behind {', '.join(moved)}: moved to the "
-               "nearest that one can have",) if moved else ()  # fmt: skip
+            nominal = nominal + values.reshape(robot.dof, 10)
+    nominal[-1] += _carried(model, payload)
+    largest = float(np.max(np.abs(nominal))) or 1.0
+    bodies = np.array([possible(body, largest) for body in nominal])
+    moved = [name for name, old, new in zip(robot.joints, nominal, bodies, strict=True) if np.any(old != new)]
+    remarks = (f"mass and moments of the link behind {', '.join(moved)} are physically inconsistent: "
+               "replaced by the nearest consistent ones",) if moved else ()  # fmt: skip
     effects = tuple(e for e in model.effects if not payload or e.payload != payload)
-    left = [one.name for effect in effects if not effect.of_links for one in effect.parameters(robot)]
-    stated = {name: prior for name, prior in model.stated.items() if name in left}
+    names = [p.name for effect in effects if not effect.of_links for p in effect.parameters(robot)]
+    stated = {name: prior for name, prior in model.stated.items() if name in names}
     solid = Model(with_bodies(robot, bodies), effects, stated, measurements=model.measurements)
     return solid, remarks
 
@@ -91,31 +91,31 @@ def _carried(model: Model, payload: str) -> np.ndarray:
     if payload not in model.payloads:
         names = ", ".join(model.payloads) or "none"
         raise RobotError(f"{model.robot.name}: no payload '{payload}'. Payloads of the model: {names}")
-    [own] = [own for effect, own in model.shares(model.nominal_values) if effect.payload == payload]
-    for body in model.payloads[payload].bodies(model.robot, own, payload).values():
+    [shares] = [values for effect, values in model.shares(model.nominal_values) if effect.payload == payload]
+    for body in model.payloads[payload].bodies(model.robot, shares, payload).values():
         return inertial_parameters(body)
     raise RobotError(
-        f"{model.robot.name}: payload '{payload}' has a mass of 0 or less; identify it, or give it"
+        f"{model.robot.name}: payload '{payload}' has a mass of 0 or less; identify or state its mass"
     )
 
 
 NOTHING = 1e-6
-"""Least mass over the largest parameter of the arm's bodies: a link that is hardly there."""
+"""Smallest mass of a link, relative to the largest parameter of the arm's bodies."""
 EXTENT = 1e-3
-"""Root mean square distance of the mass from its centre, in each direction, at least [m]; what is identified
-under physical consistency has as much."""
+"""Minimum rms distance of the mass from its center in each direction [m]; values identified under physical
+consistency satisfy it."""
 ENOUGH = 0.5
-"""Share of the least mass and of the least moment that is left alone. What was moved to the least is computed
-again with rounding, which differs between processors: cancellation about the centre of mass leaves about
-machine precision times the largest moment, a billionth of the least moment of usual links. Half is far from
-that, and a body with half the least is still one that simulators accept."""
+"""Share of the smallest mass and moment above which a body is not changed. A body at the limit is computed
+again with rounding errors that differ between processors: cancellation about the center of mass leaves about
+machine precision times the largest moment, a billionth of the smallest moment of usual links. Half is far
+from that, and simulators still accept such a body."""
 
 
 def possible(values: np.ndarray, largest: float) -> np.ndarray:
-    """Ten parameters of a body with mass and extent in all directions; unchanged if they are that already.
+    """Nearest ten parameters of a body with mass and extent in all directions; unchanged if they are valid.
 
-    Mass and its centre are kept, unless there is no mass; second moments that are too small are raised, the
-    least change in their sum of squares. `largest` is that of all parameters of the arm's bodies.
+    Mass and center are kept unless there is no mass. Second moments that are too small are raised, with the
+    smallest sum of squared changes. `largest` is the largest parameter of all bodies of the arm.
     """
     pseudo, nothing = pseudo_inertia(values), NOTHING * largest
     if pseudo[3, 3] < ENOUGH * nothing:
@@ -130,28 +130,28 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
 
 
 EARTH = np.array([0.0, 0.0, -9.81])
-"""Gravity that is taken where a format does not give it [m/s^2]."""
+"""Gravity that simulators assume for formats without gravity [m/s^2]."""
 
 ROUNDING = 1e-12
-"""Share of the largest value that is zero but for rounding."""
+"""Share of the largest value below which a value counts as rounding."""
 
 
 def left_out(portable: Portable, features: Collection[str]) -> list[str]:
-    """A sentence for each thing that a format with these features leaves out.
+    """One sentence for each part of the model that a format with these features leaves out.
 
-    A constant torque is where a spring of the joint rests, for formats that have springs.
+    Formats with springs represent a constant torque by the rest position of the joint's spring.
     """
     if "stiffness" in features:
         alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
         portable = replace(portable, joints=replace(portable.joints, constant=alone))
-    found = (one for name, describe in FEATURES.items() if name not in features for one in describe(portable))
-    return [*portable.remarks, *found]
+    missing = (describe for name, describe in FEATURES.items() if name not in features)
+    return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
 
 
 def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
-    """Values (n,) that are not zero, joint by joint; one number where all joints have the same.
+    """Words for the nonzero values (n,) of all joints, or for one number if all joints have the same.
 
-    `unit` is that of revolute joints; where there are both kinds, each number has its own.
+    `unit` is that of revolute joints; if there are both kinds of joints, each number has its own unit.
     """
     units = portable.robot.units(unit)
     alike = len(set(units)) == 1
@@ -163,10 +163,10 @@ def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
     return ", ".join(words) + (f" {units[0]}" if alike else "")
 
 
-def _of_joints(name: str, what: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+def _of_joints(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
     def describe(portable: Portable) -> list[str]:
         values = getattr(portable.joints, name)
-        return [f"{what}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
 
     return describe
 
@@ -187,36 +187,36 @@ def _balancers(portable: Portable) -> list[str]:
 
 
 def _others(portable: Portable) -> list[str]:
-    """Effects of our own, with the most torque that each makes anywhere within the limits."""
+    """Other effects, with the largest torque of each within the limits of the joints."""
     motion, robot = _anywhere(portable), portable.robot
-    found = []
-    for effect, own in portable.left:
-        torque = effect.regressor(robot, motion) @ own + effect.known_torque(robot, motion)
+    sentences = []
+    for effect, values in portable.others:
+        torque = effect.regressor(robot, motion) @ values + effect.known_torque(robot, motion)
         most = np.max(np.abs(torque), axis=0)
         words = f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}"
-        found.append(f"{words} ({', '.join(_numbers(effect, robot, own))})")
-    return found
+        sentences.append(f"{words} ({', '.join(_numbers(effect, robot, values))})")
+    return sentences
 
 
 def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
     """Parameters and shapes of an effect, each with its unit."""
-    for one, value in zip(effect.parameters(robot), values, strict=True):
-        yield f"{one.name} {value:.4g} {one.unit}".removesuffix(" 1")
+    for parameter, value in zip(effect.parameters(robot), values, strict=True):
+        yield f"{parameter.name} {value:.4g} {parameter.unit}".removesuffix(" 1")
     for name, shape in effect.shapes().items():
         yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
 
 
 def _measurements(portable: Portable) -> list[str]:
-    """What lies between arm and recordings, with its numbers."""
-    found = []
-    for one in portable.model.measurements:
-        numbers = (f"{f.name} {_plain(getattr(one, f.name))}" for f in fields(one))
-        found.append(f"{measurement_name(one)}: {', '.join(numbers)}")
-    return found
+    """Effects between the arm and its recordings, with their numbers."""
+    sentences = []
+    for measurement in portable.model.measurements:
+        numbers = (f"{f.name} {_plain(getattr(measurement, f.name))}" for f in fields(measurement))
+        sentences.append(f"{measurement_name(measurement)}: {', '.join(numbers)}")
+    return sentences
 
 
 def _plain(value: object) -> str:
-    """A field in words."""
+    """Words for the value of a field."""
     if isinstance(value, tuple):
         return " ".join(map(str, value))
     return "of all" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
@@ -240,7 +240,7 @@ def _servos(portable: Portable) -> list[str]:
 
 
 def _anywhere(portable: Portable) -> Motion:
-    """Random motion within the limits of velocity, as warm and as loaded as it may be."""
+    """Random motion within the velocity limits, with random temperatures and the nominal load."""
     motion = rich_motion(portable.model)
     limit = portable.robot.limits.velocity
     fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
@@ -293,4 +293,4 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "coupling": _coupling,
     "uncertainty": _uncertainty,
 }
-"""What a format may be able to represent -> what to report where it is not."""
+"""Part of a model -> function that describes it if a format cannot represent it."""

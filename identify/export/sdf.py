@@ -1,4 +1,4 @@
-"""SDFormat, of Gazebo and Drake: links, joints, limits, and what `<dynamics>` has of friction and springs."""
+"""SDFormat for Gazebo and Drake: links, joints, limits, and friction and springs in `<dynamics>`."""
 
 from xml.etree.ElementTree import Element, SubElement
 
@@ -13,13 +13,13 @@ from .portable import Portable
 
 FEATURES = ("bodies", "damping", "dry", "stiffness")
 VERSION = "1.9"
-"""Of the format; later readers convert it."""
+"""Version of the format; later readers convert it."""
 WORLD = "world"
-"""What the first joint hangs on; the name is the format's own."""
+"""Parent of the first joint; SDFormat prescribes the name."""
 
 
 def sdf(portable: Portable) -> str:
-    """A model of links without shape, fixed to the world; spring and friction of the joints."""
+    """Links without shape, fixed to the world; springs and friction of the joints."""
     robot = portable.robot
     root = Element("sdf", version=VERSION)
     model = SubElement(root, "model", name=robot.name)
@@ -62,19 +62,19 @@ def _add_joint(model: Element, portable: Portable, place: int, joint: Joint, par
     axis = SubElement(element, "axis")
     SubElement(axis, "xyz").text = words(joint.axis)
     for tag, numbers in (("limit", _limits(portable, place)), ("dynamics", _dynamics(portable, place))):
-        own = SubElement(axis, tag)
+        group = SubElement(axis, tag)
         for name, value in numbers.items():
-            SubElement(own, name).text = repr(float(value))
+            SubElement(group, name).text = repr(float(value))
 
 
 def _limits(portable: Portable, place: int) -> dict[str, float]:
-    """Limits that are finite; what is left out is none."""
+    """Finite limits of a joint; a missing entry means no limit."""
     limits = portable.robot.limits
-    every = {
+    all_limits = {
         "lower": limits.position_lower, "upper": limits.position_upper, "effort": limits.torque,
         "velocity": limits.velocity,
     }  # fmt: skip
-    return {name: values[place] for name, values in every.items() if np.isfinite(values[place])}
+    return {name: values[place] for name, values in all_limits.items() if np.isfinite(values[place])}
 
 
 def _dynamics(portable: Portable, place: int) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""How well the numbers that simulators take are known, from the parameters that they are made of."""
+"""Intervals of the numbers that simulators use, from the covariance of the standard parameters."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -12,7 +12,7 @@ from ..model import Model
 from ..text_table import NORMAL_95
 
 STEP = 1e-4
-"""Of a difference, in deviations of a parameter: intervals need three digits."""
+"""Step of a finite difference, in standard deviations of a parameter: intervals need three digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,15 +20,15 @@ class Spread:
     """Intervals of a model's terms and bodies.
 
     Attributes:
-        model: The model, one column a parameter.
-        found: Its parameters.
+        model: Model with one column per parameter.
+        standard: Standard parameters with their covariance.
     """
 
     model: Model
-    found: Standard
+    standard: Standard
 
     def of_joint(self, place: int, *terms: str) -> np.ndarray:
-        """Covariance of terms of one joint, as in `JointTerms`, shape (k, k); infinite where unknown."""
+        """Covariance of `JointTerms` of one joint, shape (k, k); infinite where unknown."""
         rows = np.array([self._terms[term][place] for term in terms])
         return self._through(rows, slice(None))
 
@@ -37,15 +37,16 @@ class Spread:
         return float(NORMAL_95 * np.sqrt(self.of_joint(place, term)[0, 0]))
 
     def of_body(self, link: int, numbers: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Halves of the 95 % intervals of numbers (k,) that are made of the ten parameters of a link."""
-        [own] = [columns for columns in self.model.inertias if columns.start == self._links.start + 10 * link]
-        values, std = self.found.values[own], np.sqrt(np.diag(self.found.covariance)[own])
+        """Halves of the 95 % intervals of numbers (k,) computed from the ten parameters of a link."""
+        first = self._links.start + 10 * link
+        [of_link] = [columns for columns in self.model.inertias if columns.start == first]
+        values, std = self.standard.values[of_link], np.sqrt(np.diag(self.standard.covariance)[of_link])
         usual = np.where(np.isfinite(std) & (std > 0.0), std, 1e-6 * (1e-6 + np.abs(values)))
         rows = [
             (numbers(values + step) - numbers(values - step)) / (2.0 * STEP * size)
             for size, step in zip(usual, np.diag(STEP * usual), strict=True)
         ]
-        return NORMAL_95 * np.sqrt(np.diag(self._through(np.array(rows).T, own)))
+        return NORMAL_95 * np.sqrt(np.diag(self._through(np.array(rows).T, of_link)))
 
     @property
     def _links(self) -> slice:
@@ -55,20 +56,21 @@ class Spread:
 
     @cached_property
     def _terms(self) -> dict[str, np.ndarray]:
-        """Terms of joints by parameters, name -> (n, p): each effect's are linear in its own."""
-        dof, count = self.model.robot.dof, len(self.found.values)
-        found = {f.name: np.zeros((dof, count)) for f in fields(JointTerms)}
-        for effect, own in zip(self.model.effects, self.model.columns, strict=True):
-            for column, one in zip(range(own.start, own.stop), np.eye(own.stop - own.start), strict=True):
-                form = effect.portable(self.model.robot, one)
+        """Name of a joint term -> its derivative with respect to the parameters, shape (n, p)."""
+        dof, count = self.model.robot.dof, len(self.standard.values)
+        terms = {f.name: np.zeros((dof, count)) for f in fields(JointTerms)}
+        for effect, columns in zip(self.model.effects, self.model.columns, strict=True):
+            units = np.eye(columns.stop - columns.start)
+            for column, unit in zip(range(columns.start, columns.stop), units, strict=True):
+                form = effect.portable(self.model.robot, unit)
                 if isinstance(form, JointTerms):
-                    for name, into in found.items():
-                        into[:, column] = getattr(form, name)
-        return found
+                    for name, term in terms.items():
+                        term[:, column] = getattr(form, name)
+        return terms
 
     def _through(self, rows: np.ndarray, columns: slice) -> np.ndarray:
-        """Covariance of linear combinations, rows (k, c), of parameters; infinite with what is unknown."""
-        covariance = self.found.covariance[columns, columns].copy()
+        """Covariance of linear combinations (k, c) of parameters; infinite if they include unknown ones."""
+        covariance = self.standard.covariance[columns, columns].copy()
         unknown = np.isinf(np.diag(covariance))
         covariance[unknown, unknown] = 0.0
         spread = rows @ covariance @ rows.T
@@ -78,7 +80,7 @@ class Spread:
 
 
 def changed_by(gradient: Sequence[float], covariance: np.ndarray) -> float:
-    """Half of the 95 % interval of a number with this gradient; infinite with what is unknown."""
+    """Half of the 95 % interval of a number with this gradient; infinite if the covariance is."""
     if not np.all(np.isfinite(covariance)):
         return np.inf
     vector = np.array(gradient)

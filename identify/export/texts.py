@@ -1,4 +1,4 @@
-"""Formats of text: JSON and robot.toml, which have everything, and URDF."""
+"""Text formats: JSON and robot.toml, which represent the complete model, and URDF."""
 
 from dataclasses import fields
 from typing import Any
@@ -20,11 +20,11 @@ from ..robot_files.robot_text import model_text, urdf_text
 from .portable import Portable
 
 FORMAT = 1
-"""Goes up when a reader of the former version would misunderstand a file."""
+"""Format version, increased when a reader of the previous version would misinterpret a file."""
 
 
 def json(portable: Portable) -> str:
-    """A table of links, joints and effects in SI units; what is infinite or unknown is null."""
+    """A table of links, joints and effects in SI units; infinite or unknown values are null."""
     model, robot = portable.model, portable.robot
     table = {
         "exidyn_model": FORMAT,
@@ -35,15 +35,16 @@ def json(portable: Portable) -> str:
         "flange": _placement(robot.flange),
         "effects": [_effect(model, effect) for effect in model.effects],
         "measurements": [
-            {"name": measurement_name(one)} | {f.name: getattr(one, f.name) for f in fields(one)}
-            for one in model.measurements
+            {"name": measurement_name(measurement)}
+            | {f.name: getattr(measurement, f.name) for f in fields(measurement)}
+            for measurement in model.measurements
         ],
     }
     return json_text(_plain(table)) + "\n"
 
 
 def _joint(model: Model, place: int) -> dict[str, Any]:
-    """A joint, its motor, and the link that it moves, in the link's frame."""
+    """Entry of a joint, its motor, and the link that it moves, in the link's frame."""
     robot = model.robot
     joint, body = joints_of(robot.kinematics)[place], robot.kinematics.inertias[place + 1]
     return {
@@ -69,25 +70,25 @@ def _placement(placement: pin.SE3) -> dict[str, Any]:
 
 
 def _effect(model: Model, effect: Effect) -> dict[str, Any]:
-    """An effect with its fields and parameters; those of bodies are in the links."""
+    """Entry of an effect with its fields and parameters; the links have the parameters of bodies."""
     row: dict[str, Any] = {"name": name_of(effect)}
     row |= {key_of(f): getattr(effect, f.name) for f in fields(effect)}
     if effect.of_links:
         return row
     priors = dict(zip(model.names, model.priors, strict=True))
     row["parameters"] = [
-        {"name": one.name, "unit": one.unit, "value": priors[one.name].value, "std": priors[one.name].std}
-        for one in effect.parameters(model.robot)
+        {"name": p.name, "unit": p.unit, "value": priors[p.name].value, "std": priors[p.name].std}
+        for p in effect.parameters(model.robot)
     ]
     return row
 
 
 def _plain(value: Any) -> Any:
-    """Lists, tables, text and finite numbers only."""
+    """The value in terms of lists, tables, text and finite numbers."""
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(entry) for entry in value]
     if isinstance(value, str | None):
         return value
     number = float(value)
@@ -95,12 +96,12 @@ def _plain(value: Any) -> Any:
 
 
 def toml(portable: Portable) -> str:
-    """A robot file with the identified model in it, which every command takes."""
+    """A robot file with the identified model, which every command accepts."""
     return model_text(portable.model)
 
 
 def urdf(portable: Portable) -> str:
-    """Links as cylinders; `<dynamics>` has viscous and dry friction."""
+    """Links as cylinders; viscous and dry friction in `<dynamics>`."""
     root = ElementTree.fromstring(urdf_text(portable.model))
     places = {one_line(name): place for place, name in enumerate(portable.robot.joints)}
     for joint in root.findall("joint"):

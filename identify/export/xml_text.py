@@ -1,4 +1,4 @@
-"""Changes of an XML text that leave every other byte of it as it was."""
+"""Edits of an XML text that preserve every other byte."""
 
 import re
 from dataclasses import dataclass, field
@@ -19,10 +19,10 @@ class Tag:
     """A start tag.
 
     Attributes:
-        name: Of the element.
-        start: Where it begins in the text [bytes].
-        attributes: As written, entities resolved.
-        children: Elements inside it.
+        name: Name of the element.
+        start: Offset in the text [bytes].
+        attributes: Attributes with resolved entities.
+        children: Elements inside the element.
     """
 
     name: str
@@ -32,10 +32,10 @@ class Tag:
 
 
 def read_tags(text: bytes, where: str) -> Tag:
-    """The outermost element of a text.
+    """Root element of a text.
 
     Raises:
-        RobotError: It is no XML, or not in an encoding in which tags are ASCII.
+        RobotError: The text is not XML, or its encoding does not represent tags as ASCII.
     """
     parser, open_ = expat.ParserCreate(), [Tag("", 0, {})]
 
@@ -57,7 +57,7 @@ def read_tags(text: bytes, where: str) -> Tag:
 
 
 class Edits:
-    """Changes of a text, collected and then made at once."""
+    """Changes of a text, collected and then applied together."""
 
     def __init__(self, text: bytes) -> None:
         self._text = text
@@ -65,16 +65,16 @@ class Edits:
         self._inside: dict[int, list[str]] = {}
 
     def set(self, tag: Tag, **attributes: str | None) -> None:
-        """Give a start tag attributes; None takes one away."""
-        own = self._attributes.setdefault(tag.start, {})
-        own.update({name: None if value is None else (name, value) for name, value in attributes.items()})
+        """Set attributes of a start tag; None removes an attribute."""
+        changes = self._attributes.setdefault(tag.start, {})
+        changes.update({name: None if value is None else (name, value) for name, value in attributes.items()})
 
     def replace(self, tag: Tag, old: str, new: str, value: str) -> None:
-        """Put an attribute where a start tag has another one."""
+        """Replace an attribute of a start tag by another one."""
         self._attributes.setdefault(tag.start, {})[old] = new, value
 
     def add_inside(self, tag: Tag, element: str) -> None:
-        """Put an element before the first one inside a tag, on a line of its own if that is."""
+        """Insert an element before the first one inside a tag, on its own line if that one is."""
         self._inside.setdefault(tag.start, []).append(element)
 
     def __bool__(self) -> bool:
@@ -88,35 +88,35 @@ class Edits:
             tag = _with_attributes(text[start:end], self._attributes.get(start, {}))
             before_next = re.match(rb"\s*", text[end:])
             space = before_next.group() if before_next else b""
-            added = b"".join(space + one.encode() for one in self._inside.get(start, []))
+            added = b"".join(space + element.encode() for element in self._inside.get(start, []))
             text = text[:start] + tag + added + text[end:]
         return text
 
 
 def _end(text: bytes, start: int) -> int:
-    """Where a start tag ends."""
-    found = TAG.match(text, start)
-    if found is None:  # expat has read it
+    """Offset of the end of a start tag."""
+    match = TAG.match(text, start)
+    if match is None:  # impossible: expat has accepted the tag
         raise AssertionError(text[start : start + 40])
-    return found.end()
+    return match.end()
 
 
 def _with_attributes(tag: bytes, attributes: dict[str, tuple[str, str] | None]) -> bytes:
-    left = dict(attributes)
+    pending = dict(attributes)
 
-    def replaced(found: "re.Match[bytes]") -> bytes:
-        name = found["name"].decode()
-        if name not in left:
-            return found.group()
-        value = left.pop(name)
+    def replaced(match: "re.Match[bytes]") -> bytes:
+        name = match["name"].decode()
+        if name not in pending:
+            return match.group()
+        value = pending.pop(name)
         if value is None:
             return b""
         new, text = value
-        quoted = xml_attribute(text, found["quoted"][:1].decode())
-        return found["before"] + new.encode() + found["between"] + quoted.encode()
+        quoted = xml_attribute(text, match["quoted"][:1].decode())
+        return match["before"] + new.encode() + match["between"] + quoted.encode()
 
     tag = ATTRIBUTE.sub(replaced, tag)
     close = re.search(rb"\s*/?>$", tag)
     at = close.start() if close else len(tag)
-    new = "".join(f" {value[0]}={xml_attribute(value[1])}" for value in left.values() if value is not None)
+    new = "".join(f" {value[0]}={xml_attribute(value[1])}" for value in pending.values() if value is not None)
     return tag[:at] + new.encode() + tag[at:]

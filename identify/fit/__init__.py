@@ -1,5 +1,5 @@
 """Identification.
 
-In: a model and prepared runs.
-Out: `Fit`: base parameters, gains, covariance, residuals; the model that was identified.
+Input: a model and prepared runs.
+Output: `Fit` with base parameters, drive gains, covariance, residuals, and the identified model.
 """

@@ -11,23 +11,23 @@ from ..preparation.prepare import Prepared
 from .estimators import Estimate
 
 HEIGHT, WIDTH = 1.4, 9.0
-"""Of one joint, and of all [inch]."""
+"""Figure height for one joint and figure width for all joints [inch]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """How well a fit predicts one run, all behind the decimation filter.
+    """How well a fit predicts one run; all signals have passed the decimation filter.
 
     Attributes:
         run: Name of the run.
-        time: Shape (r,) [s].
+        time: Time of the decimated samples, shape (r,) [s].
         measured: Torque from currents and drive gains, shape (r, n) [N m].
         predicted: Torque of the model, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         noise: Noise floor of the measured torque, shape (n,) [N m].
-        velocity: Shape (r, n) [rad/s].
-        position: Shape (r, n) [rad]; None where it was not kept.
-        noise_source: Where the noise floor is from, as of `Prepared`.
+        velocity: Joint velocity, shape (r, n) [rad/s].
+        position: Joint position, shape (r, n) [rad]; None if it was not stored.
+        noise_source: How the noise floor was determined; see `Prepared`.
     """
 
     run: str
@@ -42,7 +42,7 @@ class Agreement:
 
     @property
     def residual(self) -> np.ndarray:
-        """What the model leaves, shape (r, n) [N m]."""
+        """Measured minus predicted torque, shape (r, n) [N m]."""
         return self.measured - self.predicted
 
     @property
@@ -63,9 +63,9 @@ class Agreement:
 
     @property
     def over_noise(self) -> np.ndarray:
-        """Residual over the noise floor, shape (n,) [-]; about one where nothing is missing.
+        """Residual over the noise floor, shape (n,) [-]; about one where the model is complete.
 
-        NaN for a joint whose torque is known without noise, as it has no motor.
+        NaN for a joint without a motor: its torque is known to be zero and has no noise.
         """
         return _over(self.residual_rms, self.noise)
 
@@ -73,16 +73,16 @@ class Agreement:
         return np.sum(values * self.weight, axis=0) / np.maximum(self.weight.sum(axis=0), 1.0)
 
 
-def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def _over(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
     """Ratios, shape (n,); NaN for joints that do not move in the run."""
-    return np.divide(part, whole, out=np.full(len(whole), np.nan), where=whole > 0.0)
+    return np.divide(numerator, denominator, out=np.full(len(denominator), np.nan), where=denominator > 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """How well a fit predicted one run, or only predicted it held out, without its samples; see `Agreement`.
+    """Scores of one run, used for the fit or held out, without its samples; see `Agreement`.
 
-    Relative residual and R^2 are (n,) [-], residual and noise (n,) [N m], residual over noise (n,) [-].
+    Relative residual, R^2 and residual over noise have shape (n,) [-], residual and noise (n,) [N m].
     """
 
     run: str
@@ -96,7 +96,7 @@ class Scores:
 
 
 def agreement(run: Prepared, estimate: Estimate, regressor: np.ndarray, known: np.ndarray) -> Agreement:
-    """Compare an estimate with a run whose regressor (r, n, b) and known torque (r, n) are at hand."""
+    """Compare an estimate with a run, given its regressor (r, n, b) and known torque (r, n)."""
     gain = estimate.gain if run.measures == "current" else np.ones_like(estimate.gain)
     return Agreement(
         run=run.name,
@@ -119,15 +119,17 @@ def figure(run: Agreement, robot: Robot) -> Any:
     """
     pyplot = optional("matplotlib.pyplot", "a plot")
     size = (WIDTH, HEIGHT * robot.dof + 0.9)
-    found, grid = pyplot.subplots(robot.dof, sharex=True, squeeze=False, figsize=size, layout="constrained")
+    canvas, grid = pyplot.subplots(robot.dof, sharex=True, squeeze=False, figsize=size, layout="constrained")
     axes = grid[:, 0]
     for joint, (axis, unit) in enumerate(zip(axes, robot.units("N m"), strict=True)):
         axis.plot(run.time, run.measured[:, joint], color="0.6", label="measured")
         axis.plot(run.time, run.predicted[:, joint], linewidth=1.0, label="predicted")
         axis.plot(run.time, run.residual[:, joint], linewidth=0.8, label="residual")
         axis.set_ylabel(f"{robot.joints[joint]} [{unit}]")
-    found.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
+    canvas.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     axes[0].set_title(run.run)
     axes[-1].set_xlabel("time [s]")
-    pyplot.close(found)  # a notebook shows what a cell gives, and all figures that are open as well
-    return found
+    pyplot.close(
+        canvas
+    )  # a notebook shows the value of a cell and also every open figure: it would appear twice
+    return canvas

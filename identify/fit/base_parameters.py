@@ -1,8 +1,8 @@
 """Base parameters: the combinations of standard parameters that joint torque can distinguish.
 
-Columns of the regressor over a random rich motion are taken in an order of preference; one that earlier
-ones span is regrouped into them (Gautier and Khalil 1990, done numerically by orthogonalisation). The
-order makes the names come out as in the field: YY, MZ and M of a link go into the link before.
+Columns of the regressor over a random rich motion are visited in an order of preference; a column in the span
+of earlier columns is regrouped into them (Gautier and Khalil 1990, here by numerical orthogonalization). The
+order gives the names usual in the field: YY, MZ and M of a link are regrouped into the preceding link.
 """
 
 import re
@@ -17,11 +17,11 @@ from ..errors import RobotError
 from ..model import Model
 
 DEPENDENT = 1e-3
-"""Share of a unit column outside the span of others below which it is taken as dependent. Rounding leaves
-1e-12, a right angle written as 1.5708 leaves 4e-6, and an arm's weakest truly independent column some
-1e-2: what is independent only through a milliradian rests on how well the drawing is known."""
+"""A unit column is dependent if its share outside the span of the others is smaller than this. Rounding gives
+1e-12, a right angle written as 1.5708 gives 4e-6, and the weakest truly independent column of an arm about
+1e-2. A column that is independent only by a milliradian depends on the accuracy of the drawing."""
 ROUNDING = 1e-5
-"""Share of a column in a regrouping that is taken as zero: what geometry rounded to five digits leaves."""
+"""Regrouping weights below this share are set to zero: geometry rounded to five digits causes them."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,10 @@ class BaseParameters:
 
     Attributes:
         parameters: All p parameters of the model.
-        kept: Columns that remain, one a base parameter, shape (b,).
+        kept: Parameter column of each base parameter, shape (b,).
         regrouping: Base values = regrouping @ parameter values, shape (b, p).
-        gap: Smallest kept and largest dropped share of a column outside the span of the others.
+        gap: Share of a column outside the span of the others: the smallest of an independent column, and the
+            largest of a dependent column.
     """
 
     parameters: tuple[Parameter, ...]
@@ -42,7 +43,7 @@ class BaseParameters:
 
     @property
     def names(self) -> list[str]:
-        """Names, with an R where other parameters were regrouped into it, such as "ZZ1R"."""
+        """Names of the base parameters; an R such as in "ZZ1R" marks regrouping with other parameters."""
         return [self._name(row, column) for row, column in enumerate(self.kept)]
 
     def _name(self, row: int, column: int) -> str:
@@ -76,7 +77,7 @@ class BaseParameters:
         return re.sub(r"^ \+ ", "", text)
 
     def before(self, model: Model) -> tuple[np.ndarray, np.ndarray]:
-        """Nominal base values (b,) and their deviations (b,), infinite where a part has no prior."""
+        """Nominal base values (b,) and their standard deviations (b,), infinite if any part has no prior."""
         std = np.array([prior.std for prior in model.priors])
         parts = np.where(self.regrouping != 0.0, std, 0.0) * self.regrouping
         return self.regrouping @ model.nominal_values, np.linalg.norm(parts, axis=1)
@@ -89,7 +90,7 @@ class BaseParameters:
 
 
 def rich_motion(model: Model, samples: int = 400, payload: str = "", seed: int = 0) -> Motion:
-    """Random positions within the limits, velocities and accelerations of some rad/s and rad/s^2."""
+    """Random positions within the limits, with velocities and accelerations of a few rad/s and rad/s^2."""
     random = np.random.default_rng(seed)
     limits, n = model.robot.limits, model.robot.dof
     lower = np.maximum(limits.position_lower, -np.pi)
@@ -103,10 +104,10 @@ def rich_motion(model: Model, samples: int = 400, payload: str = "", seed: int =
 
 
 def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParameters:
-    """Base parameters of a model, by its structure; payloads are the bodies that runs carry, empty for none.
+    """Structural base parameters of a model; `payloads` names the bodies carried in the runs, "" for none.
 
     Raises:
-        RobotError: A model without parameters, or with none that makes torque.
+        RobotError: The model has no parameters, or none of them causes torque.
     """
     if not model.names:
         raise RobotError(f"{model.robot.name}: the model has no effects, and so no parameters to identify")
@@ -118,28 +119,28 @@ def base_parameters(model: Model, payloads: Sequence[str] = ("",)) -> BaseParame
 
 
 def from_columns(parameters: tuple[Parameter, ...], columns: np.ndarray) -> BaseParameters:
-    """Base parameters of the given regressor columns, shape (rows, p)."""
+    """Base parameters from regressor columns, shape (rows, p)."""
     size = np.linalg.norm(columns, axis=0)
     order = sorted(range(len(parameters)), key=lambda c: (parameters[c].regroup, c))
     seen = size > ROUNDING * np.median(size[size > 0])
     basis = np.empty((len(columns), 0))
-    kept, shares = [], []
+    independent, shares = [], []
     for column in order:
-        rest = columns[:, column] / size[column] if seen[column] else np.zeros(len(columns))
+        orthogonal = columns[:, column] / size[column] if seen[column] else np.zeros(len(columns))
         for _ in range(2):  # twice is enough (Kahan, Parlett)
-            rest = rest - basis @ (basis.T @ rest)
-        share = float(np.linalg.norm(rest))
+            orthogonal = orthogonal - basis @ (basis.T @ orthogonal)
+        share = float(np.linalg.norm(orthogonal))
         shares.append(share)
         if share > DEPENDENT:
-            kept.append(column)
-            basis = np.column_stack([basis, rest / share])
-    kept_columns = np.array(sorted(kept))
+            independent.append(column)
+            basis = np.column_stack([basis, orthogonal / share])
+    kept_columns = np.array(sorted(independent))
     gap = min(s for s in shares if s > DEPENDENT), max([s for s in shares if s <= DEPENDENT], default=0.0)
     return BaseParameters(parameters, kept_columns, _regrouping(columns, kept_columns, size, seen), gap)
 
 
 def _regrouping(columns: np.ndarray, kept: np.ndarray, size: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Weights with which every parameter enters the kept ones, rounding noise set to zero."""
+    """Weights of every parameter in the base parameters, shape (b, p), with rounding noise set to zero."""
     scaled = columns[:, kept] / size[kept]
     dependent = [c for c in np.flatnonzero(seen) if c not in set(kept)]
     weights = np.zeros((len(kept), columns.shape[1]))

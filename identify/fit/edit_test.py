@@ -1,7 +1,7 @@
-"""Edit test: a payload is put on or taken off, and the fit predicts that run without being fitted again.
+"""Edit test: a payload is attached or removed, and the fit predicts that run without a refit.
 
-A fit that predicts another motion with the same body shows that it interpolates. Only a run whose body is not
-that of any run used shows that its masses are masses: what is off there is off in every simulation.
+A good prediction of another motion with the same payload shows only interpolation. A run with a payload that
+no run of the fit carried tests the masses themselves: an error there is an error in every simulation.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -19,15 +19,15 @@ NAMED = 5
 
 
 class EditTest(NamedTuple):
-    """One run that was predicted with another body than any run used.
+    """A predicted run with a payload that no run of the fit carried.
 
     Attributes:
-        run: Its name.
-        body: Payload that was put on; empty where those of the runs used were taken off.
+        run: Name of the run.
+        body: Name of the attached payload; empty if the payload of the fitted runs was removed.
         residual: Root mean square of measured minus predicted torque, shape (n,) [N m].
-        relative: The same over that of the measured torque, shape (n,) [-].
-        beside: Residual of the other runs held out, or else of the runs used, shape (n,) [N m].
-        held_out: Whether those were held out.
+        relative: Residual over the root mean square of the measured torque, shape (n,) [-].
+        beside: Residual of the other held-out runs, or else of the runs used, shape (n,) [N m].
+        held_out: Whether `beside` is from held-out runs.
     """
 
     run: str
@@ -39,33 +39,33 @@ class EditTest(NamedTuple):
 
 
 def edits(held_out: Mapping[str, str], used: Collection[str]) -> dict[str, str]:
-    """Runs that are predicted with a body that no run used carries -> that body; empty where it is none.
+    """Held-out runs whose payload no run of the fit carries, with the name of that payload.
 
     Args:
         held_out: Run -> name of its payload, empty for none.
-        used: Payloads of the runs used, empty for none.
+        used: Names of the payloads of the runs used, empty for none.
     """
     return {run: body for run, body in held_out.items() if body not in used}
 
 
 def edit_tests(fit: Fit) -> list[EditTest]:
-    """The edit tests of a fit; none where no run held out has another body, or no run was compared."""
-    every: Sequence[Agreement | Scores] = fit.validation or [run for run in fit.scores if run.held_out]
+    """Edit tests of a fit; none without a held-out run with a new payload and a run to compare it with."""
+    held_out: Sequence[Agreement | Scores] = fit.validation or [run for run in fit.scores if run.held_out]
     used: Sequence[Agreement | Scores] = fit.agreement or [run for run in fit.scores if not run.held_out]
-    same = [run for run in every if run.run not in fit.edits]
-    compared = same or used
+    unedited = [run for run in held_out if run.run not in fit.edits]
+    compared = unedited or used
     if not compared:
         return []
     beside = np.sqrt(np.mean([run.residual_rms**2 for run in compared], axis=0))
     return [
-        EditTest(run.run, fit.edits[run.run], run.residual_rms, run.relative, beside, bool(same))
-        for run in every
+        EditTest(run.run, fit.edits[run.run], run.residual_rms, run.relative, beside, bool(unedited))
+        for run in held_out
         if run.run in fit.edits
     ]
 
 
 def edit_sentences(fit: Fit) -> list[str]:
-    """One sentence for each edit test, and one that names what the runs used do not determine."""
+    """One sentence for each edit test, and one about the parameters that the runs do not determine."""
     tests = edit_tests(fit)
     return [*(_sentence(fit, test) for test in tests), *(_undetermined(fit) if tests else [])]
 
@@ -75,21 +75,21 @@ def _sentence(fit: Fit, test: EditTest) -> str:
         worst = int(np.argmax(np.nan_to_num(test.residual / test.beside)))
     robot = fit.model.robot
     unit, percent = robot.units("N m")[worst], digits(100.0 * test.relative[worst], 2)
-    what = f"payload '{test.body}' put on" if test.body else "the payload taken off"
-    others = "the other runs held out" if test.held_out else "the runs used"
+    change = f"payload '{test.body}' attached" if test.body else "the payload removed"
+    others = "the other held-out runs" if test.held_out else "the runs used"
     return (
-        f"Edit test, {what} and nothing fitted again ({test.run}): the residual of {robot.joints[worst]} is "
+        f"Edit test with {change} and no refit ({test.run}): the residual of {robot.joints[worst]} is "
         f"{digits(test.residual[worst], 3)} {unit}, {percent} % of its torque, against "
-        f"{digits(test.beside[worst], 3)} {unit} on {others}; no joint's ratio is larger."
+        f"{digits(test.beside[worst], 3)} {unit} on {others}. No other joint has a larger ratio."
     )
 
 
 def _undetermined(fit: Fit) -> list[str]:
-    """Directions that the runs used leave open, by name."""
-    open_ones = [one.name for one in sorted(fit.unclear, key=lambda one: -one.std_percent)]
-    open_ones += sorted(fit.dropped)
-    more = f" and {len(open_ones) - NAMED} more" if len(open_ones) > NAMED else ""
-    parts = [f"{', '.join(open_ones[:NAMED])}{more}"] if open_ones else []
+    """A sentence that names the parameters and drive gains that the runs used do not determine."""
+    names = [parameter.name for parameter in sorted(fit.unclear, key=lambda unclear: -unclear.std_percent)]
+    names += sorted(fit.dropped)
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    parts = [f"{', '.join(names[:NAMED])}{more}"] if names else []
     if fit.measures == "current" and fit.estimate.nominal_gains:
         parts.append("the scale of torque and masses, since drive gains are nominal")
     elif gains := [

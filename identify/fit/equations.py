@@ -1,7 +1,7 @@
-"""Equations: the over-determined system of a model and its runs, filtered and thinned out.
+"""Equations: the overdetermined system of a model and its runs, filtered and decimated.
 
-gain * current = regressor @ values + known torque, row by row. Where motors drive several joints (the
-paper's (22)) the rows are motor torques: coupling^-T times joint torques.
+Each row is gain * current = regressor @ values + known torque. If a motor drives several joints (the paper's
+(22)), the rows are motor torques: coupling^-T times joint torques.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,26 +20,27 @@ from .base_parameters import BaseParameters
 
 @dataclass(frozen=True)
 class Equations:
-    """Observation of all runs.
+    """Stacked equations of all runs.
 
     Attributes:
-        base: What the columns are.
+        base: Base parameters, one per column.
         regressor: Torque per unit of each base parameter, shape (r, n, b) [N m / unit].
-        current: Measured, shape (r, n) [A], or [N m] where torque was recorded.
-        known: Torque of what is known, shape (r, n) [N m].
+        current: Measured current, shape (r, n) [A], or torque [N m] if torque was recorded.
+        known: Torque that no parameter scales, shape (r, n) [N m].
         weight: 0 where a joint sticks, else 1, shape (r, n).
         gain: Nominal torque per unit of current, shape (n,).
         gain_tolerance: Relative standard deviation of the nominal gains, one number or shape (n,) [-].
-        gain_known: Whether torque itself was recorded, so that gains are one by definition.
+        gain_known: Whether torque was recorded, so that gains are one by definition.
         runs: Rows of each run.
         rate: Rows per second [Hz].
         noise: Noise floor of `current`, shape (n,).
-        commanded: Forms the regressor of the commanded motion, shape (r, n, b); None if not recorded.
-        regressor_noise: Forms the standard deviation that encoder noise gives the regressor and, in the
-            last column, the known torque, shape (n, b + 1).
-        nominal: Value of each standard parameter before the data, shape (p,).
-        tolerance: Its standard deviation, infinite where nothing is held true, shape (p,).
-        bodies: Standard parameters that are the ten of one rigid body each.
+        commanded: Function that returns the regressor of the commanded motion, shape (r, n, b); None if the
+            commanded motion was not recorded.
+        regressor_noise: Function that returns the standard deviation of the regressor and, in the last
+            column, of the known torque that encoder noise causes, shape (n, b + 1).
+        nominal: Nominal value of each standard parameter, shape (p,).
+        tolerance: Standard deviation of the nominal values, infinite without a prior, shape (p,).
+        bodies: Standard parameters of each rigid body, ten per body.
     """
 
     base: BaseParameters
@@ -61,20 +62,20 @@ class Equations:
 
     @property
     def names(self) -> list[str]:
-        """Base parameters, one a column."""
+        """Names of the base parameters, one per column."""
         return self.base.names
 
     def without(self, columns: Sequence[int]) -> "Equations":
-        """The same with some base parameters held at zero."""
-        left = np.setdiff1d(np.arange(len(self.base.kept)), columns)
-        base = replace(self.base, kept=self.base.kept[left], regrouping=self.base.regrouping[left])
+        """Equations with some base parameters held at zero."""
+        remaining = np.setdiff1d(np.arange(len(self.base.kept)), columns)
+        base = replace(self.base, kept=self.base.kept[remaining], regrouping=self.base.regrouping[remaining])
         commanded, noise = self.commanded, self.regressor_noise
         return replace(
             self,
             base=base,
-            regressor=self.regressor[:, :, left],
-            commanded=None if commanded is None else lambda: commanded()[:, :, left],
-            regressor_noise=None if noise is None else lambda: noise()[:, [*left, -1]],
+            regressor=self.regressor[:, :, remaining],
+            commanded=None if commanded is None else lambda: commanded()[:, :, remaining],
+            regressor_noise=None if noise is None else lambda: noise()[:, [*remaining, -1]],
         )
 
 
@@ -82,16 +83,16 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
     """Equations of a model over prepared runs.
 
     Raises:
-        RecordingError: Runs that differ in what they measure, or in filtering.
+        RecordingError: The runs measure different quantities, or are filtered differently.
     """
     kinds = {run.measures for run in runs}
     if len(kinds) != 1:
-        raise RecordingError(f"runs measure {' and '.join(sorted(kinds))}; identify them apart")
+        raise RecordingError(f"runs measure {' and '.join(sorted(kinds))}; identify them separately")
     rates = {round(run.decimation.output_rate, 6) for run in runs}
     if len(rates) != 1:
         raise RecordingError(
-            f"runs are thinned out to different rates ({', '.join(f'{r:g} Hz' for r in sorted(rates))}); "
-            "give one torque cut-off for all"
+            f"runs are decimated to different rates ({', '.join(f'{r:g} Hz' for r in sorted(rates))}); "
+            "give one torque cutoff for all"
         )
     parts = [decimated_regressor(model, base, run, run.motion) for run in runs]
     stops = np.cumsum([0, *(len(regressor) for regressor, _ in parts)])
@@ -118,7 +119,7 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
 def _commanded(
     model: Model, base: BaseParameters, runs: Sequence[Prepared]
 ) -> Callable[[], np.ndarray] | None:
-    """Function that forms the regressor of the commanded motion; None unless every run has one."""
+    """Function that returns the regressor of the commanded motion; None unless every run has one."""
     pairs = [(run, run.commanded) for run in runs if run.commanded is not None]
     if len(pairs) < len(runs):
         return None
@@ -126,10 +127,10 @@ def _commanded(
 
 
 def _regressor_noise(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> np.ndarray:
-    """Scatter of regressor and known torque when a draw of encoder noise is added to the positions."""
+    """Change of regressor and known torque (rms) when sampled encoder noise is added to the positions."""
     squares = []
     for run in runs:
-        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths give it to a tenth
+        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths are accurate to 10 %
         noise = np.random.default_rng(0).normal(size=motion.position.shape) * run.encoder_noise
         shift = low_pass(noise, run.decimation.rate, run.position_cutoff)
         velocity, acceleration = differentiate(shift, run.decimation.rate)
@@ -151,16 +152,16 @@ def decimated_regressor(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Base regressor (r, n, b) and known torque (r, n) of one run, at the decimated rate.
 
-    The regressor is formed at full rate and then filtered: it is nonlinear in position, so the two do
-    not commute.
+    The regressor is computed at full rate and then filtered: it is nonlinear in position, so the two steps
+    do not commute.
     """
     rows = len(run.decimation.centres(len(motion)))
     columns = np.zeros((rows, motion.position.shape[1], len(base.kept) + 1))
-    for part, own, decimation in _parts(model, run):
-        places = np.flatnonzero(np.isin(base.kept, own))
-        kept = np.searchsorted(own, base.kept[places])
+    for part, part_columns, decimation in _parts(model, run):
+        places = np.flatnonzero(np.isin(base.kept, part_columns))
+        selected = np.searchsorted(part_columns, base.kept[places])
         pieces = (
-            np.concatenate([np.take(columns, kept, axis=2), known[:, :, None]], axis=2)
+            np.concatenate([np.take(columns, selected, axis=2), known[:, :, None]], axis=2)
             for columns, known in part.pieces(motion[:: decimation.step], model)
         )
         ready = decimation.stream(pieces)[:rows]
@@ -173,14 +174,16 @@ def decimated_regressor(
 
 
 def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Decimation]]:
-    """The smooth effects and the abrupt ones: as a model, with their columns and how they are thinned out.
+    """Split the model into smooth and abrupt effects: each part with its columns and its decimation.
 
-    A smooth effect has up to some four times the frequencies of the low-passed positions (inertia that
-    turns with two joints, times squares of velocity), so eight samples a period of the cut-off hold it.
+    A smooth effect contains up to about four times the frequencies of the low-passed positions (inertia that
+    rotates with two joints, times squared velocity), so eight samples per period of the cutoff resolve it.
     """
     smooth = np.array([effect.smooth and effect.pointwise for effect in model.effects], bool)
     for kind, rate in ((smooth, 8.0 * run.position_cutoff), (~smooth, np.inf)):
         effects = tuple(effect for effect, wanted in zip(model.effects, kind, strict=True) if wanted)
         if effects:
-            own = np.concatenate([np.r_[c] for c, wanted in zip(model.columns, kind, strict=True) if wanted])
-            yield replace(model, effects=effects), own, run.decimation.thinned(rate)
+            columns = np.concatenate(
+                [np.r_[c] for c, wanted in zip(model.columns, kind, strict=True) if wanted]
+            )
+            yield replace(model, effects=effects), columns, run.decimation.thinned(rate)

@@ -1,4 +1,4 @@
-"""Fit: a model with the values that runs gave it, and all warnings about them."""
+"""`Fit`: a model with the values identified from runs, and all warnings about them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,9 +19,9 @@ from .methods import FitMethods
 
 
 class Moved(NamedTuple):
-    """A base parameter that export and simulation take otherwise than the data say, beyond its 95 %.
+    """A base parameter whose exported value is outside the 95 % interval of the estimate.
 
-    `deviations` is how far the exported value is from that of the data, in its standard deviations.
+    `deviations` is the distance of the exported value from the estimate, in standard deviations.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True)
 class Unclear:
-    """A base parameter that runs leave open: its deviation over its value [%], and what would settle it."""
+    """An undetermined base parameter: its relative standard deviation [%], and what would determine it."""
 
     name: str
     std_percent: float
@@ -44,32 +44,32 @@ class Fit(FitMethods, InNotebook):
     """Base parameters and drive gains of a model.
 
     Attributes:
-        model: Robot and effects, payloads of the runs included.
-        base: Base parameters, those that were dropped left out.
+        model: Robot and effects, including the payloads of the runs.
+        base: Base parameters, without those that were dropped.
         estimate: Values, gains and covariance.
         runs: Names of the runs used.
-        filtering: Filters that were used, chosen ones filled in.
+        filtering: Filter settings of the fit, including those chosen automatically.
         condition: Condition number of the regressor with weighted rows and unit columns [-].
-        rows: Decimated samples times joints used.
-        prior: Base values before the data, shape (b,), and their deviation, shape (b,).
-        dropped: Base parameters that the data do not support, with the value they had.
-        unclear: Base parameters that remain uncertain, and what would settle them.
-        agreement: With each run used.
-        validation: With runs held out.
+        rows: Number of equations used: decimated samples in which a joint slides, summed over joints.
+        prior: Nominal base values, shape (b,), and their standard deviations, shape (b,).
+        dropped: Base parameters that the data do not support -> estimate before they were dropped.
+        unclear: Base parameters with a large relative uncertainty, and what would determine them.
+        agreement: Comparison with each run used.
+        validation: Comparison with each held-out run.
         warnings: Sentences about recordings and fit that the user should read.
-        suspicions: Mistakes in the recordings that are likely, in sentences.
-        structure: Base parameters before any was dropped; None if none was.
-        measures: "current" or "torque": what was recorded in the runs used.
-        scores: Residuals by run, of a fit that was read from its file and has no samples.
-        noise: Noise level of currents or torques of its runs behind its filter, shape (n,) [A] or [N m], by
-            which all runs are judged that it predicts; None in files of before the key.
-        noise_source: Where that is from, as of `Prepared`.
-        carried: Run -> name of its payload, of the runs used.
-        simulations: Runs used that were simulated.
-        apart: Runs that it predicts and that do not judge it: simulated, jogs, with a body it does not know.
-        edits: Run held out -> its payload, empty for none, of runs whose payload no run used carries.
-        exported: Base values that export and simulation take, those nearest that an arm can have, shape (b,);
-            None where there are none, or in files of before the key.
+        suspicions: Sentences about likely mistakes in the recordings.
+        structure: Base parameters including the dropped ones; None if none was dropped.
+        measures: Quantity that was recorded in the runs used, "current" or "torque".
+        scores: Residuals of each run, for a fit that was read from a file and has no samples.
+        noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
+            predicted runs are compared; None in files that predate the key.
+        noise_source: How the noise floor was determined; see `Prepared`.
+        carried: Run used -> name of its payload.
+        simulations: Names of the runs used that were simulated.
+        apart: Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
+        edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
+        exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
+            None if there are none, or in files that predate the key.
     """
 
     model: Model
@@ -99,36 +99,36 @@ class Fit(FitMethods, InNotebook):
 
     @property
     def gains_unstated(self) -> bool:
-        """Whether currents were recorded, and the robot's description gives the drive gain of no joint."""
+        """Whether currents were recorded and the robot description has no drive gains."""
         return self.measures == "current" and bool(np.all(self.model.robot.drive_gain == 1.0))
 
     @property
     def unscaled(self) -> bool:
-        """Whether what counts as torque is really current: gains neither stated nor estimated."""
+        """Whether "torque" is actually current, because gains are neither stated nor estimated."""
         return self.gains_unstated and not np.any(self.estimate.gain_estimated)
 
     @property
     def names(self) -> list[str]:
-        """Base parameters, in the order of `estimate.values`."""
+        """Names of the base parameters, in the order of `estimate.values`."""
         return self.base.names
 
     @property
     def moved(self) -> tuple[Moved, ...]:
-        """Base parameters that are exported beyond their own 95 %, in their order."""
+        """Base parameters whose exported value is outside their 95 % interval, in the order of `names`."""
         if self.exported is None:
             return ()
         rows = zip(self.names, self.estimate.values, self.exported, self.estimate.std, strict=True)
         return tuple(
-            Moved(name, float(value), float(taken), float(abs(taken - value) / std) if std > 0.0 else np.inf)
-            for name, value, taken, std in rows
-            if abs(taken - value) > NORMAL_95 * std
+            Moved(name, float(value), float(new), float(abs(new - value) / std) if std > 0.0 else np.inf)
+            for name, value, new, std in rows
+            if abs(new - value) > NORMAL_95 * std
         )
 
     def value(self, name: str) -> float:
-        """Value of one base parameter, with or without the R of regrouping.
+        """Value of one base parameter by its name, with or without the R of regrouping.
 
         Raises:
-            KeyError: No such parameter, or it was dropped; the message lists the valid ones.
+            KeyError: There is no such parameter, or it was dropped; the message lists the valid names.
         """
         if name in self.dropped or f"{name}R" in self.dropped:
             raise KeyError(
@@ -154,7 +154,7 @@ class Fit(FitMethods, InNotebook):
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:
-        """Base parameters as a pandas table: value and standard deviation, and the nominal ones before.
+        """Base parameters as a pandas table: value and standard deviation, estimated and nominal.
 
         Raises:
             MissingPackage: pandas is not installed.
@@ -172,21 +172,19 @@ class Fit(FitMethods, InNotebook):
         """Measured and predicted torque of each joint of one run, as a matplotlib figure.
 
         Args:
-            run: Its name; the first held out, or else the first, by default.
+            run: Name of the run; by default the first held-out run, or else the first run.
 
         Raises:
             MissingPackage: matplotlib is not installed.
-            FitError: The fit has no samples of such a run.
+            FitError: The fit has no samples of this run.
         """
-        every = {one.run: one for one in (*self.validation, *self.agreement)}
-        if not every or (run and run not in every):
-            raise FitError(
-                f"plot: no samples of run '{run}'. Runs with samples: {', '.join(every) or 'none'}"
-            )
-        return figure(every[run] if run else next(iter(every.values())), self.model.robot)
+        runs = {agreement.run: agreement for agreement in (*self.validation, *self.agreement)}
+        if not runs or (run and run not in runs):
+            raise FitError(f"plot: no samples of run '{run}'. Runs with samples: {', '.join(runs) or 'none'}")
+        return figure(runs[run] if run else next(iter(runs.values())), self.model.robot)
 
     def noise_of(self, measures: str) -> np.ndarray | None:
-        """Its noise level in currents or torques, shape (n,); None where it has none of these."""
+        """Noise floor in "current" or "torque", shape (n,); None if the fit does not have it."""
         if measures == self.measures or self.noise is None:
             return self.noise
         return np.abs(self.estimate.gain) * self.noise if self.measures == "current" else None

@@ -1,9 +1,9 @@
-"""fit.json: a fit that reads back to the last digit, and that other programs can read too.
+"""fit.json: a fit stored in full precision, in a format that other programs can read too.
 
-What a fit is, is complete: model (a robot.toml inside), base parameters and how they are composed,
-values, covariance, drive gains, filters, priors, warnings. Of the comparison with runs only the numbers
-of each joint are kept; the samples are in the recordings. A fit that was read therefore has `scores` and
-no `agreement`: `Fit.agree` makes it anew, and predicts the same as before.
+The file is complete: model (as robot.toml), base parameters and their composition, values, covariance, drive
+gains, filters, priors, warnings. Of the comparison with runs, it stores only the scores of each joint; the
+samples are in the recordings. A fit read from a file therefore has `scores` and no `agreement`. `Fit.agree`
+computes the agreement again, with the same prediction.
 """
 
 import json
@@ -28,18 +28,18 @@ from .fit import Fit
 from .fit_schema import SCORES, BaseParameterRow, FitFile, check_with_model
 
 FORMAT = 1
-"""Goes up when a reader of the former version would misunderstand a file."""
+"""Format version, increased when a reader of the previous version would misinterpret a file."""
 
 
 def write_fit(fit: Fit, path: Path | str) -> None:
-    """Write fit.json; the file appears under its name only when it is whole."""
+    """Write fit.json; the file appears under its name only when it is complete."""
     part = Path(path).with_name(Path(path).name + ".part")
     part.write_text(fit_text(fit), encoding="utf-8")
     os.replace(part, path)
 
 
 def fit_text(fit: Fit) -> str:
-    """The text of fit.json, one line an entry so that two fits can be compared line by line."""
+    """Text of fit.json, one line per entry so that two fits can be compared line by line."""
     entries = [f'"{key}": {_lines(value)}' for key, value in _table(fit).items()]
     return "{\n" + ",\n".join(entries) + "\n}\n"
 
@@ -48,11 +48,12 @@ def read_fit(path: Path | str) -> Fit:
     """Read fit.json.
 
     Raises:
-        NotAFile: Missing, cut off, no fit, of a later format, or with a field that cannot be; it is named.
+        NotAFile: The file is missing, truncated, not a fit, of another format version, or has an invalid
+            field, which the message names.
     """
     table = read_json(Path(path))
     if not isinstance(table, dict) or "exidyn_fit" not in table:
-        raise NotAFile(f"{path} is no fit of exidyn: it has no key 'exidyn_fit'")
+        raise NotAFile(f"{path} is not a fit of exidyn: it has no key 'exidyn_fit'")
     if table["exidyn_fit"] != FORMAT:
         raise NotAFile(f"{path} has format {table['exidyn_fit']}; this version reads {FORMAT}; update exidyn")
     file = checked(table, FitFile, str(path))
@@ -65,14 +66,14 @@ def read_fit(path: Path | str) -> Fit:
 
 
 def _lines(value: Any) -> str:
-    """JSON with one line an item for lists of lists and of tables."""
+    """JSON text; lists of lists and lists of tables have one line per item."""
     if isinstance(value, list) and value and isinstance(value[0], list | dict):
         return "[\n" + ",\n".join(json.dumps(item, ensure_ascii=False) for item in value) + "\n]"
     return json.dumps(value, ensure_ascii=False)
 
 
 def _numbers(array: np.ndarray) -> list:
-    """Nested lists; infinity and NaN, which JSON does not have, as text."""
+    """Nested lists of an array; infinity and NaN, which JSON does not have, are strings."""
     if array.ndim > 1:
         return [_numbers(row) for row in array]
     return [float(v) if np.isfinite(v) else str(float(v)) for v in array]
@@ -101,7 +102,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "simulations": list(fit.simulations),
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
-        "moved": [one.name for one in fit.moved],
+        "moved": [moved.name for moved in fit.moved],
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
@@ -115,22 +116,22 @@ def _table(fit: Fit) -> dict[str, Any]:
 
 
 def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
-    """A table a base parameter; those that were dropped have the value that they had."""
+    """One table per base parameter; dropped parameters have the value from before they were dropped."""
     structure, places = fit.structure or fit.base, {name: row for row, name in enumerate(fit.names)}
-    std, taken, (nominal, tolerance) = fit.estimate.std, fit.exported, fit.prior
+    std, exported, (nominal, tolerance) = fit.estimate.std, fit.exported, fit.prior
     tables = []
     for row, (name, unit) in enumerate(zip(structure.names, structure.units, strict=True)):
         place, weights = places.get(name), structure.regrouping[row]
-        kept = place is not None
+        in_fit = place is not None
         tables.append(
             {
                 "name": name,
                 "unit": unit,
-                "kept": kept,
-                "value": float(fit.estimate.values[place]) if kept else fit.dropped[name],
-                **({"std": float(std[place])} if kept else {}),
-                **({"exported": float(taken[place])} if kept and taken is not None else {}),
-                **({"prior": _numbers(np.array([nominal[place], tolerance[place]]))} if kept else {}),
+                "kept": in_fit,
+                "value": float(fit.estimate.values[place]) if in_fit else fit.dropped[name],
+                **({"std": float(std[place])} if in_fit else {}),
+                **({"exported": float(exported[place])} if in_fit and exported is not None else {}),
+                **({"prior": _numbers(np.array([nominal[place], tolerance[place]]))} if in_fit else {}),
                 "column": int(structure.kept[row]),
                 "sum_of": {p.name: float(w) for p, w in zip(structure.parameters, weights, strict=True) if w},
             }
@@ -144,32 +145,32 @@ def _scores(agreement: Agreement) -> dict[str, Any]:
 
 
 def _read_scores(file: FitFile) -> tuple[Scores, ...]:
-    """Those of runs used, then those of runs held out."""
+    """Scores of the runs used, then of the held-out runs."""
     scores = []
     for held_out, runs in ((False, file.agreement), (True, file.validation)):
-        for one in runs:
-            arrays = {name: np.array(getattr(one, name), float) for name in SCORES}
-            scores.append(Scores(one.run, held_out, noise_source=one.noise_source, **arrays))
+        for row in runs:
+            arrays = {name: np.array(getattr(row, name), float) for name in SCORES}
+            scores.append(Scores(row.run, held_out, noise_source=row.noise_source, **arrays))
     return tuple(scores)
 
 
 def _fit(file: FitFile, model: Model) -> Fit:
-    rows, kept, parameters = file.base_parameters, file.kept, tuple(model.parameters)
+    rows, kept_rows, parameters = file.base_parameters, file.kept, tuple(model.parameters)
     values = {row.name: row.value for row in rows}
     standard, scores = file.standard_parameters, _read_scores(file)
-    # Files of before the keys have the noise level as torque, and where it is from, beside each run.
+    # Older files have the noise floor as torque, and its source, for each run instead of these keys.
     floor, source = file.noise_floor, file.noise_floor_from
     if floor is None and scores:
         floor = scores[0].noise / np.abs(np.array(file.drive_gain))
     if source is None:
         source = scores[0].noise_source if scores else ""
-    prior = np.array([row.before for row in kept], float)
+    prior = np.array([row.before for row in kept_rows], float)
     return Fit(
         model=model,
-        base=_base(parameters, kept, file.gap),
+        base=_base(parameters, kept_rows, file.gap),
         estimate=Estimate(
             method=file.method,
-            values=np.array([row.value for row in kept], float),
+            values=np.array([row.value for row in kept_rows], float),
             gain=np.array(file.drive_gain, float),
             covariance=np.array(file.covariance, float),
             noise=np.array(file.noise, float),
@@ -185,8 +186,8 @@ def _fit(file: FitFile, model: Model) -> Fit:
         unclear=file.unclear,
         warnings=file.doubts or () if file.warnings is None else file.warnings,
         suspicions=file.suspicions,
-        structure=_base(parameters, rows, file.gap) if len(kept) < len(rows) else None,
-        # Files of before the key: of torque all gains are 1, and of currents hardly ever.
+        structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
+        # Older files do not have this key: all gains are 1 for torque, and hardly ever for currents.
         measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
         scores=scores,
         noise=None if floor is None else np.array(floor, float),
@@ -194,8 +195,8 @@ def _fit(file: FitFile, model: Model) -> Fit:
         carried=file.carried,
         edits=file.edits,
         simulations=file.simulations,
-        # None where there are none, or in files of before the key.
-        exported=None if kept[0].exported is None else np.array([row.exported for row in kept], float),
+        # None if no consistent values were found, or in files that predate the key.
+        exported=None if kept_rows[0].exported is None else np.array([r.exported for r in kept_rows], float),
     )
 
 
@@ -211,14 +212,14 @@ def _base(
 
 
 HALF = re.compile(r"\\u[dD][89a-fA-F]")
-"""How half of a character is written; without its other half no file or terminal takes it."""
+"""Escaped half of a surrogate pair; files and terminals do not accept one without the other half."""
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file holds.
+    """Content of a JSON file.
 
     Raises:
-        NotAFile: It is missing, cut off, or no JSON.
+        NotAFile: The file is missing, truncated, or not JSON.
     """
     try:
         text = path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Schema of fit.json: the types of its fields, and what has to agree between them."""
+"""Schema of fit.json: types of the fields and consistency conditions between them."""
 
 from dataclasses import asdict
 from typing import Literal
@@ -28,7 +28,7 @@ Measures = Literal["current", "torque"]
 
 
 class BaseParameterRow(Struct, frozen=True, kw_only=True):
-    """A base parameter; `believed` is what older files call its prior."""
+    """A base parameter; `believed` is the name of `prior` in older files."""
 
     name: Name
     unit: str
@@ -42,17 +42,17 @@ class BaseParameterRow(Struct, frozen=True, kw_only=True):
     believed: tuple[Number, SizeWritten] | None = None
 
     def __post_init__(self) -> None:
-        check(not self.kept or self.before is not None, "prior", None, "value and deviation before the data")
+        check(not self.kept or self.before is not None, "prior", None, "nominal value and standard deviation")
         check(len(self.sum_of) > 0, "sum_of", self.sum_of, "standard parameters with their weights")
 
     @property
     def before(self) -> tuple[float, float | str] | None:
-        """Value and deviation before the data; only what was dropped has none."""
+        """Nominal value and its standard deviation; None only for dropped parameters."""
         return self.prior or self.believed
 
 
 class ScoresRow(Struct, frozen=True, kw_only=True):
-    """How well one run was predicted, a number a joint; see `Scores`."""
+    """Scores of one run, one number per joint; see `Scores`."""
 
     run: str
     noise_source: str = ""
@@ -64,11 +64,11 @@ class ScoresRow(Struct, frozen=True, kw_only=True):
 
 
 SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
-"""What is kept of the agreement with each run, a number a joint."""
+"""Scores that the file stores for each run, one number per joint."""
 
 
 class FitFile(Struct, frozen=True, kw_only=True):
-    """A fit; keys with a default are missing in older files, which call the warnings `doubts`."""
+    """A fit; keys with a default may be missing in older files, which call the warnings `doubts`."""
 
     method: Name
     runs: tuple[str, ...]
@@ -106,7 +106,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
             check(value is None or 0.0 < value <= LARGEST, f"filtering.{name}", value, "a number above zero")
         check(len(self.kept) > 0, "base_parameters", 0, "at least one with kept = true")
         for place, gain in enumerate(self.drive_gain):
-            check(gain != 0.0, f"drive_gain[{place}]", gain, "what is not zero")
+            check(gain != 0.0, f"drive_gain[{place}]", gain, "a number other than zero")
         self._check_names()
         self._check_lengths()
         check_covariance(self.covariance, "covariance")
@@ -120,10 +120,10 @@ class FitFile(Struct, frozen=True, kw_only=True):
         names = [row.name for row in self.base_parameters]
         check_different(names, "base parameters' names")
         check_different([row.column for row in self.base_parameters], "base parameters' columns")
-        left = [row.name for row in self.base_parameters if not row.kept]
-        same = sorted(self.dropped) == sorted(left)
-        check(same, "dropped", list(self.dropped), f"those with kept = false, {left}")
-        check_known([one.name for one in self.unclear], "names in unclear", names, "a base parameter")
+        dropped = [row.name for row in self.base_parameters if not row.kept]
+        matches = sorted(self.dropped) == sorted(dropped)
+        check(matches, "dropped", list(self.dropped), f"those with kept = false, {dropped}")
+        check_known([row.name for row in self.unclear], "names in unclear", names, "a base parameter")
         check_known(list(self.carried), "runs in carried", self.runs, "one of runs")
         check_known(self.simulations, "simulations", self.runs, "one of runs")
         held_out = [run.run for run in self.validation]
@@ -131,41 +131,43 @@ class FitFile(Struct, frozen=True, kw_only=True):
 
     def _check_lengths(self) -> None:
         joints, size = len(self.drive_gain), len(self.kept) + len(self.drive_gain)
-        of = "one a joint, as drive_gain has"
+        per_joint = "one per joint, as drive_gain has"
         for name in ("joints", "drive_gain_std", "noise", "noise_floor"):
-            check_length(getattr(self, name), name, joints, of)
+            check_length(getattr(self, name), name, joints, per_joint)
         for key in ("agreement", "validation"):
             for place, run in enumerate(getattr(self, key)):
                 for name in SCORES:
-                    check_length(getattr(run, name), f"{key}[{place}].{name}", joints, of)
-        of = "the kept base parameters and the joints"
-        check_length(self.covariance, "covariance", size, of)
-        check_rows(self.covariance, "covariance", size, of)
-        given = sum(row.exported is not None for row in self.kept)
+                    check_length(getattr(run, name), f"{key}[{place}].{name}", joints, per_joint)
+        unknowns = "the kept base parameters and the joints"
+        check_length(self.covariance, "covariance", size, unknowns)
+        check_rows(self.covariance, "covariance", size, unknowns)
+        exported = sum(row.exported is not None for row in self.kept)
         expected = "a value of every kept base parameter, or none"
-        check(given in (0, len(self.kept)), "exported", given, expected)
+        check(exported in (0, len(self.kept)), "exported", exported, expected)
 
 
 def check_with_model(file: FitFile, model: Model) -> None:
-    """What has to agree between a fit and its model.
+    """Check that a fit agrees with its model.
 
     Raises:
-        Disagreement: It does not; the message names the field.
+        Disagreement: They do not agree; the message names the field.
     """
     parameters, joints = model.parameters, model.robot.joints
-    names, of = [one.name for one in parameters], "a parameter of the model"
-    check_length(file.drive_gain, "drive_gain", len(joints), "one a joint of the model")
+    names, of_model = [parameter.name for parameter in parameters], "a parameter of the model"
+    check_length(file.drive_gain, "drive_gain", len(joints), "one per joint of the model")
     check(file.joints in (None, joints), "joints", file.joints, f"those of the model, {list(joints)}")
-    check_length(file.standard_parameters, "standard_parameters", len(names), "one a parameter of the model")
+    per_parameter = "one per parameter of the model"
+    check_length(file.standard_parameters, "standard_parameters", len(names), per_parameter)
     for place, row in enumerate(file.base_parameters):
         where, weights = f"base_parameters[{place}]", row.sum_of
-        below = f"{of}, from 0 to {len(names) - 1}"
-        check(row.column < len(names), f"{where}.column", row.column, below)
-        check_known(list(weights), f"{where}.sum_of", names, of)
-        one = parameters[row.column]
-        among = weights.get(one.name, 0.0) != 0.0
-        check(among, f"{where}.sum_of", list(weights), f"{one.name} among them")
+        valid = f"{of_model}, from 0 to {len(names) - 1}"
+        check(row.column < len(names), f"{where}.column", row.column, valid)
+        check_known(list(weights), f"{where}.sum_of", names, of_model)
+        leading = parameters[row.column]
+        included = weights.get(leading.name, 0.0) != 0.0
+        check(included, f"{where}.sum_of", list(weights), f"{leading.name} among them")
         alone = sum(weight != 0.0 for weight in weights.values()) == 1
-        name = one.name if alone else f"{one.name}R"
+        name = leading.name if alone else f"{leading.name}R"
         check(row.name == name, f"{where}.name", row.name, f"'{name}', by its column and sum_of")
-        check(row.unit == one.unit, f"{where}.unit", row.unit, f"'{one.unit}', the unit of {one.name}")
+        unit = f"'{leading.unit}', the unit of {leading.name}"
+        check(row.unit == leading.unit, f"{where}.unit", row.unit, unit)

@@ -1,4 +1,4 @@
-"""Warnings about a fit: units, gains, impossible values, motions, runs that prove nothing, what is open."""
+"""Warnings about a fit: units, gains, impossible values, poor motions, invalid validation, open values."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -17,20 +17,20 @@ from .fit import Fit, Unclear
 from .settled_gains import cure, open_by_gain
 
 FACTOR = 3.0
-"""Identified over stated drive gain, or the reverse, from which it is no tolerance: motors' constants and
-gear ratios are known to some ten per cent, while a mass in pounds or grams is wrong by 2.2 or 1000, and a
-payload that was not there by more."""
+"""Ratio of identified and stated drive gain beyond which tolerance is no explanation: motor constants and
+gear ratios are known to some ten percent, while a mass in pounds or grams is wrong by a factor of 2.2 or
+1000, and a missing payload by more."""
 IMPOSSIBLE = 2.0
-"""Deviations below its physical minimum from which a value is taken as impossible: 1 in 40 by chance."""
+"""A value this many standard deviations below its physical minimum is impossible: 1 in 40 by chance."""
 
 
 def fit_warnings(fit: Fit) -> tuple[str, ...]:
-    """All that follow from the fit alone, in sentences, the most important first."""
+    """Warnings that follow from the fit alone, as sentences, the most important first."""
     return (*unknown_scale(fit), *far_gains(fit), *impossible_values(fit))
 
 
 def unknown_scale(fit: Fit) -> tuple[str, ...]:
-    """Whether amperes had to be taken for torque."""
+    """A warning if the drive gains are unknown, so that values are in amperes."""
     if not fit.unscaled:
         return ()
     return (
@@ -41,7 +41,7 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
 
 
 def far_gains(fit: Fit) -> tuple[str, ...]:
-    """Gains that came out far from what was stated: more likely, the mass of the payload is wrong."""
+    """A warning about gains far from the stated ones; more likely, the mass of the payload is wrong."""
     nominal = fit.model.robot.drive_gain
     if fit.measures == "torque" or fit.gains_unstated or not np.any(fit.estimate.gain_estimated):
         return ()
@@ -54,23 +54,25 @@ def far_gains(fit: Fit) -> tuple[str, ...]:
     if not far:
         return ()
     return (
-        f"drive gains came out far from those stated (identified over stated: {', '.join(far)}; the limit is "
-        f"a factor {FACTOR:g}): check --mass (is its unit kg? did that run carry it?), and the stated gains",
+        f"identified drive gains differ from the stated ones by more than a factor of {FACTOR:g} (identified "
+        f"over stated: {', '.join(far)}): check --mass (is its unit kg? did that run carry it?) "
+        "and the stated gains",
     )
 
 
 def impossible_values(fit: Fit) -> tuple[str, ...]:
-    """Parameters that stand for themselves alone and are below what physics allows.
+    """Warnings about parameters without regrouping that are below their physical minimum.
 
-    Rotor inertia, drag and dry friction oppose motion: where two are negative, the torque is turned round.
+    Rotor inertia, viscous and Coulomb friction oppose motion: if two of them are negative, the sign of the
+    torque is wrong.
     """
-    sign = " a wrong sign of its drive gain does that too;" if fit.unscaled else ""
+    sign = " a wrong sign of the drive gain is another cause;" if fit.unscaled else ""
     below, warnings = _impossible(fit), []
     for number, joint in enumerate(fit.model.robot.joints, 1):
         names = [name for name in (f"Ia{number}", f"Fv{number}", f"Fc{number}") if name in below]
         if len(names) > 1:
             warnings.append(
-                f"{', '.join(names)} of {joint} are negative: its torque counts against its motion; turn it "
+                f"{', '.join(names)} of {joint} are negative: its torque has the wrong sign; reverse it "
                 "(sign = -1 in a preset, the sign of [drive] gain, or the joint's axis)"
             )
             below = {name: words for name, words in below.items() if name not in names}
@@ -78,7 +80,7 @@ def impossible_values(fit: Fit) -> tuple[str, ...]:
 
 
 def _impossible(fit: Fit) -> dict[str, str]:
-    """What is said of each impossible value, by its name."""
+    """Parameter name -> start of the warning, for each impossible value."""
     below = {}
     for row, (value, std) in enumerate(zip(fit.estimate.values, fit.estimate.std, strict=True)):
         parameter = fit.base.parameters[fit.base.kept[row]]
@@ -87,35 +89,35 @@ def _impossible(fit: Fit) -> dict[str, str]:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
             below[parameter.name] = (
                 f"{parameter.name} is {fact} ({digits(value)} ± {digits(NORMAL_95 * std, 2)}): "
-                "impossible; something else is in its column;"
+                "physically impossible, so it contains another effect;"
             )
     return below
 
 
 def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> tuple[str, ...]:
-    """Recordings that are given twice, recognised by their positions rather than by their names."""
+    """Warnings about recordings that are used twice, recognized by their samples rather than their names."""
     twice = [
-        f"{a.name} and {b.name} are the same recording, used twice: it counts double, and intervals come "
-        "out too small"
+        f"{a.name} and {b.name} are the same recording, used twice: it counts double, and intervals are too "
+        "narrow"
         for a, b in combinations(runs, 2)
-        if _same(a, b)
+        if _same_samples(a, b)
     ]
-    flattering = [
-        f"{held_out.name}: validated on a run that was also used (as {used.name}): proves nothing"
+    not_held_out = [
+        f"{held_out.name}: validation on a run that was also used (as {used.name}) proves nothing"
         for held_out in validate
         for used in runs
-        if _same(held_out, used)
+        if _same_samples(held_out, used)
     ]
-    again = [
+    validated_twice = [
         f"{a.name} and {b.name} are the same recording, validated on twice"
         for a, b in combinations(validate, 2)
-        if _same(a, b)
+        if _same_samples(a, b)
     ]
-    return (*twice, *flattering, *again)
+    return (*twice, *not_held_out, *validated_twice)
 
 
-def _same(a: Recording, b: Recording) -> bool:
-    """Positions alone will not do: simulated without noise, they are the same with and without a payload."""
+def _same_samples(a: Recording, b: Recording) -> bool:
+    """Whether positions and efforts are equal; noise-free simulations share positions with any payload."""
     return all(
         name in b.signals and np.array_equal(a.signals[name].values, b.signals[name].values)
         for name in ("position", *(effort for effort in EFFORT if effort in a.signals))
@@ -123,124 +125,124 @@ def _same(a: Recording, b: Recording) -> bool:
 
 
 SMALLEST = 0.05
-"""Range of a joint over all runs [rad] or [m] below which it counts as not moved: three degrees change
-gravity by at most a twentieth, and friction acts in them for too short to be distinguished from an offset."""
+"""A joint with a smaller range over all runs [rad] or [m] counts as not moved: three degrees change gravity
+by at most a twentieth, and friction acts too briefly to be distinguished from an offset."""
 
 WORST = 1000.0
-"""Condition number from which a motion is poor: some combination of parameters is then seen a thousand
-times more weakly than the best, and a torque error of a thousandth is all of it. Good ones are near 100."""
+"""Condition number beyond which a motion is poor: some combination of parameters then affects the torque a
+thousand times less than the best one, so a torque error of 0.1 % hides it. Good motions are near 100."""
 
 
 def excitation_warnings(joints: Sequence[str], runs: Sequence[Prepared], condition: float) -> tuple[str, ...]:
-    """What the user should know of the motions used, in sentences; empty if they will do."""
+    """Warnings about the motions used, as sentences; empty if they are sufficient."""
     lower = np.min([run.motion.position.min(axis=0) for run in runs], axis=0)
     upper = np.max([run.motion.position.max(axis=0) for run in runs], axis=0)
     warnings = [
-        f"{joint} moves by only {reach:.2g} rad or m in all runs used (under {SMALLEST}): its friction and "
-        "inertia cannot be found; add a run in which it moves"
+        f"{joint} moves by only {reach:.2g} rad or m in all runs used (limit {SMALLEST}): its friction and "
+        "inertia cannot be determined; add a run in which it moves"
         for joint, reach in zip(joints, upper - lower, strict=True)
         if reach < SMALLEST
     ]
     if not condition < WORST:
         warnings.append(
-            f"the motion is poor: condition number {condition:.3g} (good ones are near 100, the limit is "
-            f"{WORST:g}); values may be wrong by more than their deviations. "
+            f"the motion is poor: condition number {condition:.3g} (limit {WORST:g}, good motions are near "
+            "100); values may be wrong by more than their standard deviations. "
             "Move all joints, farther and faster"
         )
     return tuple(warnings)
 
 
 ALIKE = 0.02
-"""Difference of two motions over their size below which one repeats the other [-]: controllers repeat to
-better than a hundredth, and other motions differ by as much as they move."""
+"""Relative difference below which one motion repeats another [-]: controllers repeat a motion to within 1 %,
+and different motions differ by as much as they move."""
 APART = 10.0
-"""Time by which one recording may begin later in the motion than the other [s]."""
+"""Largest time by which one recording may start later in the motion than the other [s]."""
 COARSE, FINE = 0.05, 0.001
-"""Between the shifts that are tried, of all and around the best of these [s]."""
+"""Spacing of the time shifts, over the full range and around the best coarse shift [s]."""
 NEAR = 0.5
-"""Difference at the best coarse shift below which the fine ones are tried [-]."""
+"""Fine shifts are tried if the relative difference at the best coarse shift is smaller than this [-]."""
 OVERLAP = 0.5
-"""Share of the shorter run that the other has to cover."""
+"""Share of the shorter run that the other run must cover."""
 
 
 def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
-    """A warning for each run held out with the motion of a fitted one that carries the same."""
+    """A warning for each held-out run that repeats the motion of a fitted run with the same payload."""
     return [
-        f"{run.name} repeats the motion of {other.name}, so a good prediction shows that the arm repeats its "
-        "motion, not that the model holds for other motions. Hold out a different motion"
+        f"{run.name} repeats the motion of {other.name}, so a good prediction shows only that the arm "
+        "repeats its motion, not that the model is valid for other motions. Hold out a different motion"
         for run in held_out
         for other in used
         if run.motion.payload == other.motion.payload and _difference(run, other) < ALIKE
     ]
 
 
-def _difference(one: Prepared, other: Prepared) -> float:
-    """Root mean square between two motions over their size, at the shift at which it is least [-]."""
-    first, second = _even(one, 0.0), _even(other, 0.0)
+def _difference(run: Prepared, other: Prepared) -> float:
+    """Relative rms difference of two motions at the time shift that minimizes it [-]."""
+    first, second = _resampled(run, 0.0), _resampled(other, 0.0)
     reach = round(APART / COARSE)
-    coarse = {shift: _apart(first, second, shift) for shift in range(-reach, reach + 1)}
+    coarse = {shift: _shifted_difference(first, second, shift) for shift in range(-reach, reach + 1)}
     best = min(coarse, key=lambda shift: coarse[shift])
     if not coarse[best] < NEAR:
         return coarse[best]
-    later = np.arange(-COARSE, COARSE, FINE)
-    return min(_apart(first, _even(other, float(by)), best) for by in later)
+    delays = np.arange(-COARSE, COARSE, FINE)
+    return min(_shifted_difference(first, _resampled(other, float(delay)), best) for delay in delays)
 
 
-def _even(run: Prepared, later: float) -> np.ndarray:
-    """Positions (t, n) every `COARSE`, of so much later [s]."""
+def _resampled(run: Prepared, delay: float) -> np.ndarray:
+    """Positions (t, n) every `COARSE` seconds, starting `delay` seconds after the start of the run."""
     time = run.motion.time - run.motion.time[0]
-    at = np.arange(0.0, time[-1], COARSE) + later
+    at = np.arange(0.0, time[-1], COARSE) + delay
     return np.column_stack([np.interp(at, time, joint) for joint in run.motion.position.T])
 
 
-def _apart(first: np.ndarray, second: np.ndarray, shift: int) -> float:
-    """The same of rows (t, n), the second begun so many rows later; infinite where they share too few."""
-    here, there = first[max(shift, 0) :], second[max(-shift, 0) :]
-    rows = min(len(here), len(there))
+def _shifted_difference(first: np.ndarray, second: np.ndarray, shift: int) -> float:
+    """Relative rms difference of positions (t, n) shifted by rows; infinite if too few rows overlap."""
+    a, b = first[max(shift, 0) :], second[max(-shift, 0) :]
+    rows = min(len(a), len(b))
     if rows < max(OVERLAP * min(len(first), len(second)), 2):
         return np.inf
-    here, there = here[:rows], there[:rows]
-    size = float(np.linalg.norm(here - here.mean(axis=0)))
-    return float(np.linalg.norm(here - there)) / max(size, 1e-12)
+    a, b = a[:rows], b[:rows]
+    size = float(np.linalg.norm(a - a.mean(axis=0)))
+    return float(np.linalg.norm(a - b)) / max(size, 1e-12)
 
 
 OPEN = 30.0
-"""Per cent of its value at which a parameter counts as open: two deviations are then most of it, and
-Gautier's rule of thumb drops parameters from about there."""
+"""Relative standard deviation [%] beyond which a parameter counts as open: its 95 % interval is then more
+than half of its value, and Gautier's rule of thumb drops parameters at about this limit."""
 
 
 def unclear(model: Model, base: BaseParameters, estimate: Estimate, payload: str = "") -> tuple[Unclear, ...]:
-    """Parameters above `OPEN` per cent, each with the motion most informative about it."""
+    """Parameters with a relative standard deviation above `OPEN`, each with its most informative motion."""
     percent = 100.0 * estimate.std / np.maximum(np.abs(estimate.values), np.finfo(float).tiny)
-    found = np.flatnonzero(percent > OPEN)
-    if len(found) == 0:
+    uncertain = np.flatnonzero(percent > OPEN)
+    if len(uncertain) == 0:
         return ()
     motion = rich_motion(model, payload=payload, seed=7)
     regressor = model.regressor(motion)[:, :, base.kept] / estimate.noise[None, :, None]
-    covariance = given_nominal(estimate)  # no motion shows how wrong nominal gains are
-    # One more sample with row w shrinks the variance by (w c)^2 / (1 + w C w), c the column of C.
-    seen = regressor @ covariance
-    spread = np.sum(seen * regressor, axis=2)
+    covariance = given_nominal(estimate)  # no motion reveals errors of the nominal gains
+    # One more sample with row w reduces the variance by (w c)^2 / (1 + w C w), where c is the column of C.
+    projected = regressor @ covariance
+    spread = np.sum(projected * regressor, axis=2)
     hints = []
     by_gain = open_by_gain(estimate, model.robot)
-    for column in found:
+    for column in uncertain:
         percents = float(percent[column])
-        if column in by_gain:  # no motion shows what only a known torque does
+        if column in by_gain:  # only a known torque determines it, no motion does
             hints.append(Unclear(base.names[column], percents, cure(model.robot, by_gain[int(column)])))
             continue
-        gain = np.max(seen[:, :, column] ** 2 / (1.0 + spread), axis=1)
+        gain = np.max(projected[:, :, column] ** 2 / (1.0 + spread), axis=1)
         hints.append(Unclear(base.names[column], percents, _in_words(model, motion, gain)))
     return tuple(hints)
 
 
 def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
-    """What the most informative tenth of random samples has in common."""
+    """Words for the common feature of the most informative tenth of random samples."""
     best = gain >= np.quantile(gain, 0.9)
     middle = np.mean(motion.position, axis=0)
     kinds = {
         "accelerate {} hard": np.abs(motion.acceleration),
         "move {} fast": np.abs(motion.velocity),
-        "take {} far from the middle of its range": np.abs(motion.position - middle),
+        "move {} far from the middle of its range": np.abs(motion.position - middle),
     }
     shifts = {}
     for phrase, values in kinds.items():
@@ -248,5 +250,5 @@ def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
         for joint, amount in zip(model.robot.joints, excess, strict=True):
             shifts[phrase.format(joint)] = float(amount)
     first, second = sorted(shifts, key=lambda phrase: -shifts[phrase])[:2]
-    # A mean of forty of four hundred scatters by 0.16; half as much as the first is still significant.
+    # The mean of 40 of 400 samples has a standard deviation of 0.16; half of the first is still significant.
     return f"{first} and {second}" if shifts[second] > max(0.5 * shifts[first], 0.5) else first

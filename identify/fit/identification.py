@@ -1,4 +1,4 @@
-"""identify: from recordings to a fit, in one call."""
+"""`identify`: from recordings to a fit in one call."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -38,10 +38,10 @@ from .shapes import fit_shapes
 
 Progress = Callable[[str], None]
 BEST = (REST, ABOVE, SMOOTHED_REST, SMOOTHED)
-"""Sources of a noise floor, the best first."""
+"""Sources of a noise floor, the most reliable first."""
 
 TOO_POOR = (
-    "the motion is too poor for this estimator: its equations cannot be solved to any digit. "
+    "the motion is too poor for this estimator: its equations are singular. "
     "Move all joints, farther and faster"
 )
 
@@ -58,31 +58,31 @@ def identify(
     as_recorded: bool = False,
     progress: Progress = lambda _: None,
 ) -> Fit:
-    """Identify base parameters, and drive gains where a payload is known.
+    """Identify base parameters, and drive gains if a payload is known.
 
     Args:
         runs: Recordings of one arm; those with a payload name it.
-        validate: Recordings that are only predicted.
-        model: What to fit; the model in the first recording by default, plus its payloads.
-        estimator: One of `estimators.ESTIMATORS`; by default maximum likelihood where currents and a
-            known payload were recorded, else weighted least squares.
-        filtering: Filters; chosen from the data where none is given.
-        drop: Leave out base parameters that the data do not support.
-        fitted_shapes: Effects, by their key in `EFFECTS`, whose shapes are fitted to the runs first.
-        as_recorded: Take columns, units and signs as they are stated, without a check.
-        progress: Called with a sentence at each stage.
+        validate: Held-out recordings, which are only predicted.
+        model: Model to fit; by default the model in the first recording, plus its payloads.
+        estimator: One of `estimators.ESTIMATORS`; by default maximum likelihood if currents and a known
+            payload were recorded, else weighted least squares.
+        filtering: Filters; settings that are not given are chosen from the data.
+        drop: Whether to leave out base parameters that the data do not support.
+        fitted_shapes: Keys in `EFFECTS` of effects whose shapes are fitted to the runs first.
+        as_recorded: Whether to use columns, units and signs as they are stated, without a check.
+        progress: Function that is called with a sentence at each stage.
 
     Raises:
-        DifferentRobot: Runs of two different arms, or of another arm than the model's.
-        RecordingError: A run that cannot be what it claims to be.
-        NotExcited: Motions too poor to identify the model.
+        DifferentRobot: The runs are from different arms, or from another arm than that of the model.
+        RecordingError: A run is invalid or inconsistent.
+        NotExcited: The motions are too poor to identify the model.
     """
     if not runs:
         raise RecordingError(
-            "nothing to identify from; give at least one recording besides those for validation"
+            "no recording to identify from; give at least one in addition to those for validation"
         )
-    # Many small systems: threads of linear algebra wait for one another, and on two loaded cores a fit of
-    # 20 s of seven joints took ten times as long with two threads as with one.
+    # The systems are small, so threads of linear algebra mostly wait for one another: on two loaded cores, a
+    # fit of 20 s of seven joints took ten times as long with two threads as with one.
     with threadpool_limits(limits=1):
         return _identify(
             runs, validate, model, estimator, filtering, drop, fitted_shapes, as_recorded, progress
@@ -100,35 +100,35 @@ def _identify(
     as_recorded: bool,
     progress: Progress,
 ) -> Fit:
-    every = [check_alive(check(run)) for run in (*runs, *validate)]
-    model = with_payloads(of_these_joints(model, every) if model else same_robot(every), every)
-    every = [replace(run, model=model) for run in every]
+    recordings = [check_alive(check(run)) for run in (*runs, *validate)]
+    model = with_payloads(of_these_joints(model, recordings) if model else same_robot(recordings), recordings)
+    recordings = [replace(run, model=model) for run in recordings]
     suspected: list[str] = []
     if not as_recorded:
-        progress(StageText("units", "compare units, signs and order of joints with the robot's description"))
-        suspected = doubts(every, model)
+        progress(StageText("units", "compare units, signs and order of joints with the robot description"))
+        suspected = doubts(recordings, model)
         for doubt in suspected:
             progress(f"warning: {doubt}")
     progress(StageText("filter", "filter and differentiate"))
-    filtering = common_filtering(every[: len(runs)], filtering)
-    prepared = pooled_noise([prepare(run, filtering) for run in every])
+    filtering = common_filtering(recordings[: len(runs)], filtering)
+    prepared = pooled_noise([prepare(run, filtering) for run in recordings])
     used, held_out = prepared[: len(runs)], prepared[len(runs) :]
     if fitted_shapes:
         progress(StageText("shapes", "fit the shapes of " + ", ".join(fitted_shapes)))
         model = fit_shapes(model, used, fitted_shapes, progress=progress)
     progress(StageText("base", "find base parameters"))
     base = base_parameters(model, sorted({run.motion.payload for run in used}))
-    progress(StageText("form", f"form and thin out the regressor of {len(base.kept)} base parameters"))
+    progress(StageText("form", f"compute and decimate the regressor of {len(base.kept)} base parameters"))
     equations = assemble(model, base, used)
     progress(StageText("estimate", "estimate"))
-    if estimator is None:  # drive gains can be identified from currents, where some torque is known
+    if estimator is None:  # drive gains can be identified from currents if some torque is known
         gains = not equations.gain_known and bool(np.any(equations.known))
         estimator = maximum_likelihood if gains else weighted
     fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
     progress(StageText("compare", "compare with the runs"))
     warnings = (
         *fit_warnings(fit),
-        *(f"{run.name}: {warning}" for run in every for warning in run.warnings),
+        *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),
         *torque_off_warnings(model.robot.joints, prepared),
@@ -148,7 +148,7 @@ def _identify(
 
 
 def _judged_by_residual(fit: Fit) -> Fit:
-    """The fit with its own residual as the noise level: smoothed runs without a rest show no other."""
+    """Fit with its own residual as the noise floor, since smoothed runs without a rest show no other."""
     level = np.sqrt(np.mean([run.residual_rms**2 for run in fit.agreement], axis=0))
     agreement, validation = (
         tuple(replace(run, noise=level) for run in runs) for runs in (fit.agreement, fit.validation)
@@ -158,19 +158,19 @@ def _judged_by_residual(fit: Fit) -> Fit:
 
 
 def _payload_warnings(model: Model, used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
-    """Runs that are predicted with a payload of which no run used for the fit shows the unknown part."""
+    """Warnings about held-out runs with a payload that is partly unknown and in no run of the fit."""
     open_bodies = {name for name, body in model.payloads.items() if body.parameters(model.robot)}
     strange = open_bodies - {run.motion.payload for run in used}
     return [
-        f"{run.name}: carries '{run.motion.payload}', as no run used for the fit does; what is not known "
-        "of it is predicted as zero"
+        f"{run.name}: carries '{run.motion.payload}', which no run used for the fit carries; its unknown "
+        "parameters count as zero in the prediction"
         for run in held_out
         if run.motion.payload in strange
     ]
 
 
 def solvable(estimator: Estimator) -> Estimator:
-    """The estimator, which raises `NotExcited` where its arithmetic breaks down."""
+    """Estimator that raises `NotExcited` if its equations are singular."""
 
     def checked(equations: Equations) -> Estimate:
         try:
@@ -187,10 +187,10 @@ def solvable(estimator: Estimator) -> Estimator:
 
 
 def same_robot(runs: Sequence[Recording]) -> Model:
-    """The model that all runs share.
+    """Model of the first run, after a check that all runs are from the same robot.
 
     Raises:
-        DifferentRobot: They do not.
+        DifferentRobot: The runs are from different robots.
     """
     first = runs[0]
     for run in runs[1:]:
@@ -198,16 +198,16 @@ def same_robot(runs: Sequence[Recording]) -> Model:
             raise DifferentRobot(
                 f"{first.name} was recorded on {first.robot.name} ({', '.join(first.robot.joints)}) and "
                 f"{run.name} on {run.robot.name} ({', '.join(run.robot.joints)}) or with other geometry; "
-                "identify them apart, or give the one robot with --robot"
+                "identify them separately, or give one robot for all with --robot"
             )
     return first.model
 
 
 def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
-    """The model, if it has the joints by name of every run; its geometry and gains may be others.
+    """The model, after a check that its joints have the names in every run; geometry and gains may differ.
 
     Raises:
-        DifferentRobot: It has not.
+        DifferentRobot: The joints of a run have other names.
     """
     for run in runs:
         if run.robot.joints != model.robot.joints:
@@ -220,7 +220,7 @@ def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
 
 
 def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
-    """The model plus each body that a run carries."""
+    """Model extended by each payload that a run carries."""
     carried = {run.payload.name: run.payload for run in runs if run.payload}
     for name in sorted(set(carried) - set(model.payloads)):
         model = model + Payload(name, carried[name].known)
@@ -228,21 +228,21 @@ def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
 
 
 def common_filtering(runs: Sequence[Recording], filtering: Filtering) -> Filtering:
-    """One choice of filters for all runs: the widest that any asks for, as far as all were recorded."""
-    own = [choose(run, filtering) for run in runs]
-    torque_cutoff = max(chosen.torque_cutoff or 0.0 for chosen in own)
+    """Common filters of all runs: the widest band that any run needs, limited to what all recorded."""
+    filters = [choose(run, filtering) for run in runs]
+    torque_cutoff = max(chosen.torque_cutoff or 0.0 for chosen in filters)
     if filtering.torque_cutoff is None:
-        torque_cutoff = min(torque_cutoff, *map(recorded_up_to, runs, own))
+        torque_cutoff = min(torque_cutoff, *map(recorded_up_to, runs, filters))
     return replace(
         filtering,
-        rate=float(np.median([chosen.rate for chosen in own])),
-        position_cutoff=max(chosen.position_cutoff or 0.0 for chosen in own),
+        rate=float(np.median([chosen.rate for chosen in filters])),
+        position_cutoff=max(chosen.position_cutoff or 0.0 for chosen in filters),
         torque_cutoff=torque_cutoff,
     )
 
 
 def pooled_noise(runs: Sequence[Prepared]) -> list[Prepared]:
-    """The same runs with one noise floor: a rest of half a second gives it to some thirty per cent."""
+    """Runs with a common noise floor, since a rest of half a second gives it only to some thirty percent."""
     source = next(source for source in BEST for run in runs if run.noise_source == source)
     noise = np.sqrt(np.mean([run.noise**2 for run in runs if run.noise_source == source], axis=0))
     return [replace(run, noise=noise, noise_source=source) for run in runs]
@@ -256,7 +256,7 @@ def _fit(
     drop: bool,
     filtering: Filtering,
 ) -> Fit:
-    """Estimate, drop what is not supported, estimate again."""
+    """Estimate, drop parameters that the data do not support, and estimate again."""
     estimate, structure, dropped = estimator(equations), equations.base, {}
     if drop and (weak := unsupported(estimate, priors_away_from_zero(structure, model))):
         dropped = {structure.names[k]: float(estimate.values[k]) for k in weak}
@@ -286,7 +286,7 @@ def _fit(
 
 
 def priors_away_from_zero(base: BaseParameters, model: Model) -> list[int]:
-    """Base parameters whose prior excludes zero: it is more than two deviations away, as for 95 %."""
+    """Indices of base parameters whose prior excludes zero with 95 % (two standard deviations)."""
     nominal, deviation = base.before(model)
     return [int(k) for k in np.flatnonzero(np.abs(nominal) > 2 * deviation)]
 
@@ -297,4 +297,4 @@ def _condition(equations: Equations, estimate: Estimate) -> float:
     gram = np.einsum("rnb,rnc->bc", rows, rows, optimize=True)
     size = np.sqrt(np.diag(gram))
     singular = np.linalg.eigvalsh(gram / np.outer(size, size))
-    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # the limit of doubles
+    return float(np.sqrt(singular[-1] / max(singular[0], 1e-32 * singular[-1])))  # limit of double precision

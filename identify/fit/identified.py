@@ -1,11 +1,11 @@
-"""The model that a fit found: one standard value for each parameter, with bodies that can exist.
+"""The identified model: a value for each standard parameter, with physically consistent bodies.
 
-A fit has base parameters, the combinations that torque can distinguish; simulators want mass and moments of
-every link. Of all standard parameters that agree with the fit the most probable are taken, by what was
-nominal, among those that are physically consistent. Nominal values fill in what the data leave open and do
-not overrule them: they are held so loosely that they draw no value beyond its own 95 %. Only consistency may
-move one farther; such values are in `Fit.moved`. Drive gains and values go together: where a gain is open,
-values are those that go with the one that is taken.
+A fit determines base parameters, the combinations that torque can distinguish; simulators need mass and
+moments of every link. The model has the most probable standard parameters, by the nominal values, that agree
+with the fit and are physically consistent. Nominal values fill in what the data do not determine and do not
+overrule them: their tolerance is widened until they move no base value outside its 95 % interval. Only
+consistency may move a value farther; `Fit.moved` lists such values. Base values depend on the drive gains: if
+a gain is open, the values are those at the gain of the model.
 """
 
 from dataclasses import replace
@@ -27,30 +27,30 @@ from .settled_gains import Settled, settled
 from .verdict import gains_estimated
 
 WITHOUT_PRIOR = 1e3
-"""Deviation of what has no prior, over the size of what was identified: so wide that it
-draws to zero by a millionth of one deviation of the fit at most."""
+"""Standard deviation of a parameter without a prior, over the size of the identified values: so wide that it
+moves a value toward zero by at most a millionth of its standard deviation in the fit."""
 HELD = 1e-9
-"""Smallest deviation over the same size: what is zero for certain stays there."""
+"""Smallest standard deviation, over the same size: a parameter that is certainly zero stays zero."""
 WIDEST = 1e6
-"""Largest over the same size: a stated deviation of more is none, and rounding grows with it."""
+"""Largest standard deviation, over the same size: wider ones have no effect and increase rounding errors."""
 TINY = 1e-3
-"""Smallest size, over the usual one, that a base parameter is taken to have where its value is near zero."""
+"""Minimum size of a base parameter with a value near zero, over the median size."""
 UNSEEN = 0.5
-"""Share of its deviation that a parameter keeps of which the data show nothing; what they show of others
-leaves a thousandth, see `WITHOUT_PRIOR`."""
+"""A parameter that keeps more than this share of its prior deviation was not observed; parameters that the
+data show keep about a thousandth, see `WITHOUT_PRIOR`."""
 LOOSEST = 2.0**10
-"""Factor on the tolerance of nominal values up to which they are widened: beyond it they have no effect."""
+"""Largest factor by which tolerances of nominal values are widened: beyond it, they have no effect."""
 SAME = 1e-9
-"""Share up to which standard parameters give the same as base parameters: rounding."""
+"""Relative difference between standard and base parameters that counts as rounding."""
 
 
 class Standard(NamedTuple):
     """Standard parameters of a fit.
 
     Attributes:
-        values: Those of an arm that can exist, shape (p,).
-        covariance: What data and nominal values leave open, shape (p, p); a variance is infinite where
-            neither tells anything.
+        values: Physically consistent values, shape (p,).
+        covariance: Covariance given data and nominal values, shape (p, p); a variance is infinite if neither
+            determines the parameter.
     """
 
     values: np.ndarray
@@ -58,51 +58,53 @@ class Standard(NamedTuple):
 
 
 def identified(fit: Fit) -> Model:
-    """The fit's model, what was identified as its priors: `nominal_values` and drive gains are the fit's.
+    """Model whose nominal values, priors and drive gains are those identified by the fit.
 
     Raises:
-        FitError: The fit's torques are currents, or no arm that can exist is near it.
+        FitError: Drive gains are unknown, or there are no physically consistent parameters near the fit.
     """
-    found = standard_parameters(fit)
-    return _stating(fit, settled(fit), found.values, np.sqrt(np.diag(found.covariance)))
+    standard = standard_parameters(fit)
+    return _with_priors(fit, settled(fit), standard.values, np.sqrt(np.diag(standard.covariance)))
 
 
 def standard_parameters(fit: Fit) -> Standard:
-    """The parameters of `identified`, and how they vary together.
+    """Standard parameters of the identified model, with their covariance.
 
     Raises:
-        FitError: As of `identified`.
+        FitError: See `identified`.
     """
     if fit.unscaled:
         raise FitError(
-            f"{fit.model.robot.name}: what the fit calls torque is current, and its masses are no masses. "
-            "State drive gains in the robot file, or identify them with a known payload, then fit again"
+            f"{fit.model.robot.name}: drive gains are unknown, so torques are in amperes and masses are not "
+            "in kilograms. State drive gains in the robot file, or identify them with a known payload, then "
+            "fit again"
         )
-    model, found = fit.model, settled(fit)
-    base, values, given = _structure(fit, found.values, found.given)
-    held = _held(fit, base, values, given)
+    model, gains = fit.model, settled(fit)
+    base, values, conditional = _structure(fit, gains.values, gains.conditional)
+    held = _held(fit, base, values, conditional)
     standard, size = fit.estimate.standard, np.abs(values).max()
     if (
         fit.estimate.method != "consistent"
         or standard is None
         or not np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * size)
     ):
-        standard = nearest(held, values, given)
-    # What the data show of standard parameters, in units of their tolerance.
-    whiten = whitening(held, values, given)
+        standard = nearest(held, values, conditional)
+    # Information of the data on standard parameters, in units of their tolerance
+    whiten = whitening(held, values, conditional)
     rows = whiten @ base.regrouping * held.tolerance
-    left = after_unit_prior(rows)
-    by_gain = held.tolerance[:, None] * (left @ (rows.T @ (whiten @ _in_structure(fit, found.by_gain))))
-    covariance = held.tolerance[:, None] * left * held.tolerance + by_gain @ found.gain_covariance @ by_gain.T
-    # What neither the data nor anybody knows stays unknown.
-    open_ = np.sqrt(np.diag(left)) > UNSEEN
-    unknown = np.flatnonzero(open_ & np.isinf([prior.std for prior in model.priors]))
+    posterior = after_unit_prior(rows)
+    by_gain = held.tolerance[:, None] * (posterior @ (rows.T @ (whiten @ _in_structure(fit, gains.by_gain))))
+    covariance = held.tolerance[:, None] * posterior * held.tolerance
+    covariance = covariance + by_gain @ gains.gain_covariance @ by_gain.T
+    # A parameter that neither the data nor a prior determines stays unknown.
+    unseen = np.sqrt(np.diag(posterior)) > UNSEEN
+    unknown = np.flatnonzero(unseen & np.isinf([prior.std for prior in model.priors]))
     covariance[unknown, unknown] = np.inf
     return Standard(standard, covariance)
 
 
 def exported(fit: Fit) -> np.ndarray | None:
-    """Base values (b,) that export and simulation take, those of `identified`; None where it takes none."""
+    """Base values (b,) of the identified model, for export and simulation; None if there is no such model."""
     try:
         return fit.base.regrouping @ identified(fit).nominal_values
     except FitError:
@@ -110,73 +112,73 @@ def exported(fit: Fit) -> np.ndarray | None:
 
 
 def _held(fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.ndarray) -> Held:
-    """Nominal values, held so loosely that they draw no kept value beyond its own 95 %."""
-    kept = [base.names.index(name) for name in _structural_names(fit)]
+    """Prior from the nominal values, so wide that it moves no identified value outside its 95 % interval."""
+    rows = [base.names.index(name) for name in _structural_names(fit)]
     std, loose = np.sqrt(np.diag(given_nominal(fit.estimate))), 1.0
     while True:
         tolerance = _tolerance(fit, base, values, loose)
         held = Held(base, fit.model.nominal_values, tolerance, tuple(fit.model.inertias))
-        moved = base.regrouping[kept] @ unconstrained(held, values, covariance)[0] - values[kept]
+        moved = base.regrouping[rows] @ unconstrained(held, values, covariance)[0] - values[rows]
         if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * std):
             return held
         loose *= 2.0
 
 
 def _structure(
-    fit: Fit, found: np.ndarray, covariance_found: np.ndarray
+    fit: Fit, fit_values: np.ndarray, fit_covariance: np.ndarray
 ) -> tuple[BaseParameters, np.ndarray, np.ndarray]:
-    """All base parameters, their values (b,) and covariance (b, b), from those of the kept ones.
+    """All structural base parameters, their values (b,) and covariance (b, b), from those of the fit.
 
-    Those that were dropped are zero, up to what they would have been: the data do not show more of them.
+    Dropped parameters are zero; their standard deviation is the value that was dropped.
     """
     base = fit.structure or fit.base
-    covariance = _in_structure(fit, _in_structure(fit, covariance_found).T)
+    covariance = _in_structure(fit, _in_structure(fit, fit_covariance).T)
     for row, name in enumerate(base.names):
         covariance[row, row] += fit.dropped.get(name, 0.0) ** 2
-    return base, _in_structure(fit, found), covariance
+    return base, _in_structure(fit, fit_values), covariance
 
 
-def _in_structure(fit: Fit, kept: np.ndarray) -> np.ndarray:
-    """Rows of the kept base parameters among those of all, zero for what was dropped."""
+def _in_structure(fit: Fit, fit_rows: np.ndarray) -> np.ndarray:
+    """Rows of the fit's base parameters placed among those of the structure, with zeros for dropped ones."""
     base = fit.structure or fit.base
-    rows = np.zeros((len(base.names), *kept.shape[1:]))
-    rows[[base.names.index(name) for name in _structural_names(fit)]] = kept
+    rows = np.zeros((len(base.names), *fit_rows.shape[1:]))
+    rows[[base.names.index(name) for name in _structural_names(fit)]] = fit_rows
     return rows
 
 
 def _structural_names(fit: Fit) -> list[str]:
-    """Names of the kept base parameters as the whole structure has them."""
+    """Names of the fit's base parameters in the structure before parameters were dropped."""
     base = fit.structure or fit.base
     by_column = dict(zip(base.kept, base.names, strict=True))
     return [by_column[column] for column in fit.base.kept]
 
 
 def _tolerance(fit: Fit, base: BaseParameters, values: np.ndarray, loose: float) -> np.ndarray:
-    """Deviation of each standard parameter before the data, shape (p,), finite and above zero.
+    """Prior standard deviation of each standard parameter, shape (p,), finite and above zero.
 
-    Stated ones are `loose` times as wide.
+    Stated standard deviations are widened by the factor `loose`.
     """
     std, weight = np.array([prior.std for prior in fit.model.priors]), np.abs(base.regrouping)
     usual = float(np.median(np.abs(values[values != 0.0]))) if np.any(values) else 1.0
     size = np.maximum(np.abs(values), TINY * usual)[:, None]
     scale = np.divide(size, weight, out=np.zeros_like(weight), where=weight > 0.0).max(axis=0)
-    scale = np.where(scale > 0.0, scale, usual)  # in no base parameter: nothing of it is seen
+    scale = np.where(scale > 0.0, scale, usual)  # parameters that are in no base parameter
     stated = np.clip(loose * std, HELD * scale, WIDEST * scale)
     return np.where(np.isfinite(std), stated, WITHOUT_PRIOR * scale)
 
 
-def _stating(fit: Fit, found: Settled, standard: np.ndarray, deviation: np.ndarray) -> Model:
-    """The model with these as its priors: bodies in the robot, where it has them, all else stated."""
+def _with_priors(fit: Fit, gains: Settled, standard: np.ndarray, deviation: np.ndarray) -> Model:
+    """Model with these values as priors: bodies of links in the robot, all others as stated parameters."""
     model, robot, stated = fit.model, fit.model.robot, dict[str, Prior]()
     if fit.measures == "current":
-        robot = replace(robot, drive_gain=found.gain, inertias_by_gain=True)
+        robot = replace(robot, drive_gain=gains.gain, inertias_by_gain=True)
     if fit.measures == "current" and gains_estimated(fit):
-        tolerance = np.sqrt(np.diag(found.gain_covariance)) / np.abs(found.gain)
+        tolerance = np.sqrt(np.diag(gains.gain_covariance)) / np.abs(gains.gain)
         robot = replace(robot, drive_gain_tolerance=tolerance)
-    for effect, own in zip(model.effects, model.columns, strict=True):
+    for effect, columns in zip(model.effects, model.columns, strict=True):
         if effect.of_links:
-            robot = with_bodies(robot, standard[own].reshape(robot.dof, 10))
+            robot = with_bodies(robot, standard[columns].reshape(robot.dof, 10))
             continue
-        priors = zip(map(float, standard[own]), map(float, deviation[own]), strict=True)
-        stated |= {name: Prior(*one) for name, one in zip(model.names[own], priors, strict=True)}
+        priors = zip(map(float, standard[columns]), map(float, deviation[columns]), strict=True)
+        stated |= {name: Prior(*pair) for name, pair in zip(model.names[columns], priors, strict=True)}
     return Model(robot, model.effects, stated, measurements=model.measurements)

@@ -1,6 +1,6 @@
-"""What a fit can do: predict torque, state its verdict, write its file, its page, and models for simulators.
+"""Methods of a fit: predict torque, state a verdict, and write its file, its page, and models for simulators.
 
-These methods call modules above this one, which are imported when a method is called.
+They depend on modules that import `Fit`, so they import those modules when they are called.
 """
 
 from pathlib import Path
@@ -21,14 +21,14 @@ class FitMethods:
     """Methods of `Fit`."""
 
     def __getitem__(self, name: str) -> Quantity:
-        """One base parameter, with or without the R of regrouping.
+        """One base parameter by its name, with or without the R of regrouping.
 
         Example:
             >>> fit["Fv1"].value, fit["Fv1"].interval
             (3.02, (2.96, 3.08))
 
         Raises:
-            KeyError: No such parameter, or it was dropped; the message lists the valid ones.
+            KeyError: There is no such parameter, or it was dropped; the message lists the valid names.
         """
         fit = cast("Fit", self)
         value = fit.value(name)
@@ -38,7 +38,7 @@ class FitMethods:
 
     @property
     def gains(self) -> dict[str, Quantity]:
-        """Drive gain of each joint by its name [N m/A]; estimated, or with the deviation that is stated."""
+        """Drive gain of each joint by its name [N m/A], estimated or nominal, with its standard deviation."""
         fit = cast("Fit", self)
         estimate, joints = fit.estimate, fit.model.robot.joints
         rows = zip(joints, estimate.gain, estimate.gain_std, strict=True)
@@ -46,7 +46,7 @@ class FitMethods:
 
     @property
     def verdict(self) -> str:
-        """How well each joint is explained and what the runs leave open, in sentences."""
+        """Sentences on how well the fit explains each joint, and what the runs do not determine."""
         from .verdict import verdict
 
         return "\n".join(verdict(cast("Fit", self)))
@@ -63,13 +63,13 @@ class FitMethods:
 
         Args:
             q: Position, shape (t, n) [rad], or (n,) for one sample.
-            dq: Velocity, of the same shape [rad/s].
-            ddq: Acceleration, of the same shape [rad/s^2].
+            dq: Velocity, same shape [rad/s].
+            ddq: Acceleration, same shape [rad/s^2].
             payload: Name of the body on the flange; empty for none.
-            time: Time of the samples, shape (t,) [s]; only friction with a memory needs it.
+            time: Time of the samples, shape (t,) [s]; only friction with memory needs it.
 
         Raises:
-            WrongShape: Arrays of different shapes, or not a column a joint.
+            WrongShape: The arrays have different shapes, or do not have one column per joint.
         """
         fit = cast("Fit", self)
         position, velocity, acceleration = parts = [np.atleast_2d(np.asarray(p, float)) for p in (q, dq, ddq)]
@@ -78,7 +78,7 @@ class FitMethods:
             shapes = ", ".join(
                 f"{name} {part.shape}" for name, part in zip(("q", "dq", "ddq"), parts, strict=True)
             )
-            raise WrongShape(f"torque: shapes are {shapes}; expected {shape} (samples, joints) of each")
+            raise WrongShape(f"torque: shapes are {shapes}; expected {shape} (samples, joints) for each")
         time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
         motion = fit.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
         regressor = fit.model.regressor(motion)[:, :, fit.base.kept]
@@ -86,25 +86,25 @@ class FitMethods:
 
     @property
     def identified(self) -> "Model":
-        """The model with the values of an arm that can exist, nearest to the fit; see `Fit.moved`."""
+        """The model with the physically consistent values nearest to the fit; see `Fit.moved`."""
         from .identified import identified
 
         return identified(cast("Fit", self))
 
     def save(self, path: Path | str) -> Path:
-        """Write the fit as JSON, which `ex.read_fit` reads; gives the path."""
+        """Write the fit as JSON for `ex.read_fit`; returns the path."""
         from .fit_file import write_fit
 
         write_fit(cast("Fit", self), path)
         return Path(path)
 
     def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str:
-        """The identified model as text for a simulator, also written to a file where a path is given.
+        """Identified model as text for a simulator, also written to a file if a path is given.
 
         Args:
-            format: A name in `FORMATS`: urdf, mjcf, isaaclab, sdf, json or toml.
+            format: Name in `FORMATS`: urdf, mjcf, isaaclab, sdf, json or toml.
             path: File to write.
-            payload: Name of a body of the model that becomes part of the last link.
+            payload: Name of a payload of the model that becomes part of the last link.
 
         Raises:
             UnknownKey: There is no such format; the message lists the valid ones.
@@ -119,7 +119,7 @@ class FitMethods:
         return text
 
     def report(self, path: Path | str) -> Path:
-        """Write the fit as one HTML page; gives the path."""
+        """Write the fit as one HTML page; returns the path."""
         from ..pages.fit_document import write_report
 
         write_report(cast("Fit", self), Path(path))

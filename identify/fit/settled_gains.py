@@ -1,8 +1,8 @@
-"""Settled gains: which drive gains runs leave open, what depends on them, and values that go together.
+"""Open drive gains: gains that the runs do not determine, dependent values, and how to settle both.
 
-Of a payload on the axis of a joint nothing is felt there. What current its drive needs then says how inertia,
-friction and gain are related, and not how large any of them is: all may be larger by the same share. Whoever
-takes another gain must take the values that go with it.
+A payload on the axis of a joint causes no torque there. The current of that joint then determines only the
+ratios of inertia, friction and gain: all of them may be larger by the same factor. Another gain therefore
+requires the base values that belong to it.
 """
 
 from collections.abc import Collection, Sequence
@@ -19,36 +19,36 @@ from .estimators.nominal_gains import given_gains, slope
 from .fit import Fit
 
 OPEN = 0.3
-"""Deviation over value from which a gain is open, as a parameter is."""
+"""Relative standard deviation beyond which a gain counts as open, as for parameters."""
 MAINLY = 0.5
-"""Share of a variance that comes from gains from which a value is open because of them."""
+"""A value is open because of a gain if this share of its variance is from that gain."""
 
 
 class Settled(NamedTuple):
-    """Drive gains and values that go together.
+    """Drive gains and the base values that belong to them.
 
     Attributes:
-        gain: Those of the fit; where the runs leave them open, with what is nominal, shape (n,).
-        gain_covariance: Shape (n, n).
+        gain: Gains of the fit, combined with nominal gains where the runs leave them open, shape (n,).
+        gain_covariance: Covariance of the gains, shape (n, n).
         values: Base parameters at these gains, shape (b,).
-        given: Their covariance if the gains were known, shape (b, b).
+        conditional: Covariance of the values at exactly known gains, shape (b, b).
         by_gain: Change of each value with each gain, shape (b, n).
     """
 
     gain: np.ndarray
     gain_covariance: np.ndarray
     values: np.ndarray
-    given: np.ndarray
+    conditional: np.ndarray
     by_gain: np.ndarray
 
 
 def stated(robot: Robot) -> bool:
-    """Whether the robot's description has drive gains."""
+    """Whether the robot description has drive gains."""
     return not np.all(robot.drive_gain == 1.0)
 
 
 def open_gains(estimate: Estimate, robot: Robot) -> np.ndarray:
-    """Whether each gain was estimated and remains open, shape (n,): the runs show less than is stated."""
+    """Whether each gain was estimated but remains open, shape (n,): less certain than the stated gain."""
     limit = OPEN * np.abs(estimate.gain)
     if stated(robot):
         limit = np.minimum(limit, robot.drive_gain_tolerance * np.abs(robot.drive_gain))
@@ -56,22 +56,22 @@ def open_gains(estimate: Estimate, robot: Robot) -> np.ndarray:
 
 
 def settled(fit: Fit) -> Settled:
-    """The fit's gains, those that are open settled by what is nominal, and the values that go with them."""
+    """Gains of the fit, open ones combined with nominal values, and the base values that belong to them."""
     estimate, robot = fit.estimate, fit.model.robot
     count, gain = len(estimate.values), estimate.gain
     covariance = estimate.covariance[count:, count:]
-    by_gain, given = slope(estimate), given_gains(estimate, estimate.gain_std > 0.0)
+    by_gain, conditional = slope(estimate), given_gains(estimate, estimate.gain_std > 0.0)
     free = open_gains(estimate, robot)
     if np.any(free) and stated(robot):
-        # Of the others nothing nominal is taken: they stay what the runs say.
+        # The nominal values of the other gains are not used: the runs determine them.
         std = robot.drive_gain_tolerance * np.abs(robot.drive_gain)
         gain, covariance = _with_nominal(gain, covariance, robot.drive_gain, std, free)
     values = estimate.values + by_gain @ (gain - estimate.gain)
-    return Settled(gain, covariance, values, given, by_gain)
+    return Settled(gain, covariance, values, conditional, by_gain)
 
 
 def open_by_gain(estimate: Estimate, robot: Robot) -> dict[int, int]:
-    """Base parameters that are as uncertain as they are because a gain is open or nominal: place -> joint."""
+    """Base parameters whose uncertainty is mainly that of an open or nominal gain: index -> its joint."""
     uncertain = estimate.gain_std > 0.0
     free = np.flatnonzero(uncertain if estimate.nominal_gains else open_gains(estimate, robot))
     variance = np.diag(estimate.covariance)[: len(estimate.values)]
@@ -85,7 +85,7 @@ def open_by_gain(estimate: Estimate, robot: Robot) -> dict[int, int]:
 
 
 def cure(robot: Robot, joint: int) -> str:
-    """Which run would settle the open gain of a joint."""
+    """Words for the run that would determine the open gain of a joint."""
     name = robot.joints[joint]
     if robot.revolute[joint]:
         return f"a run with a known payload that hangs off the axis of {name}"
@@ -93,44 +93,44 @@ def cure(robot: Robot, joint: int) -> str:
 
 
 def _with_nominal(
-    gain: np.ndarray, covariance: np.ndarray, nominal: np.ndarray, std: np.ndarray, seen: np.ndarray
+    gain: np.ndarray, covariance: np.ndarray, nominal: np.ndarray, std: np.ndarray, selected: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gains (n,) and their covariance (n, n) with nominal values of some."""
-    rows = np.eye(len(gain))[seen]
-    total = covariance[np.ix_(seen, seen)] + np.diag(std[seen] ** 2)
+    """Gains (n,) and their covariance (n, n), updated with the nominal values of the selected gains."""
+    rows = np.eye(len(gain))[selected]
+    total = covariance[np.ix_(selected, selected)] + np.diag(std[selected] ** 2)
     share = solve(factored(total), rows @ covariance).T
     keep = np.eye(len(gain)) - share @ rows
-    after = keep @ covariance @ keep.T + share @ np.diag(std[seen] ** 2) @ share.T
-    return gain + share @ (nominal - gain)[seen], after
+    after = keep @ covariance @ keep.T + share @ np.diag(std[selected] ** 2) @ share.T
+    return gain + share @ (nominal - gain)[selected], after
 
 
 CONFIDENCE = 0.95
-"""Dropped parameters are together zero as far as the data show: their joint Wald statistic stays
-below this quantile of chi-squared."""
+"""Dropped parameters are jointly indistinguishable from zero: their Wald statistic stays below this quantile
+of chi-squared."""
 
 
 def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
-    """Base parameters that may be zero, in the order in which they were dropped.
+    """Base parameters that are indistinguishable from zero, in the order in which they are dropped.
 
-    At each step the one with the smallest ratio of value to deviation goes, and the others take their
-    conditional values given that it is zero.
+    Each step drops the parameter with the smallest ratio of value to standard deviation and conditions the
+    others on its value being zero.
 
     Args:
-        estimate: With all base parameters.
-        held: Those whose prior is far from zero: runs that cannot see one are no reason to set
-            it to zero, and what it is confounded with would take its place.
+        estimate: Estimate of all base parameters.
+        held: Indices of parameters whose prior is far from zero. They are not dropped: if the runs do not
+            show them, parameters that are confounded with them would absorb their torque.
     """
     count = len(estimate.values)
     values = np.array(estimate.values)
-    # What may be larger or smaller with an open or nominal gain is not zero for that.
+    # The scale uncertainty from an open or nominal gain does not make a value indistinguishable from zero.
     loose = estimate.gain_std > OPEN * np.abs(estimate.gain)
     covariance = given_gains(estimate, loose | estimate.nominal_gains)
-    left, statistic = [k for k in range(count) if k not in held], 0.0
+    candidates, statistic = [k for k in range(count) if k not in held], 0.0
     dropped: list[int] = []
-    while len(left) > (0 if held else 1):
-        variance = np.diag(covariance)[left]  # rounding may leave one slightly negative
-        ratio = np.abs(values[left]) / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
-        weakest = left[int(np.argmin(ratio))]
+    while len(candidates) > (0 if held else 1):
+        variance = np.diag(covariance)[candidates]  # rounding may make a variance slightly negative
+        ratio = np.abs(values[candidates]) / np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+        weakest = candidates[int(np.argmin(ratio))]
         statistic += float(np.min(ratio)) ** 2
         if statistic > stats.chi2.ppf(CONFIDENCE, len(dropped) + 1):
             break
@@ -138,16 +138,16 @@ def unsupported(estimate: Estimate, held: Collection[int] = ()) -> list[int]:
         values -= step * values[weakest]
         covariance -= np.outer(step, covariance[weakest])
         dropped.append(weakest)
-        left.remove(weakest)
+        candidates.remove(weakest)
     return dropped
 
 
-def as_uncertain(reduced: Estimate, whole: Estimate, dropped: Sequence[int]) -> Estimate:
-    """The estimate without some parameters, as uncertain as with them.
+def as_uncertain(reduced: Estimate, full: Estimate, dropped: Sequence[int]) -> Estimate:
+    """Estimate without the dropped parameters, with the covariance of the estimate that includes them.
 
-    The data do not show that what was dropped is zero, only that it may be: it is zero up to its deviation,
-    and what it is correlated with is off by its share. By block inversion that adds up to the covariance
-    that the others had before.
+    The data do not show that a dropped parameter is zero, only that it may be: its standard deviation remains
+    and affects all correlated parameters. By block inversion, this gives the covariance that the other
+    parameters had before.
     """
-    left = np.delete(np.arange(len(whole.covariance)), list(dropped))
-    return replace(reduced, covariance=whole.covariance[np.ix_(left, left)])
+    remaining = np.delete(np.arange(len(full.covariance)), list(dropped))
+    return replace(reduced, covariance=full.covariance[np.ix_(remaining, remaining)])

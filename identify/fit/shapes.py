@@ -1,7 +1,7 @@
-"""Fit of shapes: the nonlinear unknowns of effects, such as the velocity over which friction reverses.
+"""Fit of shapes: the nonlinear parameters of effects, such as the velocity over which friction reverses.
 
-Linear unknowns are solved for at every trial of a shape (variable projection), so what is searched is
-one number at a time. The measure is the likelihood with each joint's own noise.
+Each trial of a shape solves for the linear parameters (variable projection), so the search has one variable
+at a time. It maximizes the likelihood with the noise of each joint.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,10 +27,10 @@ def fit_shapes(
     effects: Sequence[str],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Model:
-    """The model with the shapes of the named effects, keys of `EFFECTS`, fitted joint by joint.
+    """Model with the shapes of some effects, named by their keys in `EFFECTS`, fitted joint by joint.
 
     Raises:
-        RobotError: A name that is not an effect of the model with shapes.
+        RobotError: A name is not an effect of the model with shapes.
     """
     model = _apart(model, effects)
     base = base_parameters(model, sorted({run.motion.payload for run in runs}))
@@ -51,12 +51,12 @@ def fit_shapes(
 
 
 def _apart(model: Model, names: Sequence[str]) -> Model:
-    """The model with the named effects in one piece a joint."""
+    """Model with each of the named effects split into one effect per joint."""
     shaped = {name_of(effect): None for effect in model.effects if effect.shapes()}
     for name in names:
         if name not in shaped:
             raise RobotError(
-                f"no effect '{name}' in the model whose shapes could be fitted; it has "
+                f"the model has no effect '{name}' with shapes to fit; its effects with shapes are: "
                 f"{', '.join(shaped) or 'none'}"
             )
     effects: list[Effect] = []
@@ -66,7 +66,7 @@ def _apart(model: Model, names: Sequence[str]) -> Model:
 
 
 class _Trial:
-    """Cost of one effect's shapes, everything else held."""
+    """Cost of the shapes of one effect, with everything else fixed."""
 
     def __init__(
         self, model: Model, place: int, base: BaseParameters, runs: Sequence[Prepared], equations: Equations
@@ -74,33 +74,33 @@ class _Trial:
         self.model, self.effect, self.runs = model, model.effects[place], runs
         self.equations = equations
         columns = range(len(model.names))[model.columns[place]]
-        self.own = [k for k, column in enumerate(columns) if column in base.kept]
-        self.kept = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.own]
+        self.in_effect = [k for k, column in enumerate(columns) if column in base.kept]
+        self.in_base = [int(np.flatnonzero(base.kept == columns[k])[0]) for k in self.in_effect]
         self.compressed = Compressed.of(equations)
-        acts = np.any(equations.regressor[:, :, self.kept], axis=(0, 2))
+        acts = np.any(equations.regressor[:, :, self.in_base], axis=(0, 2))
         self.joints = np.flatnonzero(acts if acts.any() else np.ones_like(acts))
 
     def equations_with(self, effect: Effect) -> Equations:
         """Equations with the effect's columns replaced."""
         regressor = self.equations.regressor.copy()
         for run, rows in zip(self.runs, self.equations.runs, strict=True):
-            columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))[:, :, self.own]
+            columns = effect.regressor(self.model.robot, self.model.loaded(run.motion))[:, :, self.in_effect]
             on_motors = np.einsum("mj,tjk->tmk", self.model.robot.to_motors[self.joints], columns)
             filtered = run.decimation.apply(on_motors)
             for place, joint in enumerate(self.joints):
-                regressor[rows][:, joint, self.kept] = filtered[:, place]
+                regressor[rows][:, joint, self.in_base] = filtered[:, place]
         return replace(self.equations, regressor=regressor)
 
     def cost(self, name: str, value: float) -> float:
-        """Minus the logarithm of the likelihood, but for a constant."""
+        """Negative log-likelihood up to a constant."""
         equations = self.equations_with(replace(self.effect, **{name: value}))
-        # Of the rows, only those of the joints on which the effect acts have changed.
-        compressed = self.compressed.again(equations, self.joints)
+        # Only the rows of joints on which the effect acts have changed.
+        compressed = self.compressed.updated(equations, self.joints)
         return float(equations.weight.sum(axis=0) @ np.log(weighted_solution(equations, compressed)[1]))
 
 
 def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> float:
-    """Minimum over the bounds, in decades where they are positive; the start is kept unless beaten."""
+    """Best value within the bounds, or the start if none is better; positive bounds use a log scale."""
     _, low, high = bounds
     by_decades = low > 0
     ends, step = (np.log([low, high]), 0.05) if by_decades else ((low, high), 1e-3 * (high - low))
@@ -110,5 +110,5 @@ def _search(cost: Callable[[float], float], start: float, bounds: tuple) -> floa
 
     options = {"xatol": step}
     result = optimize.minimize_scalar(lambda x: cost(at(x)), bounds=ends, method="bounded", options=options)
-    found = at(result.x)
-    return found if result.fun < cost(start) else start
+    best = at(result.x)
+    return best if result.fun < cost(start) else start

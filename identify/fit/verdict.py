@@ -1,4 +1,4 @@
-"""The verdict on a fit in plain words, and where the centre of mass of each payload is."""
+"""Verdict on a fit in plain words, and the center of mass of each payload."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,21 +17,21 @@ from .fit_warnings import OPEN, unknown_scale
 from .settled_gains import cure, open_by_gain, open_gains, settled
 
 TO_NOISE = 1.3
-"""Residual over noise up to which nothing can be missing but less than the noise itself: what remains
-adds in squares, and 1.3 squared is 1 + 0.83 squared."""
+"""Residual over noise up to which model errors are smaller than the noise: both add in squares, and
+1.3 squared is 1 + 0.83 squared."""
 MISSING = 1.5
-"""Residual over noise above which what is missing (1.1 noises) outweighs the noise itself."""
+"""Residual over noise above which model errors (1.1 times the noise) outweigh the noise."""
 TESTED = 0.75
-"""R^2 below which a joint was not tested, whatever its noise: the residual is then more than half of what
-the torque varies by, root mean square. A model without most of the joint's physics would do nearly as well,
-and a residual at the noise floor shows only that there was little else than noise to explain."""
+"""R^2 below which a joint was not tested, regardless of its noise: the residual rms is then more than half of
+the torque's standard deviation. A model without most of the joint's physics would fit nearly as well, and a
+residual at the noise floor shows only that there was little but noise to explain."""
 EXPLAINED, ABOVE_NOISE, FAR_ABOVE = "at the noise floor", "a little above noise", "above noise"
 UNTESTED = (
     "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
 )
 UNJUDGED = (
-    "not judged: the recordings were smoothed, and neither their noise at rest nor that above the motion is "
-    "that of the motion"
+    "not judged: the recordings were smoothed, so neither the noise at rest nor the noise at high "
+    "frequencies represents the noise during motion"
 )
 NO_MOTOR = "no motor"
 LISTED_AS = {
@@ -41,15 +41,16 @@ LISTED_AS = {
     UNJUDGED: "Not judged on",
     NO_MOTOR: "Without a motor:",
 }
-"""Words about a joint -> how a sentence about several joints begins."""
+"""Words about one joint -> beginning of a sentence about several joints."""
 LISTED = 3
-"""Unclear parameters named in the verdict; tables have the rest."""
+"""Number of unclear parameters named in the verdict; tables list all of them."""
 SURPRISE = 3.0
-"""Deviations, of prior and estimate together, from which a prior no longer fits: one in 370 by chance."""
+"""Combined standard deviations of prior and estimate beyond which the prior is contradicted: 1 in 370 by
+chance."""
 
 
 class JointVerdict(NamedTuple):
-    """How well one joint is explained in the run in which it is explained worst, and what to think of it."""
+    """Residual over noise of one joint in its worst run, and its judgment in words."""
 
     joint: str
     run: str
@@ -58,16 +59,16 @@ class JointVerdict(NamedTuple):
 
 
 def judged(fit: Fit) -> Sequence[Agreement | Scores]:
-    """Runs that count: those held out, or else those used; with their samples where there are any."""
+    """Runs by which the fit is judged: held-out runs, or else the runs used, with samples if available."""
     return _held_out(fit) or fit.agreement or fit.scores
 
 
 def _held_out(fit: Fit) -> Sequence[Agreement | Scores]:
-    return fit.validation or tuple(one for one in fit.scores if one.held_out)
+    return fit.validation or tuple(run for run in fit.scores if run.held_out)
 
 
 def joint_verdicts(fit: Fit) -> list[JointVerdict]:
-    """One a joint; none if the fit came without samples."""
+    """One verdict per joint; none if the fit has no comparison with runs."""
     runs = judged(fit)
     if not runs:
         return []
@@ -85,7 +86,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
 
 
 def verdict(fit: Fit) -> list[str]:
-    """Sentences, the most important first: doubts about the input, joints, gains, parameters, warnings."""
+    """Sentences, most important first: doubts about the input, joints, gains, parameters, warnings."""
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
     suspicions = [f"{CHECK_FIRST}: {suspicion}. {UNLESS}" for suspicion in fit.suspicions]
@@ -98,40 +99,41 @@ def verdict(fit: Fit) -> list[str]:
         *_parameters(fit),
         *fit.warnings,
     )
-    return list(dict.fromkeys(sentences))  # a warning that is a sentence of its own is not repeated
+    return list(dict.fromkeys(sentences))  # some warnings are already among the sentences
 
 
 def _noise(fit: Fit) -> list[str]:
-    """Whether the noise floor is one."""
+    """A sentence if the noise floor is unreliable."""
     sources = {run.noise_source for run in judged(fit)}
     if sources & {SMOOTHED, SMOOTHED_REST}:
-        level = "its own residual" if SMOOTHED in sources else "the noise of the rest, which is a lower bound"
+        level = "the residual of the fit" if SMOOTHED in sources else "the noise at rest, a lower bound"
         return [
-            "The recordings were smoothed before they were recorded: their spectrum has no noise near half "
-            f"the sample rate. The noise of the motion is not known; the level that is given is {level}. "
-            f"They are compared up to {fit.filtering.torque_cutoff or np.nan:.3g} Hz. "
-            "Record what the drive measures, without a filter."
+            "The signals were smoothed before they were recorded: their spectrum has no noise near half the "
+            f"sampling rate. The noise during motion is unknown; the level shown is {level}. "
+            f"Model and runs are compared up to {fit.filtering.torque_cutoff or np.nan:.3g} Hz. "
+            "Record unfiltered signals of the drive."
         ]
     if ABOVE not in sources:
         return []
     return [
-        "The noise floor is a guess from high frequencies, a lower bound: the noise at those of the motion "
-        "may be higher, and less be missing than it seems. Let the arm rest a second before it moves."
+        "The noise floor is a guess from high frequencies, a lower bound: the noise at the frequencies of "
+        "the motion may be higher, and model errors smaller than they seem. Let the arm rest for a second "
+        "before it moves."
     ]
 
 
 def gains_estimated(fit: Fit) -> bool:
-    """Whether the fit found the drive gains, rather than taking the nominal ones."""
+    """Whether the fit estimated drive gains rather than using nominal ones."""
     return bool(np.any(fit.estimate.gain_estimated))
 
 
 def surprises(fit: Fit) -> list[str]:
-    """Base parameters that came out far from their nominal values; none where units of the two differ."""
+    """Base parameters far from their nominal values; none if the units of the two differ."""
     if fit.unscaled:
         return []
     nominal, deviation = fit.prior
-    both = np.hypot(deviation, fit.estimate.std)
-    far = np.abs(fit.estimate.values - nominal) > SURPRISE * both
+    combined = np.hypot(deviation, fit.estimate.std)
+    far = np.abs(fit.estimate.values - nominal) > SURPRISE * combined
     return [name for name, is_far in zip(fit.names, far, strict=True) if is_far]
 
 
@@ -144,44 +146,44 @@ def _words(over_noise: float, tested: bool, source: str) -> str:
 
 
 def _joints(fit: Fit) -> str:
-    found = joint_verdicts(fit)
-    if not found:
+    verdicts = joint_verdicts(fit)
+    if not verdicts:
         return (
-            "How well the joints are explained is unknown: this fit was loaded without its samples. "
-            "Identify again from the recordings to see it."
+            "The residuals of the joints are unknown: the fit was loaded without samples. "
+            "Identify again from the recordings to see them."
         )
-    kind = "runs held out" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
-    open_ones = [v for v in found if v.words != EXPLAINED]
-    worst = max(found, key=lambda v: np.nan_to_num(v.over_noise))
-    if not open_ones:
-        every = {1: "the one joint", 2: "both joints"}.get(len(found), f"all {len(found)} joints")
+    kind = "held-out runs" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
+    not_explained = [v for v in verdicts if v.words != EXPLAINED]
+    worst = max(verdicts, key=lambda v: np.nan_to_num(v.over_noise))
+    if not not_explained:
+        all_joints = {1: "the only joint", 2: "both joints"}.get(len(verdicts), f"all {len(verdicts)} joints")
         return (
-            f"The residual of {every} is at the noise floor on the {kind}; the largest is that of "
-            f"{worst.joint} with {worst.over_noise:.2f} times its noise."
+            f"The residual of {all_joints} is at the noise floor on the {kind}; the largest is that of "
+            f"{worst.joint}, {worst.over_noise:.2f} times its noise."
         )
-    if all(v.words == UNJUDGED for v in found):
+    if all(v.words == UNJUDGED for v in verdicts):
         _, _, why = UNJUDGED.partition(": ")
         return f"Whether the residual of any joint is at the noise floor is not judged: {why}."
-    fine = len(found) - len(open_ones)
-    which = f"{fine} of {len(found)} joints" if fine else "no joint"
-    sentences = [_listed(words, open_ones) for words in LISTED_AS]
+    explained = len(verdicts) - len(not_explained)
+    joints = f"{explained} of {len(verdicts)} joints" if explained else "no joint"
+    sentences = [_listed(words, not_explained) for words in LISTED_AS]
     above = bool(sentences[0])
-    by_scale = fit.measures == "current" and not gains_estimated(fit) and len(found) > 1
-    if by_scale and any(v.words in (FAR_ABOVE, ABOVE_NOISE) for v in open_ones):
-        which_gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
+    by_scale = fit.measures == "current" and not gains_estimated(fit) and len(verdicts) > 1
+    if by_scale and any(v.words in (FAR_ABOVE, ABOVE_NOISE) for v in not_explained):
+        gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
-            f" That may be {which_gains} alone: two joints then feel one link in different scales."
+            f" The only cause may be {gains}: two joints then measure the same link in different scales."
         )
     if above:
         sentences.append(" exidyn diagnose tells whether an effect is missing there.")
-    return f"The residual of {which} is at the noise floor on the {kind}." + "".join(sentences)
+    return f"The residual of {joints} is at the noise floor on the {kind}." + "".join(sentences)
 
 
-def _listed(words: str, found: Sequence[JointVerdict]) -> str:
-    """One sentence for all joints for which the same holds; empty if there are none."""
+def _listed(words: str, verdicts: Sequence[JointVerdict]) -> str:
+    """One sentence about all joints with the same words; empty if there are none."""
     joints = [
         v.joint if words == NO_MOTOR else f"{v.joint} ({v.over_noise:.1f} x noise)"
-        for v in found
+        for v in verdicts
         if v.words == words
     ]
     _, colon, why = words.partition(":")
@@ -189,16 +191,16 @@ def _listed(words: str, found: Sequence[JointVerdict]) -> str:
 
 
 def gains_sentence(fit: Fit) -> str:
-    """How well the drive gains are known."""
+    """A sentence on the accuracy of the drive gains."""
     if not gains_estimated(fit):
         if fit.unscaled:
             return unknown_scale(fit)[0]
         if fit.measures == "torque":
-            return "Torque was recorded, and taken as measured; there are no drive gains to find."
+            return "Torque was recorded and taken as measured, so there are no drive gains to identify."
         return (
             "Drive gains are nominal, not measured: an error in them is an error of every parameter, and "
-            "what they are stated to be off by is in every interval. "
-            "Finding them needs motor currents and a run with a known payload."
+            "every interval includes their stated tolerance. "
+            "To identify them, record motor currents and a run with a known payload."
         )
     estimate, free = fit.estimate, open_gains(fit.estimate, fit.model.robot)
     percent = 100.0 * NORMAL_95 * estimate.gain_std / np.abs(estimate.gain)
@@ -206,28 +208,28 @@ def gains_sentence(fit: Fit) -> str:
         return "No drive gain was identified."
     worst = int(np.argmax(np.where(free, 0.0, percent)))
     others = int(np.sum(~free))
-    which = f"The other {counted(others, 'drive gain')}" if np.any(free) else "Drive gains"
+    subject = f"The other {counted(others, 'drive gain')}" if np.any(free) else "Drive gains"
     verb = "is" if np.any(free) and others == 1 else "are"
     return (
-        f"{which} {verb} known to ± {digits(percent[~free].min(), 2)} to {digits(percent[worst], 2)} % "
+        f"{subject} {verb} known to ± {digits(percent[~free].min(), 2)} to {digits(percent[worst], 2)} % "
         f"(95 %), worst on {fit.model.robot.joints[worst]}."
     )
 
 
 def open_gain_sentences(fit: Fit) -> list[str]:
-    """The drive gains that the runs leave open, what is open with each, and what would settle it."""
+    """Sentences on drive gains that the runs do not determine, what depends on each, and the remedy."""
     robot, estimate = fit.model.robot, fit.estimate
     by_gain, after = open_by_gain(estimate, robot), settled(fit).gain
     sentences = []
     for joint in np.flatnonzero(open_gains(estimate, robot)):
-        names = [fit.names[row] for row, of in by_gain.items() if of == joint]
-        depending = f", nor are {', '.join(names)}, which depend on it" if names else ""
-        taken = f" Export and simulation take {digits(after[joint])}, by its nominal value."
-        found, half = digits(estimate.gain[joint]), digits(NORMAL_95 * estimate.gain_std[joint], 2)
+        names = [fit.names[row] for row, gain_joint in by_gain.items() if gain_joint == joint]
+        depending = f", nor were {', '.join(names)}, which depend on it" if names else ""
+        exported = f" Export and simulation use {digits(after[joint])}, based on its nominal value."
+        value, half = digits(estimate.gain[joint]), digits(NORMAL_95 * estimate.gain_std[joint], 2)
         sentences.append(
-            f"The drive gain of {robot.joints[joint]} was not identified{depending}: it came out as {found} "
-            f"\N{PLUS-MINUS SIGN} {half} {robot.units('N m')[joint]}/A, since the payload makes hardly any "
-            f"torque there.{'' if fit.gains_unstated else taken} What would settle it: "
+            f"The drive gain of {robot.joints[joint]} was not identified{depending}: its estimate is {value} "
+            f"\N{PLUS-MINUS SIGN} {half} {robot.units('N m')[joint]}/A, because the payload causes hardly "
+            f"any torque there.{'' if fit.gains_unstated else exported} What would settle it: "
             f"{cure(robot, int(joint))}."
         )
     return sentences
@@ -237,12 +239,13 @@ def _parameters(fit: Fit) -> list[str]:
     was = "was" if len(fit.names) == 1 else "were"
     lines = [f"{counted(len(fit.names), 'base parameter')} {was} identified."]
     if more := len(fit.dropped):
-        lines[0] += f" {more} more {'is' if more == 1 else 'are'} not supported by the data and set to zero."
+        verb, was = ("is", "was") if more == 1 else ("are", "were")
+        lines[0] += f" {more} more {verb} indistinguishable from zero and {was} set to 0."
     if fit.unclear:
         worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
         shown = ", ".join(f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED])
-        rest = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
-        lines.append(f"Unclear (standard deviation; what would settle it): {shown}{rest}.")
+        more_unclear = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
+        lines.append(f"Unclear (relative standard deviation; what would settle it): {shown}{more_unclear}.")
     else:
         lines.append(f"The standard deviation of each is at most {OPEN:g} % of its value.")
     lines += _moved_sentences(fit)
@@ -252,32 +255,30 @@ def _parameters(fit: Fit) -> list[str]:
 
 
 def _moved_sentences(fit: Fit) -> list[str]:
-    """Whether export and simulation take other values than the data say, beyond their 95 %, and why."""
+    """A sentence on values that export and simulation change beyond their 95 % interval, and why."""
     if not fit.moved:
         return []
-    farthest = sorted(fit.moved, key=lambda one: -one.deviations)[:LISTED]
+    farthest = sorted(fit.moved, key=lambda moved: -moved.deviations)[:LISTED]
     shown = "; ".join(
-        f"{one.name} {digits(one.exported)} for {digits(one.value)}, {one.deviations:.1f} deviations away"
-        for one in farthest
+        f"{moved.name} {digits(moved.exported)} instead of {digits(moved.value)}, "
+        f"{moved.deviations:.1f} standard deviations away"
+        for moved in farthest
     )
     more = len(fit.moved) - len(farthest)
-    of_gains = (
-        " or that go with the drive gains that are taken"
-        if np.any(open_gains(fit.estimate, fit.model.robot))
-        else ""
-    )
+    of_gains = " at the drive gains they use" if np.any(open_gains(fit.estimate, fit.model.robot)) else ""
     return [
-        f"No arm can have the values of {counted(len(fit.moved), 'base parameter')} within their 95 %: "
-        "something is in them that is no noise and no part of the model. Export and "
-        f"simulation take the nearest values that an arm can have{of_gains}: {shown}"
+        f"{counted(len(fit.moved), 'base parameter')} {'is' if len(fit.moved) == 1 else 'are'} physically "
+        "inconsistent, even within the 95 % interval: the runs contain an effect that is neither noise nor "
+        f"part of the model. Export and simulation use the nearest consistent values{of_gains}: {shown}"
         f"{f'; and {more} more' if more else ''}."
     ]
 
 
 def payload_centres(fit: Fit) -> list[str]:
-    """A sentence for each body whose mass is known or identified.
+    """A sentence for each payload whose mass is known or identified.
 
-    None where first moments are per unit of drive gain: a mass in kilograms does not divide those.
+    There is none if drive gains are unknown: first moments in amperes cannot be divided by a mass in
+    kilograms.
     """
     sentences = []
     for body in () if fit.unscaled else fit.model.payloads.values():
@@ -287,13 +288,13 @@ def payload_centres(fit: Fit) -> list[str]:
             at = ", ".join(axes)
             weight = _mass_words(fit, f"M{body.payload}", mass)
             sentences.append(
-                f"payload {body.payload}: {weight}, center of mass in the flange's frame [m]: {at}"
+                f"payload {body.payload}: {weight}, center of mass in the flange frame [m]: {at}"
             )
     return sentences
 
 
 def _mass_words(fit: Fit, name: str, mass: float) -> str:
-    """A mass [kg], with half of its 95 % interval where it was estimated."""
+    """A mass [kg], with half of its 95 % interval if it was estimated."""
     if name not in fit.names:
         return f"{digits(mass)} kg"
     std = float(np.sqrt(fit.estimate.covariance[fit.names.index(name), fit.names.index(name)]))
@@ -301,7 +302,7 @@ def _mass_words(fit: Fit, name: str, mass: float) -> str:
 
 
 def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:
-    """First moment over mass, with its standard deviation where either was estimated."""
+    """First moment over mass [m], with half of its 95 % interval if either was estimated."""
     moment = _value(fit, body, f"M{axis}")
     if moment is None:
         return "open"
@@ -318,10 +319,10 @@ def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:
 
 
 def _value(fit: Fit, body: Effect, name: str) -> float | None:
-    """A parameter of the body: as known, as identified alone, zero if dropped; None if only in a sum."""
+    """Value of a payload's parameter: known, identified, or zero if dropped; None if known only in a sum."""
     if name in dict(body.known):
         return dict(body.known)[name]
-    own = f"{name}{body.payload}"
-    if own in fit.names:
-        return float(fit.estimate.values[fit.names.index(own)])
-    return 0.0 if own in fit.dropped else None
+    full_name = f"{name}{body.payload}"
+    if full_name in fit.names:
+        return float(fit.estimate.values[fit.names.index(full_name)])
+    return 0.0 if full_name in fit.dropped else None

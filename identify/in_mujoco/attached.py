@@ -9,7 +9,7 @@ import numpy as np
 from ..effects import CurrentOffset, Effect, ViscousFriction, name_of
 from ..effects.simulator_terms import JointTerms
 from ..errors import RobotError
-from ..export.mjcf_same import Remedy, described, require_same, taken
+from ..export.mjcf_same import Remedy, accepted, described, require_same
 from ..export.portable import Portable
 from ..model import Model
 from ..notebook import optional
@@ -36,7 +36,7 @@ def lacking(model: Any, arm: Model, payload: str = "") -> tuple[Portable, list[P
         RobotError: The model is of another arm, or has other numbers; or an effect cannot be attached.
     """
     wanted = Portable.of(arm, payload)
-    kept, _ = taken(wanted)
+    kept, _ = accepted(wanted)
     without = replace(kept, joints=replace(kept.joints, dry=np.zeros(arm.robot.dof)))
     file = described(model, wanted, WHERE)
     made = Portable.of(file).joints

@@ -1,4 +1,4 @@
-"""What lies between an arm and its recordings: one file a kind, one line in this table."""
+"""Effects between an arm and its recordings, with one file and one line in the table per kind."""
 
 from .backlash import Backlash
 from .current_clipping import CurrentClipping
@@ -15,7 +15,7 @@ MEASUREMENTS: dict[str, type[Measurement]] = {
     "drive_gain_saturation": DriveGainSaturation,
     "current_clipping": CurrentClipping,
 }
-"""Name in robot files and in the diagnosis -> class."""
+"""Name in robot files and the diagnosis -> class."""
 
 __all__ = ["MEASUREMENTS", "Gear", "Measurement", *sorted(kind.__name__ for kind in MEASUREMENTS.values())]
 

@@ -1,4 +1,4 @@
-"""A gear with play: while its teeth change sides, its link floats and no motor carries it."""
+"""A gear with play: while the teeth change sides, the link floats without support from the motor."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from .measurement import require
 from .twist import Twist, bent, loose, resting
 
 TEETH = 40.0
-"""Resonance of a link on its teeth from which on they are hard [Hz]: those strike alike behind a low-pass
-of 25 Hz; softer ones also give way under the load."""
+"""Resonance of a link on its teeth above which they count as rigid [Hz]: behind a low-pass of 25 Hz, their
+impacts look alike; softer teeth also bend under the load."""
 RATIO = 0.5
-"""Damping ratio of the teeth, and of the drive that is pushed back by them [-]."""
+"""Damping ratio of the teeth, including the drive that they push back [-]."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Backlash(Gear):
     """Play between two sides of the teeth.
 
     Attributes:
-        gap: Whole width of the play, seen from the joint [rad].
+        gap: Full width of the play, at the joint [rad].
         damping_ratio: Damping ratio of the link on its teeth [-].
-        load_shift: Torque by which the load exceeds that of the model [N m].
+        load_shift: True load minus the load of the model [N m].
         resonance: Resonance of the link on its teeth [Hz].
     """
 
@@ -36,7 +36,7 @@ class Backlash(Gear):
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
         weight, drag, inertia = tangent.own(joint)
         load = load + self.load_shift
-        if not np.min(inertia) > 0.0:  # a link that a fit left without inertia never floats
+        if not np.min(inertia) > 0.0:  # a link without positive inertia in the fit never floats
             return resting(load, 0.5 * self.gap)
         return floating((inertia, drag, weight), load, step, self.gap, (self.resonance, self.damping_ratio))
 
@@ -58,14 +58,14 @@ def floating(
     gap: float,
     teeth: tuple[float, float],
 ) -> Twist:
-    """Twist of a link on teeth with a play, which also bend under the load where they are soft.
+    """Twist of a link with play; soft teeth also bend under the load.
 
     Args:
-        link: Inertia, damping and stiffness by gravity of the link without its gear, each (t,); see `bent`.
-        load: Torque that the gear transmits when it is rigid, shape (t,) [N m].
+        link: Inertia, damping and gravity stiffness of the link without its gear, each (t,); see `bent`.
+        load: Torque that a rigid gear would transmit, shape (t,) [N m].
         step: Sampling period [s].
-        gap: Whole width of the play [rad].
-        teeth: Resonance of the link on them [Hz], and its damping ratio [-].
+        gap: Full width of the play [rad].
+        teeth: Resonance [Hz] and damping ratio [-] of the link on its teeth.
     """
     inertia, drag, weight = link
     (resonance, ratio), on_teeth = teeth, None

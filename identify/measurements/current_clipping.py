@@ -1,4 +1,4 @@
-"""Recorded currents that are clipped while the torque goes on rising."""
+"""Recorded currents that are clipped while the torque still increases."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,10 @@ from .measurement import Measurement, on_joints, require
 
 @dataclass(frozen=True)
 class CurrentClipping(Measurement):
-    """A sensor that shows no more than its largest current; a fit leaves such samples out.
+    """A sensor with a limited range; a fit leaves out clipped samples.
 
     Attributes:
-        limit: Largest effort that is recorded, either way [A; N m where torque is recorded].
+        limit: Largest recorded effort in both directions [A; N m if torque is recorded].
         joints: Names of the joints whose sensors are clipped; None for all.
     """
 

@@ -1,4 +1,4 @@
-"""A drive whose torque per current falls at high torque, as iron saturates."""
+"""A drive whose torque per current decreases at high torque because iron saturates."""
 
 from dataclasses import dataclass
 
@@ -9,22 +9,22 @@ from ..errors import RobotError
 from .measurement import Measurement, require
 
 GRID = 4000
-"""Points of the curve by which currents are turned into torque; between them it is straight to 1e-7."""
+"""Number of points of the curve from current to torque; linear interpolation is accurate to 1e-7."""
 END = 0.999
-"""Share of a ceiling up to which that curve goes [-]: the current is hundreds of times as large there."""
+"""Share of the ceiling at which the curve ends [-]; the current is hundreds of times as large there."""
 
 
 @dataclass(frozen=True)
 class DriveGainSaturation(Measurement):
-    """Current beyond what a constant drive gain takes, `loss` times an excess that grows with torque.
+    """Current in addition to that of a constant drive gain: `loss` times an excess that grows with torque.
 
     Attributes:
         joint: Name of the joint.
-        loss: Current that every further newton metre takes in the end, over that of a constant gain, less 1;
-            below a ceiling, the excess of current at 0.71 of the ceiling [-].
-        knee: Torque from which on the drive loses, where magnets bias the iron [N m].
-        width: Torque beyond the knee at which three quarters of that loss are there [N m].
-        ceiling: Torque that no current exceeds, where nothing biases the iron [N m].
+        loss: Relative increase of current per torque far above the knee; with a ceiling, the relative excess
+            current at 0.71 of the ceiling [-].
+        knee: Torque above which the gain decreases, for iron biased by magnets [N m].
+        width: Torque beyond the knee at which the increase is three quarters of `loss` [N m].
+        ceiling: Torque that no current exceeds, for iron without bias [N m].
     """
 
     joint: str
@@ -40,16 +40,18 @@ class DriveGainSaturation(Measurement):
 
     def restored(self, robot: Robot, shown: np.ndarray) -> np.ndarray:
         torque, joint = np.array(shown), robot.index(self.joint)
-        own = shown[:, joint]
-        most = float(np.max(np.abs(own), initial=0.0))
+        effort = shown[:, joint]
+        most = float(np.max(np.abs(effort), initial=0.0))
         if self.ceiling is not None:
             most = min(most, END * self.ceiling)
         grid = np.linspace(0.0, most, GRID)
-        torque[:, joint] = np.sign(own) * np.interp(np.abs(own), grid + self.loss * self._excess(grid), grid)
+        torque[:, joint] = np.sign(effort) * np.interp(
+            np.abs(effort), grid + self.loss * self._excess(grid), grid
+        )
         return torque
 
     def _excess(self, torque: np.ndarray) -> np.ndarray:
-        """What is lost at torques of no less than zero for a loss of 1, any shape [N m]."""
+        """Excess at non-negative torques of any shape, for a loss of 1 [N m]."""
         if self.ceiling is not None:
             square = np.minimum(torque / self.ceiling, END) ** 2
             return torque * square / (1.0 - square)

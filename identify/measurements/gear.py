@@ -1,4 +1,4 @@
-"""Gear: a joint whose link can move apart from its motor."""
+"""`Gear`: a joint whose link can move relative to its motor."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .twist import Twist
 
 
 class Spring(NamedTuple):
-    """A gear as a simulated arm has it: stiffness [N m/rad], damping [N m s/rad], width of play [rad]."""
+    """Gear in a simulated arm: stiffness [N m/rad], damping [N m s/rad], width of the play [rad]."""
 
     stiffness: float
     damping: float
@@ -22,7 +22,7 @@ class Spring(NamedTuple):
 
 @dataclass(frozen=True)
 class Gear(Measurement, ABC):
-    """Position is measured on the motor, and the link twists away from it under its load.
+    """A gear that twists under load, while the position is measured at the motor.
 
     Attributes:
         joint: Name of the joint.
@@ -32,18 +32,18 @@ class Gear(Measurement, ABC):
 
     @abstractmethod
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
-        """How far the motor leads its link.
+        """Angle by which the motor leads its link.
 
         Args:
             tangent: Derivatives of the links' torque along the motion.
-            load: Torque that the gear transmits when it is rigid, shape (t,) [N m].
+            load: Torque that a rigid gear would transmit, shape (t,) [N m].
             joint: Index of the joint.
             step: Sampling period [s].
         """
 
     @abstractmethod
     def spring(self, inertia: float) -> Spring:
-        """What it is in a simulated arm, for a mean inertia of the link [kg m^2]."""
+        """Gear in a simulated arm, for a mean inertia of the link [kg m^2]."""
 
     def check(self, robot: Robot) -> None:
         super().check(robot)

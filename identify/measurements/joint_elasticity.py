@@ -1,4 +1,4 @@
-"""A gear that gives way as a spring, on which its link lags behind the motor and swings."""
+"""An elastic gear, on which the link lags behind the motor and oscillates."""
 
 from dataclasses import dataclass
 
@@ -13,11 +13,11 @@ from .twist import Twist, bent
 
 @dataclass(frozen=True)
 class JointElasticity(Gear):
-    """A spring and a damper between motor and link, seen from the joint.
+    """A spring and a damper between motor and link, reflected to the joint.
 
     Attributes:
-        stiffness: [N m/rad].
-        damping: [N m s/rad].
+        stiffness: Stiffness [N m/rad].
+        damping: Damping [N m s/rad].
     """
 
     stiffness: float

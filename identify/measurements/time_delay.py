@@ -1,4 +1,4 @@
-"""Efforts that are recorded later than positions, or earlier, of all drives or of some."""
+"""Efforts of all or some drives that are recorded later or earlier than positions."""
 
 from dataclasses import dataclass
 
@@ -9,16 +9,16 @@ from ..errors import RobotError
 from .measurement import Measurement, on_joints
 
 LONGEST = 1.0
-"""Longest delay [s]: no controller acts on currents that are older."""
+"""Longest delay [s]: no controller acts on older currents."""
 
 
 @dataclass(frozen=True)
 class TimeDelay(Measurement):
-    """A delay of currents or torques; delays of one joint add up.
+    """A delay of currents or torques; several delays of one joint add up.
 
     Attributes:
-        seconds: Time by which efforts are recorded later than positions; negative for earlier [s].
-        joints: Names of the joints whose drives are late; None for all.
+        seconds: Delay of recorded efforts relative to positions; negative if they are earlier [s].
+        joints: Names of the joints with delayed efforts; None for all.
     """
 
     seconds: float

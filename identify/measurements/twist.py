@@ -1,8 +1,8 @@
-"""Twist: how far a motor that moves as recorded leads a link that follows on its gear.
+"""Twist: the angle by which a motor with recorded motion leads a link on its gear.
 
-With motors where their encoders measure, every link but one follows its motor, and that one leads or lags
-by a twist whose equation is row j of the arm's: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j.
-What all motors give for it more than for a rigid gear is minus the links' torque for a twist.
+Motors are where their encoders measure. All links except one follow their motors; that one differs by a twist
+with the equation of row j of the arm: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j. The
+additional torque of all motors, compared with a rigid gear, is minus the links' torque for the twist.
 """
 
 from collections.abc import Iterator
@@ -13,14 +13,14 @@ import numpy as np
 from ..arm.derivatives import differentiate
 
 CHUNK = 200
-"""Rows that are made plain at once."""
+"""Number of rows converted to Python numbers at once."""
 
 SOFTEST = 1e-3
-"""Least stiffness of gear and gravity together, over their largest: so soft that it explains nothing."""
+"""Minimum total stiffness of gear and gravity relative to its maximum; a softer gear explains nothing."""
 
 
 class Twist(NamedTuple):
-    """How far a motor leads its link, with derivatives, each of shape (t,) [rad], [rad/s], [rad/s^2]."""
+    """Angle by which a motor leads its link, and its derivatives, each (t,) [rad], [rad/s], [rad/s^2]."""
 
     value: np.ndarray
     rate: np.ndarray
@@ -30,21 +30,21 @@ class Twist(NamedTuple):
 def bent(
     inertia: np.ndarray, damping: np.ndarray, stiffness: np.ndarray, load: np.ndarray, step: float
 ) -> Twist:
-    """Twist of an elastic gear: inertia'' + damping' + stiffness = load, at each sample with its own numbers.
+    """Twist of an elastic gear: inertia twist'' + damping twist' + stiffness twist = load at each sample.
 
-    Newmark's average acceleration, which is stable however stiff the gear is. All steps are one banded
-    system; it begins as if the load had always been what it is at the start. Inertia [kg m^2], damping
-    [N m s/rad], stiffness [N m/rad] and load [N m] are those of the link, (t,), in steps of time [s].
+    Newmark's method with average acceleration is stable for any stiffness. All time steps form one banded
+    system; it starts in equilibrium with the initial load. Inertia [kg m^2], damping [N m s/rad], stiffness
+    [N m/rad] and load [N m] of the link are arrays (t,); `step` is the sampling period [s].
     """
-    # A first fit may leave a light link less than no inertia where a payload's moments are unknown, and a
-    # soft gear cannot carry any payload: such a gear would have no twist at all, or one without bound.
-    # Its Coriolis torque, which gains no energy beside a change of the inertia, would without one.
+    # A first fit may give a light link negative inertia if the moments of a payload are unknown, and a soft
+    # gear cannot carry a payload: the twist would be undefined or unbounded. The Coriolis torque in the
+    # damping conserves energy only together with a change of the inertia, so both are limited.
     if np.min(inertia) < 0.0:
         inertia, damping = np.maximum(inertia, 0.0), np.maximum(damping, 0.0)
     stiffness = np.maximum(stiffness, SOFTEST * np.max(np.abs(stiffness)))
     mass, loss = inertia / step**2, damping / (2 * step)
     bands = np.zeros((3, len(load)))
-    # Row k is the equation at sample k - 1; by the first two rows the gear starts at rest.
+    # Row k is the equation at sample k - 1; the first two rows state that the gear starts at rest.
     bands[0, 2:] = (mass + loss + stiffness / 4)[1:-1]
     bands[1, 1:-1] = (stiffness / 2 - 2 * mass)[1:-1]
     bands[2, :-2] = (mass - loss + stiffness / 4)[1:-1]
@@ -52,7 +52,7 @@ def bent(
     right = np.empty(len(load))
     right[:2] = load[0] / stiffness[0]
     right[2:] = (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
-    from scipy.linalg import solve_banded  # large, and readers of files have little memory
+    from scipy.linalg import solve_banded  # a large module that file readers should not load
 
     value = solve_banded((2, 0), bands, right, check_finite=False)
     rate, second = differentiate(value[:, None], 1.0 / step)
@@ -69,18 +69,18 @@ def loose(
     teeth: tuple[float, float],
     on_teeth: Twist | None = None,
 ) -> Twist:
-    """Twist of a gear with play: within it, nothing but the link's own inertia answers the load.
+    """Twist of a gear with play, within which only the inertia of the link resists the load.
 
-    A link rests against the teeth that its load is on, as if they were rigid, or bent as given where they are
-    soft; when the load changes its sign, it floats to the other side, strikes, and bounces until the teeth
-    have damped it out.
+    The link rests on the teeth on the side of its load; the teeth are rigid, or bend by `on_teeth`. When the
+    load changes its sign, the link floats to the other side, strikes the teeth, and bounces until they have
+    damped it out.
 
     Inertia, damping, stiffness (by gravity) and load are those of the link without its gear, as in `bent`.
-    The play is half of its width [rad]. The teeth are the link's resonance on them, at most an eighth of the
-    sample rate [Hz], and its damping ratio [-]. On soft teeth their twist without any play is `on_teeth`.
+    `play` is half of the width [rad]. `teeth` is the resonance of the link on its teeth, at most an eighth of
+    the sampling rate [Hz], and its damping ratio [-]. `on_teeth` is the twist of soft teeth without play.
     """
     angular, ratio = 2 * np.pi * teeth[0], teeth[1]
-    settled = int(3.0 / (ratio * angular * step))  # e^-3, a twentieth of the stroke, is left then
+    settled = int(3.0 / (ratio * angular * step))  # oscillation has decayed to e^-3, a twentieth
     side = np.where(load < 0, -1.0, 1.0)
     value, rate, second = play * side, np.zeros(len(load)), np.zeros(len(load))
     if on_teeth is not None:
@@ -91,7 +91,7 @@ def loose(
         if start < end:
             continue
         x, v, in_contact, path = float(value[start - 1]), float(rate[start - 1]), 0, []
-        # Plain numbers: a sample depends on the one before, and arrays of one number are slow.
+        # Python numbers, since each sample depends on the previous one and small arrays are slow
         for pull, drag, weight in _rows(per_inertia, start):
             past = x - play if x > play else x + play if x < -play else 0.0
             acceleration = pull - drag * v - weight * x
@@ -111,12 +111,12 @@ def loose(
 
 
 def resting(load: np.ndarray, play: float) -> Twist:
-    """Twist of a link that rests on the side of its load (t,) [N m]; the play is half of its width [rad]."""
+    """Twist of a link that rests on the side of its load (t,) [N m]; `play` is half of the width [rad]."""
     still = np.zeros(len(load))
     return Twist(np.where(load < 0, -play, play), still, still)
 
 
 def _rows(values: np.ndarray, start: int) -> Iterator[list[float]]:
-    """Rows of (t, p) as plain numbers from one on, a second or so at a time."""
+    """Rows of values (t, p) from `start` on as Python numbers, converted in chunks."""
     for first in range(start, len(values), CHUNK):
         yield from values[first : first + CHUNK].tolist()

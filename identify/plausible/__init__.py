@@ -1,1 +1,1 @@
-"""What a log means: units, signs, order and robot, and how likely each mistake is."""
+"""Interpretation of a log: units, signs, order of joints and robot, and the probability of each mistake."""

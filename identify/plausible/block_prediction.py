@@ -1,12 +1,13 @@
-r"""How well bodies of any mass predict efforts, block by block, beside what no description has.
+r"""Prediction of efforts, block by block, by bodies of any mass and by effects that no description contains.
 
-The effort of joint :math:`j` is :math:`y_j = X_j \beta + Z_j \alpha_j + n_j`: bodies and stated effects,
-common to all joints, and rotor, friction and offset of the joint with a discrepancy: torque that depends on
-position, direction and speed, and on the neighbors' motion. The discrepancy is held back to about a tenth of
-the effort, so that cables or unusual friction are no evidence against a right log.
+The effort of joint :math:`j` is :math:`y_j = X_j \beta + Z_j \alpha_j + n_j`. The first term is the torque of
+bodies and stated effects, common to all joints. The second is rotor, friction and offset of the joint, and a
+discrepancy: torque that depends on position, direction, speed and the neighbors' motion. A prior limits the
+discrepancy to about a tenth of the effort, so that cables or unusual friction are no evidence against a
+correct log.
 
-Two predictions of each block from the others: `coupled`, one :math:`\beta` for all joints with the gains as
-they are stated, and `single`, a :math:`\beta` for each joint, which leaves its gain open.
+Each block is predicted from the others in two ways: `coupled` uses one :math:`\beta` for all joints and the
+stated gains; `single` uses a separate :math:`\beta` for each joint, so that its gain is free.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,23 +22,24 @@ from ..arm.motion import Motion
 from .samples import Sampled
 
 FOLDS = 5
-"""Blocks, each predicted from the others."""
+"""Number of blocks, each predicted from the others."""
 RIDGES = (1e-2, 1e-4, 1e-7)
-"""Variance of the noise over that of a body's column, as it may be; the one that predicts best is taken, of
-each hypothesis: right bodies, held back too much, explain less than wrong ones."""
+"""Candidate ridge parameters of a body's column: noise variance over column variance. Each hypothesis uses
+the one that predicts best; with too large a ridge, right bodies would explain less than wrong ones."""
 OWN_RIDGES = (1.0, 1e-1, 1e-2)
-"""The same of one joint alone, which tells less of its bodies; each joint has its best one."""
+"""Candidate ridge parameters for a single joint, which determines bodies less well than all joints do."""
 FREE, HELD_BACK = 1e-4, 0.3
-"""The same of rotor, friction and offset, which may be of any size, and of the discrepancy: noise of a
+"""Ridge parameters of rotor, friction and offset, which may have any size, and of the discrepancy: noise of a
 twentieth of the effort over terms of a tenth of it."""
 POSITION_WAVES, DIRECTION_WAVES = 6, 4
-"""Half waves over a joint's range in a torque of position, and in one that changes sign with direction."""
+"""Number of half waves over a joint's range in torque that depends on position, and in torque that also
+changes sign with direction."""
 NOTHING = 1e-12
-"""Size of a column relative to the largest, below which it is zero."""
+"""Size of a column, relative to the largest, below which it counts as zero."""
 
 
 def friction_columns(motion: Motion, joint: int) -> np.ndarray:
-    """Rotor inertia, viscous and Coulomb friction of a joint, each of size 1, shape (t, 3)."""
+    """Unit rotor inertia, viscous and Coulomb friction of a joint, shape (t, 3)."""
     velocity = motion.velocity[:, joint]
     return np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity)], axis=1)
 
@@ -58,14 +60,14 @@ def discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
 
 
 class Block(NamedTuple):
-    """Samples of one block, and what all others say, of each joint and in units of each joint's torque.
+    """One block of samples, with the normal equations of all other blocks for each joint.
 
     Attributes:
         rows: Samples of the block.
-        schur: Products of the bodies' columns where the joint's own terms are fitted too, shape (n, p, p).
-        across: The joint's own terms that go with a unit of each column, shape (n, q, p).
-        inverse: Inverse products of the joint's own terms, held back, shape (n, q, q).
-        size: Squares of each column, shape (n, p).
+        schur: Products of the bodies' columns after elimination of the joint's terms, shape (n, p, p).
+        across: Joint terms per unit of each body's column, shape (n, q, p).
+        inverse: Inverse of the regularized products of the joint's terms, shape (n, q, q).
+        size: Sum of squares of each body's column, shape (n, p).
     """
 
     rows: np.ndarray
@@ -77,17 +79,17 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class ArmPrediction:
-    """Predictions of each tree of bodies that the base carries: the joints of a leg say nothing of another.
+    """Separate predictions for each tree of bodies on the base: the legs of a robot are independent.
 
     Attributes:
-        trees: Joints of each tree, and their columns.
+        trees: Joints of each tree, and the prediction for these joints.
     """
 
     trees: tuple[tuple[np.ndarray, "BlockPrediction"], ...]
 
     @classmethod
     def of(cls, columns: np.ndarray, log: Sampled) -> "ArmPrediction":
-        """The prediction by columns (t, n, p) of bodies and stated effects, at the samples of a log."""
+        """Prediction from columns (t, n, p) of bodies and stated effects at the samples of a log."""
         prediction = BlockPrediction.of(columns, log)
         used = np.asarray(prediction.bodies.any(axis=1))
         number, labels = connected_components(used.astype(int) @ used.T.astype(int), directed=False)
@@ -101,15 +103,15 @@ class ArmPrediction:
         return cls(tuple(trees))
 
     def coupled(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that one set of bodies for all joints does not predict, shape (n,)."""
+        """Unpredicted share of each effort (t, n) with common bodies for all joints, shape (n,)."""
         return self._each(effort, BlockPrediction.coupled)
 
     def single(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that bodies of its own for each joint do not predict, shape (n,)."""
+        """Unpredicted share of each effort (t, n) with separate bodies for each joint, shape (n,)."""
         return self._each(effort, BlockPrediction.single)
 
     def fitted(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that a fit of each joint to all samples leaves, shape (n,)."""
+        """Residual share of each effort (t, n) after a fit of each joint to all samples, shape (n,)."""
         return self._each(effort, BlockPrediction.fitted)
 
     def _each(
@@ -123,11 +125,11 @@ class ArmPrediction:
 
 @dataclass(frozen=True)
 class BlockPrediction:
-    """Columns of a motion, to predict efforts by.
+    """Columns of a motion for the prediction of efforts.
 
     Attributes:
         bodies: Torque per unit of each body's parameter, zero where a joint may stick, shape (n, t, p).
-        terms: Terms of each joint alone, of root mean square 1, shape (n, t, q).
+        terms: Terms of each joint alone, normalized to root mean square 1, shape (n, t, q).
         sliding: 1 where a joint slides, else 0, shape (t, n).
     """
 
@@ -137,20 +139,20 @@ class BlockPrediction:
 
     @classmethod
     def of(cls, columns: np.ndarray, log: Sampled) -> "BlockPrediction":
-        """The prediction by columns (t, n, p) of bodies and stated effects, at the samples of a log."""
+        """Prediction from columns (t, n, p) of bodies and stated effects at the samples of a log."""
         n, sliding = columns.shape[1], log.sliding.astype(float)
         parts = [_terms(log.motion, j) * sliding[:, j : j + 1] for j in range(n)]
         width = max(part.shape[1] for part in parts)
         terms = np.stack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in parts])
         size = np.sqrt((terms**2).mean(axis=1, keepdims=True))
         terms = np.divide(terms, size, out=np.zeros_like(terms), where=size > NOTHING)
-        moved = columns.any(axis=(0, 1))  # links that no joint moves or weighs have no column
+        moved = columns.any(axis=(0, 1))  # links without torque on any joint have zero columns
         bodies = (columns[:, :, moved] * sliding[:, :, None]).transpose(1, 0, 2)
         return cls(np.ascontiguousarray(bodies), terms, sliding)
 
     @cached_property
     def blocks(self) -> list[Block]:
-        """All blocks."""
+        """All blocks with their normal equations."""
         folds = np.array_split(np.arange(self.bodies.shape[1]), FOLDS)
         parts = [_products(self.bodies[:, rows], self.terms[:, rows]) for rows in folds]
         total = [np.sum([part[k] for part in parts], axis=0) for k in range(3)]
@@ -168,7 +170,7 @@ class BlockPrediction:
         return blocks
 
     def coupled(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that one set of bodies for all joints does not predict, shape (n,)."""
+        """Unpredicted share of each effort (t, n) with common bodies for all joints, shape (n,)."""
         values, scale = self._normal(effort)
         missed = np.zeros((len(RIDGES), len(scale)))
         for block, (reduced, known) in zip(self.blocks, self._right(values, scale), strict=True):
@@ -178,7 +180,7 @@ class BlockPrediction:
         return _best(self._shares(missed, values))
 
     def single(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that bodies of its own for each joint do not predict, shape (n,)."""
+        """Unpredicted share of each effort (t, n) with separate bodies for each joint, shape (n,)."""
         values, scale = self._normal(effort)
         missed = np.zeros((len(OWN_RIDGES), len(scale)))
         squares = scale[:, None] ** 2
@@ -188,7 +190,7 @@ class BlockPrediction:
         return np.asarray(self._shares(missed, values).min(axis=0))
 
     def fitted(self, effort: np.ndarray) -> np.ndarray:
-        """Shares of efforts (t, n) that a fit of each joint to all samples leaves, shape (n,)."""
+        """Residual share of each effort (t, n) after a fit of each joint to all samples, shape (n,)."""
         values, scale = self._normal(effort)
         columns = np.concatenate([self.bodies * scale[:, None, None], self.terms], axis=2)
         products = columns.transpose(0, 2, 1) @ columns
@@ -197,16 +199,16 @@ class BlockPrediction:
         return self._shares(((values - columns @ beta) ** 2).sum(axis=1).T, values)[0]
 
     def _normal(self, effort: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Efforts (n, t, 1) about their mean and over their standard deviation where sliding, and 1 / std."""
+        """Efforts (n, t, 1) standardized over sliding samples, and 1 / std of each effort, shape (n,)."""
         count = np.maximum(self.sliding.sum(axis=0), 1.0)
         values = (effort - (effort * self.sliding).sum(axis=0) / count) * self.sliding
         std = np.sqrt((values**2).sum(axis=0) / count)
-        # An effort that does not change says nothing.
+        # A constant effort carries no information.
         scale = np.divide(1.0, std, out=np.zeros_like(std), where=std > 1e-9 * std.max())
         return (values * scale).T[:, :, None], scale
 
     def _right(self, values: np.ndarray, scale: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yields, for each block, right-hand sides (n, p, 1) of the others and their own terms (n, q, 1)."""
+        """Right-hand sides (n, p, 1) and joint terms (n, q, 1) from all blocks except one, for each block."""
         parts = [
             (
                 self.bodies[:, block.rows].transpose(0, 2, 1) @ values[:, block.rows],
@@ -223,7 +225,7 @@ class BlockPrediction:
     def _missed(
         self, block: Block, values: np.ndarray, scale: np.ndarray, known: np.ndarray, beta: np.ndarray
     ) -> np.ndarray:
-        """Squares of a block's efforts that bodies and own terms do not predict, shape (ridges, n)."""
+        """Squared prediction error of a block's efforts, shape (ridges, n)."""
         bodies = scale[:, None, None] * np.moveaxis(beta[..., 0], 0, -1)
         alpha = known - block.across @ bodies
         residual = (
@@ -232,7 +234,7 @@ class BlockPrediction:
         return np.asarray((residual**2).sum(axis=1).T)
 
     def _shares(self, missed: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Shares (ridges, n) of the squares of efforts."""
+        """Squared errors as shares of the squared efforts, shape (ridges, n)."""
         return np.minimum(missed / np.maximum((values**2).sum(axis=(1, 2)), NOTHING), 1.0)
 
 
@@ -242,13 +244,13 @@ def _terms(motion: Motion, joint: int) -> np.ndarray:
 
 
 def _products(bodies: np.ndarray, terms: np.ndarray) -> list[np.ndarray]:
-    """Products of a block's columns, of each joint."""
+    """Products of a block's columns for each joint."""
     across = bodies.transpose(0, 2, 1)
     return [across @ bodies, across @ terms, terms.transpose(0, 2, 1) @ terms]
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray, size: np.ndarray, ridges: Sequence[float]) -> np.ndarray:
-    """Solutions (ridges, ..., p, 1) of normal equations, whose columns have squares `size`."""
+    """Ridge solutions (ridges, ..., p, 1) of normal equations; `size` has each column's sum of squares."""
     root = np.sqrt(np.maximum(size, NOTHING * size.max(initial=0.0) + 1e-300))[..., None]
     scaled = matrix / (root * np.swapaxes(root, -1, -2))
     identity = np.eye(scaled.shape[-1])
@@ -256,5 +258,5 @@ def _solved(matrix: np.ndarray, right: np.ndarray, size: np.ndarray, ridges: Seq
 
 
 def _best(shares: np.ndarray) -> np.ndarray:
-    """Shares (ridges, n) at the ridge that predicts all joints best."""
+    """Shares (n,) at the ridge that predicts all joints best, from shares (ridges, n)."""
     return np.asarray(min(shares, key=lambda share: float(np.log(share + 1e-3).sum())))

@@ -1,4 +1,4 @@
-"""What a mistake does to a log, undone: another order, scale, zero, sign, or another direction of gravity."""
+"""Corrections of mistakes in a log: order, scale, zero and sign of columns, and direction of gravity."""
 
 from dataclasses import dataclass, replace
 
@@ -13,14 +13,14 @@ from .samples import Sampled
 
 @dataclass(frozen=True)
 class Change:
-    """What makes a log right.
+    """Correction of a mistake in a log, applied in the order of the attributes.
 
     Attributes:
-        position: Column of each joint's position, shape (n,); None where they are in order.
-        effort: The same of the efforts.
-        scale: Factor of each position, and of its motion, after that, shape (n,).
-        zero: What is added to it then [rad, m].
-        factor: Factor of each effort, with its sign, shape (n,); NaN where it may be any of either sign.
+        position: Column of each joint's position, shape (n,); None if the columns are in order.
+        effort: Column of each joint's effort, shape (n,); None if the columns are in order.
+        scale: Factor of each position and its derivatives, shape (n,).
+        zero: Offset added to each scaled position, shape (n,) [rad, m].
+        factor: Factor of each effort, with its sign, shape (n,); NaN for any factor of either sign.
         gravity: Gravity in the base frame, shape (3,) [m/s^2].
     """
 
@@ -33,22 +33,22 @@ class Change:
 
     @property
     def of_efforts(self) -> bool:
-        """Whether it changes the sizes and signs of efforts alone."""
+        """Whether only sizes and signs of efforts change."""
         parts = (self.position, self.effort, self.scale, self.zero, self.gravity)
         return all(part is None for part in parts)
 
     @property
     def of_motion(self) -> bool:
-        """Whether it changes positions or orders."""
+        """Whether positions or the order of columns change."""
         return not self.of_efforts and self.gravity is None
 
     @property
     def motion(self) -> "Change":
-        """What it does to the motion and to the arm alone."""
+        """The part of the change that concerns motion and arm, not efforts."""
         return replace(self, effort=None, factor=None)
 
     def read(self, reading: Reading) -> Reading:
-        """The log without the mistake, but for the factors of efforts."""
+        """The log with the correction applied, except for the factors of efforts."""
         if self.of_efforts:
             return reading
         if self.effort is not None:
@@ -72,7 +72,7 @@ class Change:
 
 
 def with_gravity(model: Model, gravity: np.ndarray) -> Model:
-    """The model with another gravity in its base frame, shape (3,) [m/s^2]."""
+    """Copy of a model with another gravity in its base frame, shape (3,) [m/s^2]."""
     kinematics = model.robot.kinematics.copy()
     kinematics.gravity = pin.Motion(np.asarray(gravity, float), np.zeros(3))
     return replace(model, robot=replace(model.robot, kinematics=kinematics))

@@ -1,9 +1,9 @@
-r"""What the masses of a description say of each joint's effort: its sign, its unit, and whether they hold.
+r"""Likelihood of each joint's effort given the described masses: its sign, its unit, and their consistency.
 
 The effort of a joint is :math:`e = (\tau_0 + E c) / g + F f + D d + n`: the torque :math:`\tau_0` of the
-described bodies, errors :math:`E` of one standard deviation each, the gain :math:`g` [N m per unit], friction
-with a prior of mostly positive size (it brakes), and the discrepancy of `block_prediction`. With Gaussian
-priors on c, f and d the likelihood of any gain and sign is closed-form.
+described bodies, their errors :math:`E` (one standard deviation per column), the gain :math:`g` [N m per
+unit], friction with a mostly positive prior (it brakes), and the discrepancy of `block_prediction`. With
+Gaussian priors on c, f and d, the likelihood of any gain and sign has a closed form.
 """
 
 from dataclasses import dataclass
@@ -22,41 +22,41 @@ from .block_prediction import discrepancy_columns, friction_columns
 from .samples import Sampled, independent
 
 DRAWN = 0.3
-"""Relative error of the torque that a description's masses give: a tool, cables, a drawing."""
+"""Relative error of torque computed from a description's masses: tool, cables, inaccurate drawing."""
 TOOL_MASS, TOOL_LEVER = 0.01, 0.1
-"""What an arm carries unsaid, over its own mass; and how far out, over its own length."""
+"""Unstated payload relative to the arm's mass, and its distance relative to the arm's length."""
 HEAVY, BALANCED = 300.0, 1.0
-"""Mass of an arm [kg] from which on a spring or gas cylinder may hold it against gravity, which no URDF has;
-and its torque over that of the bodies, standard deviation."""
+"""Mass of an arm [kg] above which a spring or gas cylinder, which no URDF describes, may balance gravity; and
+the standard deviation of its torque relative to that of the bodies."""
 BRAKES = 0.5
-"""Mean and standard deviation of rotor and friction torque over the effort's own: they are rarely negative,
-and an effect that no description has can make them look so."""
+"""Mean and standard deviation of rotor and friction torque relative to the effort: they are rarely negative,
+but an undescribed effect can make them appear so."""
 OFFSET, UNMODELED = 3.0, 0.1
-"""Standard deviations of the offset and of each term of the discrepancy over the effort's own."""
+"""Standard deviations of the offset and of each term of the discrepancy relative to the effort."""
 LEAST_NOISE = 0.01
-"""Least share of an effort's variance that counts as noise: no drawing explains more."""
+"""Smallest share of an effort's variance that counts as noise: no drawing is more accurate."""
 DECADES = np.linspace(-3.0, 3.0, 61)
-"""Gains that are weighed where no unit is known, as powers of ten about the gain of usual size."""
+"""Gains to consider if the unit is unknown, as powers of ten relative to the gain of usual size."""
 FELT = 1e-4
-"""Size of an error's effect over the largest, below which no gain makes it felt."""
+"""Effect of an error relative to the largest one, below which it is negligible at any gain."""
 FEWEST = 40
-"""Samples of a sliding joint that can be explained."""
+"""Minimum number of samples of a sliding joint."""
 
 
 def described(robot: Robot) -> bool:
-    """Whether the masses of a description are a drawing's, and not one number for all."""
+    """Whether a description has real masses rather than the same number for all links."""
     masses = np.array([inertia.mass for inertia in list(robot.kinematics.inertias)[1:]])
     return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
 
 
 def described_values(robot: Robot) -> np.ndarray:
-    """Inertial parameters of all links as described, shape (10 n,); zero where masses are one number."""
+    """Described inertial parameters of all links, shape (10 n,); zero if all masses are the same number."""
     values = [inertial_parameters(body) for body in list(robot.kinematics.inertias)[1:]]
     return np.concatenate(values) * described(robot)
 
 
 def tool(robot: Robot) -> np.ndarray:
-    """Standard deviations of what the flange may carry and no description has, in order of `INERTIAL`."""
+    """Standard deviations of an undescribed tool on the flange, in the order of `INERTIAL`, shape (10,)."""
     bodies, places = list(robot.kinematics.inertias)[1:], list(robot.kinematics.jointPlacements)[2:]
     mass = TOOL_MASS * sum(body.mass for body in bodies)
     lever = TOOL_LEVER * sum(float(np.linalg.norm(place.translation)) for place in places)
@@ -64,13 +64,14 @@ def tool(robot: Robot) -> np.ndarray:
 
 
 class Masses(NamedTuple):
-    """A kind of masses that descriptions have.
+    """A quality level of the masses in descriptions.
 
     Attributes:
-        probability: That a description with different masses has this kind.
-        errors: Standard deviation of its masses over `DRAWN`.
-        described: Whether the masses say anything of the torque.
-        spread: Standard deviation of the logarithm of a stated gain, a tool and errors of all masses alike.
+        probability: Probability that a description with different masses has this quality.
+        errors: Standard deviation of the mass errors in units of `DRAWN`.
+        described: Whether the masses are informative about the torque.
+        spread: Standard deviation of the logarithm of a stated gain, including a tool and a common error of
+            all masses.
     """
 
     probability: float
@@ -80,21 +81,21 @@ class Masses(NamedTuple):
 
 
 KINDS = (
-    Masses(0.65, 1.0, True, 0.4),  # a drawing's
-    Masses(0.25, 3.0, True, 0.8),  # rough ones, right to a factor of two
-    Masses(0.10, 10.0, False, np.inf),  # numbers that nobody measured or computed, three times as large
+    Masses(0.65, 1.0, True, 0.4),  # from a drawing
+    Masses(0.25, 3.0, True, 0.8),  # rough, right within a factor of two
+    Masses(0.10, 10.0, False, np.inf),  # arbitrary, neither measured nor computed
 )
-"""Kinds of masses."""
+"""Quality levels of masses."""
 ANY = KINDS[-1]
 
 
 class Stated(NamedTuple):
-    """Torque that a description states beside that of its bodies, such as a spring balancer's.
+    """Torque that a description states in addition to its bodies, such as that of a spring balancer.
 
     Attributes:
         columns: Torque per unit of each parameter, shape (t, n, p) [N m / unit].
-        torque: By the values stated, shape (t, n) [N m].
-        errors: Of one standard deviation of each parameter, shape (t, n, p) [N m]; 0 where none is stated.
+        torque: Torque at the stated values, shape (t, n) [N m].
+        errors: Torque per standard deviation of each parameter, shape (t, n, p) [N m]; 0 if none is stated.
     """
 
     columns: np.ndarray
@@ -103,7 +104,7 @@ class Stated(NamedTuple):
 
     @classmethod
     def of(cls, model: Model, motion: Motion) -> "Stated":
-        """Of a model's effects other than its links, friction and what is as abrupt as that."""
+        """Stated torque of a model's smooth effects, without links and friction."""
         each: list[tuple[Effect, slice]] = [
             (effect, place)
             for effect, place in zip(model.effects, model.columns, strict=True)
@@ -111,21 +112,21 @@ class Stated(NamedTuple):
         ]
         columns = [effect.regressor(model.robot, motion) for effect, _ in each]
         priors = [prior for _, place in each for prior in model.priors[place]]
-        every = np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
+        regressor = np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
         std = np.array([prior.std if np.isfinite(prior.std) else 0.0 for prior in priors])
-        return cls(every, every @ np.array([prior.value for prior in priors]), every * std)
+        return cls(regressor, regressor @ np.array([prior.value for prior in priors]), regressor * std)
 
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Log-likelihood of one joint's effort by its gain, from sufficient statistics.
+    """Log-likelihood of one joint's effort as a function of its gain, from sufficient statistics.
 
     Attributes:
-        usual: Gain that an effort of this size usually has [N m per unit]; NaN where nothing is told.
-        described: Whether the described masses need any torque.
-        variance: Variance of the effort along directions that the bodies' errors move, at gain 1, (k,).
-        effort, friction, torque: Effort, mean friction and described torque along these, shape (k,).
-        outside: Products of effort, mean friction and described torque apart from these, shape (3, 3).
+        usual: Typical gain for an effort of this size [N m per unit]; NaN if the log is not informative.
+        described: Whether the described masses cause any torque.
+        variance: Variance of the effort along the directions of mass errors at gain 1, shape (k,).
+        effort, friction, torque: Effort, mean friction and described torque along them, shape (k,).
+        outside: Products of effort, mean friction and described torque orthogonal to them, shape (3, 3).
     """
 
     usual: float
@@ -140,10 +141,10 @@ class Likelihood:
     def of(
         cls, effort: np.ndarray, torque: np.ndarray, errors: np.ndarray, free: np.ndarray, noise: float
     ) -> "Likelihood":
-        """From an effort (t,), the described torque (t,) [N m], its errors (t, k) and own terms (t, q).
+        """Likelihood from an effort (t,), described torque (t,) [N m], its errors (t, k), and terms (t, q).
 
-        `noise` is the share of the effort's variance that is noise. Of the own terms the first three are
-        rotor and friction.
+        `noise` is the noise share of the effort's variance. `free` are the joint's terms; the first three
+        are rotor and friction.
         """
         std = float(effort.std())
         value = (effort - effort.mean()) / std
@@ -151,11 +152,11 @@ class Likelihood:
         terms = np.divide(free, size, out=np.zeros_like(free), where=size > 1e-12)
         mean = BRAKES * terms[:, :3].sum(axis=1)
         spread = np.array([BRAKES] * 3 + [OFFSET] + [UNMODELED] * (terms.shape[1] - 4))
-        # Samples say as much as that many independent ones.
+        # The number of independent samples determines the information.
         noise = max(noise, LEAST_NOISE) * len(value) / independent(effort)
         usual = float(np.sqrt(torque.var() + errors.var(axis=0).sum())) / std
-        every = np.column_stack([value, mean, torque / std, errors / std])
-        white = _whitened(every / np.sqrt(noise), terms * spread / np.sqrt(noise))
+        regressor = np.column_stack([value, mean, torque / std, errors / std])
+        white = _whitened(regressor / np.sqrt(noise), terms * spread / np.sqrt(noise))
         basis, sizes, _ = np.linalg.svd(white[:, 3:], full_matrices=False)
         basis, sizes = basis[:, sizes > FELT * sizes.max()], sizes[sizes > FELT * sizes.max()]
         along = basis.T @ white[:, :3]
@@ -163,7 +164,7 @@ class Likelihood:
         return cls(usual, bool(np.any(torque)), sizes**2, along[:, 0], along[:, 1], along[:, 2], outside)
 
     def at(self, gains: np.ndarray, sign: float, masses: "Masses | None" = None) -> np.ndarray:
-        """Log-likelihood of gains (g,) [N m per unit] of a sign, up to a constant of the joint."""
+        """Log-likelihood of gains (g,) [N m per unit] with a given sign, up to a constant of the joint."""
         kind = masses or KINDS[0]
         inverse = 1.0 / np.asarray(gains)
         share = inverse[:, None] ** 2 * self.variance * kind.errors**2
@@ -175,28 +176,28 @@ class Likelihood:
 
     @cached_property
     def gains(self) -> np.ndarray:
-        """Gains to weigh where the unit is not known, shape (g,) [N m per unit]."""
+        """Gains to consider if the unit is unknown, shape (g,) [N m per unit]."""
         return np.asarray(self.usual * 10.0**DECADES)
 
     @cached_property
     def of_any(self) -> dict[float, float]:
-        """Log-likelihood by any masses and gain, of each sign."""
+        """Log-likelihood of each sign, averaged over all gains, with arbitrary masses."""
         return {sign: mean_of_logs(self.at(self.gains, sign, ANY)) for sign in (1.0, -1.0)}
 
     @property
     def known(self) -> bool:
-        """Whether the joint's effort says anything."""
+        """Whether the joint's effort is informative."""
         return bool(np.isfinite(self.usual) and self.usual > 0)
 
 
 NOTHING = Likelihood(np.nan, False, np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((3, 3)))
-"""Of a joint that tells nothing."""
+"""Likelihood of a joint without information."""
 
 
 def likelihoods(
     model: Model, log: Sampled, rigid: np.ndarray, stated: Stated, noise: np.ndarray
 ) -> list[Likelihood]:
-    """Likelihood of each joint's gain; `rigid` (t, n, 10 n) are the columns of the bodies."""
+    """Likelihood of each joint's gain; `rigid` (t, n, 10 n) has the columns of the bodies."""
     robot, each = model.robot, []
     bodies = list(robot.kinematics.inertias)[1:]
     spread = np.array([prior.std for body in bodies for prior in inertial_priors(body, DRAWN).values()])
@@ -224,18 +225,18 @@ def likelihoods(
 
 
 def mean_of_logs(logs: np.ndarray) -> float:
-    """Logarithm of the mean of numbers whose logarithms are (g,)."""
+    """Logarithm of the mean of numbers with logarithms (g,)."""
     return float(np.logaddexp.reduce(logs) - np.log(len(logs)))
 
 
 def sliding_rows(log: Sampled, joint: int) -> np.ndarray:
-    """Samples by which a joint's effort is explained; none where they are too few or it stands still."""
+    """Rows in which a joint slides; empty if they are too few or the effort is constant."""
     rows = np.flatnonzero(log.sliding[:, joint])
     return rows if len(rows) >= FEWEST and np.ptp(log.effort[rows, joint]) > 0.0 else rows[:0]
 
 
 def _whitened(values: np.ndarray, terms: np.ndarray) -> np.ndarray:
-    """Values (t, c), reduced to their span, under unit noise and terms (t, q) of unit prior variance."""
+    """Values (t, c) whitened under unit noise and terms (t, q) of unit prior variance, in reduced rows."""
     q = terms.shape[1]
     reduced = np.asarray(np.linalg.qr(np.hstack([terms, values]), mode="r"))
     covariance = np.eye(len(reduced)) + reduced[:, :q] @ reduced[:, :q].T

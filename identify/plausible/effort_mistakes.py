@@ -1,4 +1,4 @@
-"""Mistakes of efforts and of the weight in them: signs, units, drives and gravity."""
+"""Mistakes in efforts and gravity: signs, units, drive constants and mounting."""
 
 from collections.abc import Callable, Iterator
 from itertools import combinations
@@ -14,41 +14,41 @@ from .log_facts import Case, LogFacts
 UNITS = MappingProxyType(
     {
         1e-3: "thousandths (mA, mN m)",
-        1e-2: "hundredths, or per cent",
+        1e-2: "hundredths, or percent",
         0.0980665: "kgf cm",
         9.80665: "kgf m",
         1e3: "thousands",
         0.11298: "lbf in",
     }
 )
-"""Torque of a number over that in the unit stated, and that unit's name. A foot-pound is not among them:
-1.36 N m are as well a gain that is off."""
+"""Factor of a unit relative to the stated unit -> its name. The foot-pound is missing: 1.36 N m could as well
+be an inaccurate gain."""
 GEARS = (30.0, 50.0, 80.0, 120.0, 160.0, 250.0)
-"""Ratios of gears that arms have."""
+"""Typical gear ratios of arms."""
 FAR = 2.0 * KINDS[0].spread
-"""Logarithm of a gain over the one stated from which on masses do not explain it: two standard deviations."""
+"""Log ratio of a gain and the stated one that mass errors do not explain: two standard deviations."""
 
 
 def turned_efforts(count: int) -> Callable[[LogFacts], Iterator[Case]]:
-    """Efforts of one or two joints that count the other way."""
+    """Wrong sign of the efforts of one or two joints."""
 
     def cases(facts: LogFacts) -> Iterator[Case]:
-        for which in combinations(facts.moving, count) if count < len(facts.moving) else ():
-            names = " and ".join(facts.joints[j] for j in which)
+        for joints in combinations(facts.moving, count) if count < len(facts.moving) else ():
+            names = " and ".join(facts.joints[j] for j in joints)
             words = (
-                "the effort of {} counts against its motion"
+                "the effort of {} has the opposite sign"
                 if count == 1
-                else "the efforts of {} count against their motion"
+                else "the efforts of {} have the opposite sign"
             )
-            yield words.format(names), Change(factor=facts.where(dict.fromkeys(which, -1.0))), which
+            yield words.format(names), Change(factor=facts.where(dict.fromkeys(joints, -1.0))), joints
 
     return cases
 
 
 def all_turned(facts: LogFacts) -> Iterator[Case]:
-    """Efforts that all count the other way."""
+    """Wrong sign of all efforts."""
     yield (
-        "all efforts count against their motion",
+        "all efforts have the opposite sign",
         Change(factor=-np.ones(facts.robot.dof)),
         tuple(facts.moving),
     )
@@ -70,33 +70,33 @@ def one_effort_unit(facts: LogFacts) -> Iterator[Case]:
 
 
 def unknown_unit(facts: LogFacts) -> Iterator[Case]:
-    """Efforts of all joints in a unit that is not listed."""
+    """Efforts of all joints in a unit that is not in the list."""
     known = facts.ratio[np.isfinite(facts.ratio)]
     common = float(np.median(known)) if len(known) > 1 else 1.0
     listed = np.log([1.0, *UNITS])
     if np.abs(np.log(common) - listed).min() > KINDS[0].spread and abs(np.log(common)) > FAR:
         words = (
-            f"the efforts are in a unit that is not stated, all off by about {digits(common, 2)}{_off(facts)}"
+            f"the efforts are in an unstated unit, off by a factor of about {digits(common, 2)}{_off(facts)}"
         )
         yield words, Change(factor=np.full(facts.robot.dof, common)), tuple(facts.moving)
 
 
 def effort_groups(facts: LogFacts) -> Iterator[Case]:
-    """Efforts of the first or the last joints that are off alike."""
+    """A common factor on the efforts of the first or the last joints."""
     n, known = facts.robot.dof, np.isfinite(facts.ratio)
     for k in range(2, n - 1):
         for group, others in ((range(k), range(k, n)), (range(k, n), range(k))):
-            if not known[list(others)].any():  # all that is known is off alike: that is the unit of all
+            if not known[list(others)].any():  # if all known efforts are wrong alike, it is the common unit
                 continue
             yield from _off_alike(
-                facts, tuple(group), "the efforts of {} are off by a common factor of about {}"
+                facts, tuple(group), "the efforts of {} are wrong by a common factor of about {}"
             )
 
 
 def wrong_gears(facts: LogFacts) -> Iterator[Case]:
-    """The effort of one joint that is off by any factor."""
+    """An arbitrary factor on the effort of one joint."""
     for j in facts.moving:
-        words = "the effort of {} is off by a factor of about {}: its gear ratio or torque constant is wrong"
+        words = "the effort of {} is wrong by a factor of about {}, from its gear ratio or torque constant"
         yield from _off_alike(facts, (j,), words)
 
 
@@ -111,33 +111,33 @@ def _off_alike(facts: LogFacts, group: tuple[int, ...], words: str) -> Iterator[
 
 
 def torque_constants(facts: LogFacts) -> Iterator[Case]:
-    """Torque constants that were not applied, or twice."""
+    """Torque constants that were not applied, or applied twice."""
     if np.all(facts.constants == 1.0):
         return
     size = np.abs(facts.constants)
     if facts.torques:
         yield (
-            "the torques are currents: no torque constant was applied",
+            "the torques are currents, since no torque constant was applied",
             Change(factor=size),
             tuple(facts.moving),
         )
-    words = "the currents are torques already" if not facts.torques else "the torques were multiplied"
-    twice = f"{words}: the torque constant was applied twice"
+    words = "the currents already are torques" if not facts.torques else "the torques were multiplied"
+    twice = f"{words}, so the torque constant was applied twice"
     yield twice, Change(factor=1.0 / size), tuple(facts.moving)
 
 
 def motor_side(facts: LogFacts) -> Iterator[Case]:
-    """Torques of the motors, before the gears."""
+    """Motor-side torques."""
     if not facts.torques or facts.servo:
         return
     stated = np.abs(facts.robot.gear_ratio)
     for ratio in [stated] if np.any(stated != 1.0) else [np.full(facts.robot.dof, ratio) for ratio in GEARS]:
-        words = f"the torques are the motors', before gears of about {digits(float(np.median(ratio)), 2)}"
+        words = f"the torques are motor torques before gears of ratio {digits(float(np.median(ratio)), 2)}"
         yield words, Change(factor=ratio), tuple(facts.moving)
 
 
 def servo_gains(facts: LogFacts) -> Iterator[Case]:
-    """Gains of position servos that are not those of the log."""
+    """Stated gains of position servos that differ from those of the log."""
     known = np.isfinite(facts.ratio)
     if facts.servo and known.any() and abs(np.median(np.log(facts.ratio[known]))) > FAR:
         gains = facts.constants * facts.ratio
@@ -145,28 +145,28 @@ def servo_gains(facts: LogFacts) -> Iterator[Case]:
         stated = digits(float(np.median(facts.constants)), 4)
         factor = np.where(known, facts.ratio, np.median(facts.ratio[known]))
         yield (
-            f"the servo gain stated is {stated} N m/rad, the bodies say {said}",
+            f"the stated servo gain is {stated} N m/rad, but the bodies require {said}",
             Change(factor=factor),
             tuple(np.flatnonzero(known).tolist()),
         )
 
 
 def another_arm(facts: LogFacts) -> Iterator[Case]:
-    """Another arm, or other drives: any gains and any masses."""
+    """Another arm or other drives, with arbitrary gains and masses."""
     change = Change(factor=np.full(facts.robot.dof, np.nan))
     words = f"another arm than {facts.robot.name} was recorded, or one with other drives"
     yield words, change, tuple(facts.moving)
 
 
 def no_gravity(facts: LogFacts) -> Iterator[Case]:
-    """Efforts without the weight of the arm."""
+    """Efforts without gravity torque."""
     if np.any(facts.robot.gravity):
-        words = "the efforts lack the weight of the arm: gravity is compensated"
+        words = "the efforts do not include the weight of the arm, so gravity is compensated"
         yield words, Change(gravity=np.zeros(3)), tuple(facts.moving)
 
 
 def upside_down(facts: LogFacts) -> Iterator[Case]:
-    """An arm that hangs and is described standing, or the reverse."""
+    """A hanging arm that is described as standing, or the reverse."""
     size = float(np.linalg.norm(facts.robot.gravity))
     if size > 0 and len(facts.moving) > 1:
         direction = direction_words(-facts.robot.gravity / size)
@@ -175,18 +175,18 @@ def upside_down(facts: LogFacts) -> Iterator[Case]:
 
 
 def of_gravity(facts: LogFacts, gravity: np.ndarray) -> Iterator[Case]:
-    """An arm that stands otherwise than its description has it."""
+    """A mounting that differs from the description."""
     direction = gravity / np.linalg.norm(gravity)
     words = f"gravity points along {direction_words(direction)} of the base"
     yield words, Change(gravity=gravity), tuple(facts.moving)
 
 
 def direction_words(direction: np.ndarray) -> str:
-    """A direction as three numbers."""
+    """A direction as text with three numbers."""
     return ", ".join(f"{part + 0.0:.2f}" for part in np.round(direction, 2))
 
 
 def _off(facts: LogFacts, joints: tuple[int, ...] = ()) -> str:
     ratio = facts.ratio[list(joints)] if joints else facts.ratio
     known = ", ".join(digits(value, 2) for value in ratio[np.isfinite(ratio)])
-    return f" (by masses and friction {known} times the torque stated)" if known else ""
+    return f" (masses and friction require {known} times the stated torque)" if known else ""

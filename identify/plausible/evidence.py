@@ -1,8 +1,8 @@
-"""How likely a log is as it is read: bodies of any mass, described masses, and something that is not listed.
+"""Likelihood of a log under one hypothesis: bodies of any mass, described masses, and unlisted causes.
 
-Each joint's effort is explained by the bodies to what `block_prediction` leaves, or, with probability
-`SPOILED`, by something that no hypothesis lists (an effect, a damaged sensor): then no more than `CORRECT` of
-it is predicted, whatever the hypothesis. So no hypothesis wins by explaining a joint a little less badly.
+Bodies explain each joint's effort up to the error of `block_prediction`. With probability `SPOILED`, an
+unlisted cause (an effect, a damaged sensor) affects the joint; its unpredicted share is then `CORRECT` under
+every hypothesis. So no hypothesis wins by explaining a joint slightly less badly.
 """
 
 from dataclasses import dataclass, replace
@@ -26,15 +26,15 @@ from .described_bodies import (
 from .samples import Sampled
 
 CORRECT = 0.1
-"""Share of an effort's variance that right logs of real arms leave unpredicted in nine joints of ten."""
+"""Unpredicted share of an effort's variance that nine of ten joints in correct logs do not exceed."""
 SPOILED = 0.1
-"""Probability that a joint of a right log leaves more: the tenth."""
+"""Probability that a joint of a correct log exceeds it."""
 RESOLVED = 0.006
-"""Share of a variance below which less says nothing more: a gain off by a seventh leaves as much."""
+"""Unpredicted share below which differences are not significant: a gain error of a seventh causes as much."""
 PERFECT = 0.006
-"""Share of a variance that the best logs of real arms leave."""
+"""Unpredicted share in the best logs of real arms."""
 GAINS = np.linspace(-3.0, 3.0, 13)
-"""Gains over which the spread of a stated gain is integrated, in its standard deviations."""
+"""Integration points for the tolerance of a stated gain, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Evidence:
     """Log-likelihood of each joint's effort under one hypothesis.
 
     Attributes:
-        by_bodies: By bodies of any mass, shape (n,).
-        by_masses: What masses of each of `KINDS` add to that, shape (k, n).
-        pieces: Independent pieces of each effort, shape (n,).
-        drawn: Whether the masses of the description are not one number for all.
+        by_bodies: Log-likelihood with bodies of any mass, shape (n,).
+        by_masses: Log-likelihood that the described masses add, for each of `KINDS`, shape (k, n).
+        pieces: Number of independent pieces of each effort, shape (n,).
+        drawn: Whether the description has real masses rather than the same number for all.
     """
 
     by_bodies: np.ndarray
@@ -55,38 +55,38 @@ class Evidence:
 
     @property
     def log_likelihood(self) -> float:
-        """Of all joints."""
+        """Log-likelihood of all joints."""
         return float(np.logaddexp.reduce(self._kinds))
 
     @property
     def trust(self) -> np.ndarray:
-        """Probability that each joint is explained by the hypothesis and not spoiled, shape (n,)."""
+        """Probability that the hypothesis, not an unlisted cause, explains each joint, shape (n,)."""
         odds = self._explained[self.kind] - self._spoiled
         return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -99, 99))))
 
     @property
     def kind(self) -> int:
-        """Place of the likeliest kind of masses."""
+        """Index of the most probable quality level of the masses."""
         return int(np.argmax(self._kinds))
 
     @property
     def joints(self) -> np.ndarray:
-        """Log-likelihood of each joint by the likelier kind of masses, shape (n,)."""
+        """Log-likelihood of each joint with the most probable quality of the masses, shape (n,)."""
         return np.logaddexp(self._explained[self.kind], self._spoiled)
 
     @property
-    def left(self) -> np.ndarray:
-        """Share of each effort's variance that bodies of any mass leave, shape (n,)."""
+    def unpredicted(self) -> np.ndarray:
+        """Share of each effort's variance that bodies of any mass do not predict, shape (n,)."""
         return np.asarray(np.exp(-2.0 * self.by_bodies / self.pieces) - RESOLVED)
 
     @property
     def room(self) -> np.ndarray:
-        """By how much the bodies of a perfect reading would explain each effort better, shape (n,)."""
+        """Possible gain in log-likelihood of each effort up to a perfect prediction, shape (n,)."""
         perfect = -0.5 * self.pieces * np.log(PERFECT + RESOLVED)
         return np.maximum(perfect - self.by_bodies, 0.0)
 
     def with_room(self, by_masses: np.ndarray) -> "Evidence":
-        """The most that other signs and sizes of the efforts could reach, by what the masses say of them."""
+        """Upper bound of the evidence for other signs and sizes of efforts, given `by_masses` for them."""
         return replace(self, by_bodies=self.by_bodies + self.room, by_masses=by_masses)
 
     @property
@@ -106,11 +106,11 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Reading:
-    """A log as one hypothesis reads it.
+    """A log as interpreted by one hypothesis.
 
     Attributes:
-        model: The arm.
-        log: Positions in SI, efforts as torques by the gains stated, or in a unit that nobody stated.
+        model: Model of the arm.
+        log: Positions in SI units; efforts as torques from the stated gains, or in an unstated unit.
         stated: Whether the efforts are torques.
     """
 
@@ -128,58 +128,58 @@ class Reading:
 
     @cached_property
     def prediction(self) -> ArmPrediction:
-        """Columns of this motion."""
+        """Prediction from the columns of this motion."""
         return ArmPrediction.of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
 
     @cached_property
     def single(self) -> np.ndarray:
-        """Share of each effort that bodies of any mass of its own leave, shape (n,)."""
+        """Unpredicted share of each effort with separate bodies of any mass for each joint, shape (n,)."""
         return self.prediction.single(self.log.effort)
 
     @cached_property
     def coupled(self) -> np.ndarray:
-        """Share of each effort that one set of bodies for all joints leaves, shape (n,)."""
+        """Unpredicted share of each effort with common bodies of any mass, shape (n,)."""
         return self.prediction.coupled(self.log.effort)
 
     @cached_property
     def likelihoods(self) -> list[Likelihood]:
-        """What the described masses say of each joint's gain."""
+        """Likelihood of each joint's gain given the described masses."""
         return likelihoods(self.model, self.log, self._rigid, self._others, self.single)
 
     def with_efforts(self, order: np.ndarray) -> "Reading":
-        """The same motion with the efforts in another order (n,)."""
+        """Reading with the same motion and the efforts in another order (n,)."""
         other = Reading(self.model, self.log._replace(effort=self.log.effort[:, order]), self.stated)
-        for name in ("_rigid", "_others", "prediction"):  # cached: they are of the motion alone
+        for name in ("_rigid", "_others", "prediction"):  # cached properties that depend only on the motion
             other.__dict__[name] = getattr(self, name)
         return other
 
     def halves(self) -> list["Reading"]:
-        """The first half of the log and the second."""
+        """Readings of the first and the second half of the log."""
         return [replace(self, log=half) for half in self.log.halves()]
 
     @cached_property
     def pieces(self) -> np.ndarray:
-        """Independent pieces of each effort, shape (n,)."""
+        """Number of independent pieces of each effort, shape (n,)."""
         return self.log.pieces
 
     def by_bodies(self, factor: np.ndarray) -> np.ndarray:
-        """Log-likelihood of efforts, each times a factor (n,), by bodies of any mass, shape (n,)."""
+        """Log-likelihood of efforts times a factor (n,) with bodies of any mass, shape (n,)."""
         if not self.stated or np.isnan(factor).any():
-            left = self.single
+            unpredicted = self.single
         elif np.all(factor == factor[0]):
-            left = self.coupled
+            unpredicted = self.coupled
         else:
-            left = self.prediction.coupled(self.log.effort * factor)
-        return -0.5 * self.pieces * np.log(left + RESOLVED)
+            unpredicted = self.prediction.coupled(self.log.effort * factor)
+        return -0.5 * self.pieces * np.log(unpredicted + RESOLVED)
 
     def by_masses(self, factor: np.ndarray) -> np.ndarray:
-        """What masses of each kind add to that, shape (k, n)."""
+        """Log-likelihood that described masses of each quality add to it, shape (k, n)."""
         factors = [float(f) if self.stated and np.isfinite(f) else None for f in factor]
         each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
         return np.array(each).T
 
     def at_best(self, by_masses: np.ndarray, factor: np.ndarray | None) -> Evidence:
-        """The evidence of efforts times a factor (n,) if the masses added `by_masses`, shape (k, n)."""
+        """Evidence of efforts times a factor (n,) if the masses added `by_masses`, shape (k, n)."""
         factor = np.ones(self.model.robot.dof) if factor is None else factor
         return Evidence(self.by_bodies(factor), by_masses, self.pieces, True)
 
@@ -191,9 +191,9 @@ class Reading:
 
 
 def _by_masses(likely: Likelihood, factor: float | None) -> list[float]:
-    """Log-likelihood by masses of each kind, over that of any mass, gain and sign.
+    """Log-likelihood for masses of each quality, relative to arbitrary mass, gain and sign.
 
-    The gain is about `factor`, with its sign, or of any size and sign.
+    The gain is near `factor`, including its sign; without a factor, it has any size and sign.
     """
     if not likely.known:
         return [0.0] * len(KINDS)
@@ -206,7 +206,7 @@ def _by_masses(likely: Likelihood, factor: float | None) -> list[float]:
 
 
 def _of_gain(likely: Likelihood, factor: float | None, sign: float, kind: Masses) -> float:
-    """Mean over the gains that a kind of masses allows, or over all."""
+    """Log of the mean likelihood over the gains that a mass quality allows, or over all gains."""
     if kind is ANY:
         return likely.of_any[sign]
     if factor is None:

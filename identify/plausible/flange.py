@@ -1,4 +1,4 @@
-"""Whether a run carries a body on the flange that nobody stated, or another one than stated."""
+"""Detection of runs with an unstated payload, or with a payload that contradicts what is stated."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -15,33 +15,33 @@ from .suspicion import Suspicion
 MOST = 400
 """Maximum number of samples of a run."""
 PRIOR = 0.01
-"""Probability that a run carries a body that nobody stated."""
+"""Prior probability that a run carries an unstated payload."""
 SURE = 5.0
-"""Mass over its standard deviation, at least: friction that changes between runs looks like a small body."""
+"""Minimum mass in standard deviations: friction that changes between runs looks like a small payload."""
 FEW = 6
-"""Number of runs up to which each is asked: the diagnosis compares more."""
+"""Largest number of runs for which each is tested; with more runs, the diagnosis compares them."""
 SCALE, RULER = 0.02, 0.005
-"""Error of a mass that was weighed, as a share, and of a center that was measured [m]."""
+"""Relative error of a weighed mass, and error of a measured center [m]."""
 DIFFERS = 5.0
-"""Standard deviations from which on a stated number is contradicted: never by chance, but friction that the
-model lacks moves an estimate by some of them."""
+"""A stated number is contradicted if the estimate differs by this many standard deviations. Chance does not
+cause that, but friction missing from the model can move an estimate by some of them."""
 
 
 def body_suspicions(runs: Sequence[Recording], model: Model) -> Iterator[tuple[Recording, Suspicion]]:
-    """Runs with a body that is not stated or contradicts what is stated, where torques are known."""
-    kept, logs, stated = sampled_torques(runs, model.robot)
-    if not stated or len(kept) < 2:
+    """Runs with an unstated payload, or one that contradicts what is stated, if torques are known."""
+    usable, logs, stated = sampled_torques(runs, model.robot)
+    if not stated or len(usable) < 2:
         return
     logs = [log.thinned(MOST) for log in logs]
-    bare = [place for place, run in enumerate(kept) if run.payload is None]
-    for place, run in enumerate(kept):
+    bare = [place for place, run in enumerate(usable) if run.payload is None]
+    for place, run in enumerate(usable):
         if run.payload is not None and bare:
             body = flange_body(model, [*(logs[k] for k in bare), logs[place]], len(bare))
             known = dict(run.payload.known)
             if words := _contradicted(body, known):
                 yield run, Suspicion("payload", (), words, "correct --mass or --com", None)
     if len(bare) > 1 and len(bare) <= FEW:
-        yield from _unstated([kept[k] for k in bare], [logs[k] for k in bare], model)
+        yield from _unstated([usable[k] for k in bare], [logs[k] for k in bare], model)
 
 
 def _unstated(
@@ -62,7 +62,7 @@ def _unstated(
 
 
 def body_words(body: FlangeBody) -> str:
-    """Mass and center of a body."""
+    """Words for mass and center of a body."""
     center = ", ".join(f"{1e3 * value:.0f}" for value in body.center + 0.0)
     spread = 1e3 * NORMAL_95 * float(body.center_std.max())
     mass = f"{digits(body.mass, 3)} ± {digits(NORMAL_95 * body.mass_std, 1)} kg"
@@ -70,7 +70,7 @@ def body_words(body: FlangeBody) -> str:
 
 
 def _contradicted(body: FlangeBody, known: Mapping[str, float]) -> str:
-    """What of a stated body the runs contradict; empty if nothing."""
+    """Words on how the runs contradict a stated payload; empty if they do not."""
     mass = known.get("M")
     if mass is None:
         return ""
@@ -82,4 +82,4 @@ def _contradicted(body: FlangeBody, known: Mapping[str, float]) -> str:
     stated = f"{digits(mass, 3)} kg"
     if np.isfinite(center).all():
         stated += f" at ({', '.join(f'{1e3 * value + 0.0:.0f}' for value in center)}) mm"
-    return f"the runs say that it carries {body_words(body)}; stated is {stated}"
+    return f"according to the runs, it carries {body_words(body)}; stated is {stated}"

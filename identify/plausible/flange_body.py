@@ -1,6 +1,6 @@
-"""A body on the flange in some runs: one that nobody stated, or that the runs contradict.
+"""Estimate of a payload in one of several runs.
 
-The arm's own bodies are free and common to all runs; the body is what one run needs beside them.
+The bodies of the arm are free and common to all runs; the payload is the additional body that one run needs.
 """
 
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from .samples import Sampled, joined
 
 MASS, MOMENTS = INERTIAL.index("M"), [INERTIAL.index(name) for name in ("MX", "MY", "MZ")]
 HELD_BACK = 1e-7
-"""Variance of the noise over that of a column: numbers that nothing tells apart stay small."""
+"""Ridge parameter, noise variance over column variance: values that no data distinguish stay small."""
 
 
 class FlangeBody(NamedTuple):
     """A body on the flange.
 
     Attributes:
-        gain: Log-likelihood by which it explains its run better than no body does.
-        mass: [kg].
-        mass_std: Standard deviation [kg].
-        center: Center of mass from the flange's origin, in its axes, shape (3,) [m].
-        center_std: Shape (3,) [m].
+        gain: Increase in log-likelihood of the run compared with no payload.
+        mass: Mass [kg].
+        mass_std: Standard deviation of the mass [kg].
+        center: Center of mass in the flange frame, shape (3,) [m].
+        center_std: Standard deviation of the center of mass, shape (3,) [m].
     """
 
     gain: float
@@ -39,7 +39,7 @@ class FlangeBody(NamedTuple):
 
 
 def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBody:
-    """The body that one of several runs carries beside what all carry; efforts are torques."""
+    """Payload that run `loaded` carries in addition to what all runs carry; efforts are torques."""
     log = joined(logs)
     begin = sum(len(other.effort) for other in logs[:loaded])
     rows = slice(begin, begin + len(logs[loaded].effort))
@@ -48,13 +48,13 @@ def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBod
     columns = np.concatenate([rigid_regressor(robot.kinematics, log.motion), stated], axis=2)
     body = np.zeros((*log.effort.shape, len(INERTIAL)))
     body[rows] = body_regressor(robot.kinematics, log.motion[rows], robot.flange)
-    every = np.concatenate([body, columns], axis=2)
-    without, beside = BlockPrediction.of(columns, log), BlockPrediction.of(every, log)
-    left = [np.log(prediction.coupled(log.effort) + RESOLVED) for prediction in (without, beside)]
-    gain = float(0.5 * log.pieces @ (left[0] - left[1]))
-    values, covariance = _fitted(every, beside, log)
+    all_columns = np.concatenate([body, columns], axis=2)
+    without, with_body = BlockPrediction.of(columns, log), BlockPrediction.of(all_columns, log)
+    losses = [np.log(prediction.coupled(log.effort) + RESOLVED) for prediction in (without, with_body)]
+    gain = float(0.5 * log.pieces @ (losses[0] - losses[1]))
+    values, covariance = _fitted(all_columns, with_body, log)
     mass, moments = values[MASS], values[MOMENTS]
-    if mass == 0.0:  # no motion shows one
+    if mass == 0.0:  # the motion does not reveal a mass
         return FlangeBody(gain, 0.0, np.inf, np.zeros(3), np.full(3, np.inf))
     slope = np.zeros((3, len(values)))
     slope[range(3), MOMENTS], slope[:, MASS] = 1.0 / mass, -moments / mass**2
@@ -64,26 +64,27 @@ def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBod
 
 
 def _fitted(columns: np.ndarray, prediction: BlockPrediction, log: Sampled) -> tuple[np.ndarray, np.ndarray]:
-    """Values of the flange's body and their covariance, by least squares of all joints."""
+    """Parameters of the payload and their covariance, by least squares over all joints."""
     sliding = log.sliding.astype(float)
     effort = (log.effort - log.effort.mean(axis=0)) * sliding
     n, count = effort.shape[1], prediction.terms.shape[2]
     level = np.sqrt(np.maximum(prediction.coupled(log.effort), 1e-6)) * effort.std(axis=0)
     blocks = []
     for j in range(n):
-        own = np.zeros((len(effort), n * count))
-        own[:, j * count : (j + 1) * count] = prediction.terms[j]
-        blocks.append(np.column_stack([columns[:, j] * sliding[:, j : j + 1], own, effort[:, j]]) / level[j])
+        terms = np.zeros((len(effort), n * count))
+        terms[:, j * count : (j + 1) * count] = prediction.terms[j]
+        bodies = columns[:, j] * sliding[:, j : j + 1]
+        blocks.append(np.column_stack([bodies, terms, effort[:, j]]) / level[j])
     matrix = np.concatenate(blocks)
     size = np.sqrt((matrix[:, :-1] ** 2).sum(axis=0))
-    kept = size > 0
-    scaled = matrix[:, :-1][:, kept] / size[kept]
+    nonzero = size > 0
+    scaled = matrix[:, :-1][:, nonzero] / size[nonzero]
     inverse = np.linalg.inv(scaled.T @ scaled + HELD_BACK * np.eye(scaled.shape[1]))
     solution = inverse @ (scaled.T @ matrix[:, -1])
-    rest = matrix[:, -1] - scaled @ solution
-    # Samples say as much as that many independent ones.
-    variance = float(rest @ rest) / max(float(log.pieces.sum()), 1.0)
-    body = np.flatnonzero(kept[: len(INERTIAL)])
+    residual = matrix[:, -1] - scaled @ solution
+    # The number of independent samples determines the variance.
+    variance = float(residual @ residual) / max(float(log.pieces.sum()), 1.0)
+    body = np.flatnonzero(nonzero[: len(INERTIAL)])
     values, covariance = np.zeros(len(INERTIAL)), np.zeros((len(INERTIAL), len(INERTIAL)))
     values[body] = solution[: len(body)] / size[body]
     inverse = inverse[: len(body), : len(body)]

@@ -1,4 +1,4 @@
-"""Sign and rough size of drive gains: efforts against the torque that the described bodies need."""
+"""Sign and approximate size of drive gains from efforts and the torque of the described bodies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,34 +11,34 @@ from .evidence import Reading
 from .guess import DECIDED, Guess
 
 TELLS = 0.35
-"""Standard deviation of a logarithm up to which a size is known: twice or half is two of them away."""
+"""Standard deviation of the logarithm up to which a size counts as known: a factor of two is two of them."""
 EXACT = 0.1
-"""Standard deviation of the logarithm of a measured torque over the true one: sensors are calibrated."""
+"""Standard deviation of the log ratio of measured and true torque: sensors are calibrated."""
 UNLIKE = float(np.log(0.05))
-"""What one joint may say against torques, at most: a spring or a tool that the description leaves out."""
+"""Lower limit of one joint's evidence against torques: the description may lack a spring or a tool."""
 GAIN_OF = "gain of "
-"""Beginning of what a guess of gains asks."""
+"""Beginning of the question that a guess of gains answers."""
 UNITS = np.linspace(-3.0, 3.0, 61)
-"""Units that an effort may have, as powers of ten of N m."""
+"""Possible units of an effort, as powers of ten in N m."""
 
 
 TORQUE, AGAINST, NOT_TORQUE = "N m of the joint", "N m against the joint", "not N m: needs gain"
-"""What efforts may be."""
+"""Possible meanings of efforts."""
 NAMED = 0.99
-"""Probability that efforts which are called torques or currents are that."""
+"""Probability that efforts called torques or currents are what the name says."""
 BACKWARD = 0.02
-"""Probability that a log counts torques in N m against the positions, which it does of all joints alike."""
+"""Probability that the torques of all joints in a log have the opposite sign of the positions."""
 
 
 class Gain(NamedTuple):
-    """What a log tells of one drive.
+    """Estimate of one drive gain from a log.
 
     Attributes:
-        value: Torque per unit of effort, with its sign; NaN where the log does not tell.
+        value: Torque per unit of effort, with its sign; NaN if the log does not determine it.
         relative: Standard deviation of its logarithm [-].
-        positive: Probability that effort counts as torque does: with the joint.
-        torque: Log odds that the effort is the joint's torque [N m], over any other unit and sign.
-        against: Log odds that it is that torque with the other sign.
+        positive: Probability that the effort has the sign of the joint torque.
+        torque: Log odds that the effort is the joint torque [N m], over any other unit and sign.
+        against: Log odds that the effort is the joint torque with the opposite sign.
     """
 
     value: float = np.nan
@@ -49,7 +49,7 @@ class Gain(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether both sign and size are known well enough to be written down."""
+        """Whether both sign and size are certain enough to be written to a file."""
         sure = max(self.positive, 1 - self.positive) >= DECIDED
         return bool(np.isfinite(self.value) and self.relative <= TELLS and sure)
 
@@ -60,7 +60,7 @@ def gains(reading: Reading) -> list[Gain]:
 
 
 def gain_of(likely: Likelihood) -> Gain:
-    """What one joint's likelihood tells of its drive."""
+    """Gain of one drive from the likelihood of its joint."""
     if not likely.known:
         return Gain()
     usual = likely.gains
@@ -75,13 +75,13 @@ def gain_of(likely: Likelihood) -> Gain:
     middle = float(weight @ np.log(usual))
     relative = float(np.sqrt(weight @ (np.log(usual) - middle) ** 2))
     torque, against = (_as_torque(likely, sign) for sign in (1.0, -1.0))
-    if int(np.argmax(better)) in (0, len(better) - 1):  # the best lies beyond: what is weighed is no answer
+    if int(np.argmax(better)) in (0, len(better) - 1):  # the maximum is outside the range of gains
         return Gain(positive=positive, torque=torque, against=against)
     return Gain(float(np.sign(odds) * np.exp(middle)), relative, positive, torque, against)
 
 
 def _by_masses(likely: Likelihood, sign: float) -> np.ndarray:
-    """Log-likelihood of the usual gains of a sign, by masses that are a drawing's or rough, (g,)."""
+    """Log-likelihood of typical gains with a given sign, for masses that are informative, shape (g,)."""
     if not likely.described:
         return likely.at(likely.gains, sign, ANY)
     kinds = [
@@ -90,22 +90,22 @@ def _by_masses(likely: Likelihood, sign: float) -> np.ndarray:
     return np.asarray(np.logaddexp.reduce(kinds))
 
 
-def effort_odds(every: Sequence[Gain], called: str) -> dict[str, float]:
-    """Log odds of what efforts are that are called "torque", "current" or nothing that says it."""
+def effort_odds(drives: Sequence[Gain], called: str) -> dict[str, float]:
+    """Log odds of each meaning of efforts; `called` is "torque", "current", or another name."""
     sign = {"torque": 1.0, "current": -1.0}.get(called, 0.0)
     prior = sign * float(np.log(NAMED / (1 - NAMED)))
     return {
-        TORQUE: prior + float(np.log1p(-BACKWARD)) + sum(gain.torque for gain in every),
-        AGAINST: prior + float(np.log(BACKWARD)) + sum(gain.against for gain in every),
+        TORQUE: prior + float(np.log1p(-BACKWARD)) + sum(gain.torque for gain in drives),
+        AGAINST: prior + float(np.log(BACKWARD)) + sum(gain.against for gain in drives),
         NOT_TORQUE: 0.0,
     }
 
 
-def gain_guesses(joints: Sequence[str], every: Sequence[Gain]) -> list[Guess]:
-    """Each gain that is known, and those that are not together; none where efforts are torques."""
+def gain_guesses(joints: Sequence[str], drives: Sequence[Gain]) -> list[Guess]:
+    """One guess for each known gain, and one for all unknown gains; none if efforts are torques."""
     why, option = "of its sign; size ± 95 %: bodies, friction", "[drive] gain, or a run with a known payload"
     guesses, unknown = [], []
-    for joint, gain in zip(joints, every, strict=True) if every else ():
+    for joint, gain in zip(joints, drives, strict=True) if drives else ():
         if not gain.known:
             unknown.append(joint)
             continue
@@ -117,7 +117,7 @@ def gain_guesses(joints: Sequence[str], every: Sequence[Gain]) -> list[Guess]:
 
 
 def _as_torque(likely: Likelihood, sign: float) -> float:
-    """Log odds that an effort is a torque of a sign, over one of any unit and either sign."""
+    """Log odds that an effort is a torque [N m] with a given sign, over any unit and sign."""
     exact = mean_of_logs(likely.at(np.exp(EXACT * np.array([-1.0, 0.0, 1.0])), sign))
     others = mean_of_logs(np.concatenate([likely.at(10.0**UNITS, side) for side in (1.0, -1.0)]))
     return max(exact - others, UNLIKE)

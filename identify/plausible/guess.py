@@ -1,21 +1,21 @@
-"""One thing that was guessed about a log."""
+"""A guess about a log."""
 
 from dataclasses import dataclass
 
 DECIDED = 0.95
-"""Probability from which on a guess is written down: at most one in twenty of those at the limit is wrong."""
+"""Probability beyond which a guess is written to a file: at most one in twenty at the limit is wrong."""
 
 
 @dataclass(frozen=True)
 class Guess:
-    """One thing that was guessed.
+    """A guess with its probability.
 
     Attributes:
-        what: What is asked.
-        value: The likeliest answer.
+        what: Question that the guess answers.
+        value: Most probable answer.
         probability: Probability of that answer, given the log and the robot.
-        why: What speaks for it.
-        option: What a person does where it is wrong or not decided.
+        why: Evidence for the answer.
+        option: Option or key by which a person can state the answer.
     """
 
     what: str
@@ -26,5 +26,5 @@ class Guess:
 
     @property
     def decided(self) -> bool:
-        """Whether it is sure enough to be written down."""
+        """Whether the answer is certain enough to be written to a file."""
         return self.probability > DECIDED

@@ -1,7 +1,7 @@
-"""The columns of a log under names by which a proposal reads them, and back to the names that they have.
+"""Columns of a log, renamed for a proposal, and restored to their names in the file.
 
-A unit below the names is put behind the name, columns that a person named get the words of their signal, and
-of an array with more columns than the arm has joints those of this arm are kept.
+A unit stated below the names is appended to the name. Columns that a person named get the words of their
+signal. Of an array with more columns than the arm has joints, only the columns of this arm are used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,22 +33,22 @@ WORDS = {
     "command": "command",
     "command_velocity": "command velocity",
 }
-"""Signal -> words by which a proposal reads it."""
+"""Signal -> words by which a proposal recognizes it."""
 FULL = ((0.0, 1.0), (4 * np.pi, 100.0))
-"""What the position of a gripper that is half open exceeds, and what an open one is called."""
+"""Scales of a gripper's opening: value that the largest position must exceed, and value when fully open."""
 SHARE_NOISE = 0.02
-"""How far a share may be below 0 or above all of it, as encoders see it."""
+"""Tolerance of a gripper's opening below 0 and above full scale, relative to full scale."""
 
 
 class LogColumns(NamedTuple):
-    """A log as a proposal reads it.
+    """A log with the column names that a proposal uses.
 
     Attributes:
-        names: Names of the columns, c of them.
-        values: Shape (t, c); torques and currents in N m and A where the file states another unit of them.
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c); torques and currents in a stated unit are in N m and A.
         original: Name of a column -> its name in the file.
-        torque_factor: Name of a column of torque in another unit than N m -> N m per that unit.
-        notes: What was decided, in sentences.
+        torque_factor: Name of a torque column -> N m per unit of the file.
+        notes: Sentences on decisions that were made.
     """
 
     names: list[str]
@@ -58,14 +58,14 @@ class LogColumns(NamedTuple):
     notes: tuple[str, ...] = ()
 
     def restored(self, proposal: Proposal) -> Proposal:
-        """A proposal with the names of the file; gains are per unit as import reads it."""
+        """Proposal with the names of the file, and gains per unit that the import uses."""
         columns = {
             signal: tuple(self.original.get(name, name) for name in names)
             for signal, names in proposal.columns.items()
         }
         gains = proposal.gains
         if gains and "current" in proposal.columns:
-            # Import does not apply a unit of torque to what is no torque.
+            # The import does not apply a torque unit to currents.
             factors = [self.torque_factor.get(name, 1.0) for name in proposal.columns["current"]]
             gains = tuple(
                 gain._replace(value=gain.value * factor) for gain, factor in zip(gains, factors, strict=True)
@@ -74,15 +74,15 @@ class LogColumns(NamedTuple):
 
 
 def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
-    """The columns of a log for an arm.
+    """Columns of a log for a proposal.
 
     Args:
-        columns: Of the log, for the arm.
-        chosen: "time", a signal or "effort" -> its columns, as `Columns` takes them.
+        columns: Columns of the log, and the arm.
+        chosen: "time", a signal or "effort" -> its columns, in the form that `Columns` accepts.
 
     Raises:
-        WrongShape: A chosen column is not there.
-        RecordingError: An array has more columns than the arm has joints, and nothing says which are its.
+        WrongShape: A chosen column does not exist.
+        RecordingError: An array has more columns than the arm has joints, and those of the arm are unknown.
     """
     table, robot = columns.table, columns.robot
     places = _chosen_places(columns, chosen, str(columns.source))
@@ -98,19 +98,19 @@ def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
             shown[place] = _with_unit(table, place, name)
     fixed = {place for chosen_places in places.values() for place in chosen_places}
     dropped = {place for array in arm for place in array.dropped} | _rivals(shown, fixed, places, robot)
-    kept = [k for k in shown if k in fixed or k not in dropped]
-    factor = {k: _effort_factor(table, k) for k in kept}
+    used = [k for k in shown if k in fixed or k not in dropped]
+    factor = {k: _effort_factor(table, k) for k in used}
     return LogColumns(
-        [shown[k] for k in kept],
-        _from_zero(table.values[:, kept] * [factor[k][0] for k in kept], [shown[k] for k in kept]),
-        {shown[k]: table.names[k] for k in kept},
+        [shown[k] for k in used],
+        _from_zero(table.values[:, used] * [factor[k][0] for k in used], [shown[k] for k in used]),
+        {shown[k]: table.names[k] for k in used},
         {shown[k]: value for k, (value, is_torque) in factor.items() if is_torque},
         tuple(notes),
     )
 
 
 def _from_zero(values: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Values (t, c) of which stamps begin at zero: those in ns since 1970 exceed what is computed with."""
+    """Values (t, c) with time stamps from zero, since ns since 1970 exceed the accepted range of numbers."""
     for place, name in enumerate(names):
         known = np.isfinite(values[:, place])
         if STAMPS.intersection(words_of(name)) and known.any():
@@ -119,22 +119,22 @@ def _from_zero(values: np.ndarray, names: Sequence[str]) -> np.ndarray:
 
 
 def _with_unit(table: Table, place: int, name: str = "") -> str:
-    """A column's name, or another one, with the unit behind it that the file states elsewhere."""
-    own = table.names[place]
-    unit = table.unit(own) if name else table.units.get(own, "")
+    """Name of a column, or another name for it, followed by the unit that the file states elsewhere."""
+    original = table.names[place]
+    unit = table.unit(original) if name else table.units.get(original, "")
     unit = "s" if unit == DATE else unit
-    return f"{name or own} [{unit.strip('[]() ')}]" if unit else own if not name else name
+    return f"{name or original} [{unit.strip('[]() ')}]" if unit else original if not name else name
 
 
 def _effort_factor(table: Table, place: int) -> tuple[float, bool]:
-    """SI per unit of a column that the file states to be of an effort, else 1; and whether of a torque."""
+    """SI units per stated unit of an effort column, else 1; and whether the stated unit is one of torque."""
     entry = unit_named(table.unit(table.names[place])) or ("", 1.0, 0.0)
     is_torque = entry[0] in ("N m", "N")
     return (entry[1] if is_torque or entry[0] == "A" else 1.0), is_torque
 
 
 def _chosen_places(columns: Columns, chosen: Mapping[str, Names], where: str) -> dict[str, list[int]]:
-    """Columns of the time and of the signals that were chosen, by number."""
+    """Indices of the chosen columns for time and signals."""
     signals = {name: names for name, names in chosen.items() if name != "time"}
     effort = {"torque": signals.pop("effort")} if "effort" in signals else {}
     places = {"time": [columns.time(chosen, where)]} if "time" in chosen else {}
@@ -147,28 +147,28 @@ def _chosen_places(columns: Columns, chosen: Mapping[str, Names], where: str) ->
 def _rivals(
     shown: Mapping[int, str], fixed: set[int], places: Mapping[str, Sequence[int]], robot: Robot
 ) -> set[int]:
-    """Columns that are not chosen and whose names say that they are what was chosen."""
+    """Columns whose names mean a signal for which other columns were chosen."""
     signals = {*places, *(EFFORT if {"effort", *EFFORT} & set(places) else ())}
     others = [k for k in shown if k not in fixed]
-    found = families([shown[k] for k in others], robot.joints)
-    rivals = {others[place] for family in found if family.signal in signals for place in family.places}
+    groups = families([shown[k] for k in others], robot.joints)
+    rivals = {others[place] for family in groups if family.signal in signals for place in family.places}
     if "time" in places:
         rivals |= {k for k in others if STAMPS.intersection(words_of(shown[k]))}
     return rivals
 
 
 class _Array(NamedTuple):
-    """Columns of an array, by number: those of the arm, and the others."""
+    """Indices of an array's columns: those of the arm, and the others."""
 
     kept: list[int]
     dropped: list[int]
 
 
 def _columns_of_arm(columns: Columns, places: Mapping[str, Sequence[int]]) -> tuple[list[_Array], list[str]]:
-    """Arrays with more columns than the arm has joints, where no others hold its positions; and notes."""
+    """Arrays with more columns than joints, if no other columns have the positions; and notes."""
     table, robot = columns.table, columns.robot
-    found = families(table.names, robot.joints, table.joints)
-    if table.joints or "position" not in places and any(family.signal == "position" for family in found):
+    groups = families(table.names, robot.joints, table.joints)
+    if table.joints or "position" not in places and any(family.signal == "position" for family in groups):
         return [], []
     arrays = _larger_arrays(table, robot)
     position = next((array for array in arrays if _signal_of_array(array) == "position"), [])
@@ -179,16 +179,18 @@ def _columns_of_arm(columns: Columns, places: Mapping[str, Sequence[int]]) -> tu
     alike = [array for array in arrays if len(array) == len(position) and begin is not None]
     result = []
     for array in alike:
-        kept = array[begin : (begin or 0) + robot.dof]
-        result.append(_Array([numbers[n] for n in kept], [numbers[n] for n in array if n not in kept]))
+        of_arm = array[begin : (begin or 0) + robot.dof]
+        result.append(_Array([numbers[n] for n in of_arm], [numbers[n] for n in array if n not in of_arm]))
     return result, notes
 
 
 def _larger_arrays(table: Table, robot: Robot) -> list[list[str]]:
-    """Numbered columns of a signal, of more than there are joints."""
+    """Arrays of numbered columns of a known signal with more columns than joints."""
     arrays = {tuple(columns_of_array(table.names, name)): None for name in table.names}
     return [
-        list(one) for one in arrays if len(one) > robot.dof and _signal_of_array(one) not in ("", "other")
+        list(array)
+        for array in arrays
+        if len(array) > robot.dof and _signal_of_array(array) not in ("", "other")
     ]
 
 
@@ -199,10 +201,10 @@ def _signal_of_array(array: Sequence[str]) -> str:
 def _begin_of_arm(
     columns: Columns, array: list[str], places: Mapping[str, Sequence[int]]
 ) -> tuple[int | None, list[str]]:
-    """Where in an array of positions the arm's begin, and what was decided.
+    """Index at which the arm's columns begin in an array of positions, and notes.
 
     Raises:
-        RecordingError: Nothing says it.
+        RecordingError: The index cannot be determined.
     """
     table, robot = columns.table, columns.robot
     if "position" in places:
@@ -210,18 +212,18 @@ def _begin_of_arm(
         begin = array.index(names[0]) if names[0] in array else 0
         return (begin, []) if array[begin : begin + len(names)] == names else (None, [])
     values = table.values[:, [table.names.index(name) for name in array]]
-    # Before the joints a gripper is rare; any joint may stay within 0 to 1 by chance.
+    # A gripper before the joints is rare, and any joint may stay within 0 to 1 by chance.
     if len(array) != robot.dof + 1 or not _is_share(values[:, -1]) or _is_share(values[:, 0]):
         raise RecordingError(f"{columns.source}: {which_columns('position', array, robot)}")
     note = (
-        f"{array_name(array)} has {len(array)} columns for {robot.dof} joints: {array[-1]} stays within "
-        "0 and all of it, as a gripper does, and is left out"
+        f"{array_name(array)} has {len(array)} columns for {robot.dof} joints: {array[-1]} stays between 0 "
+        "and full scale like a gripper, and is left out"
     )
     return 0, [note]
 
 
 def _is_share(values: np.ndarray) -> bool:
-    """Whether numbers (t,) stay between 0 and all of what a gripper opens."""
+    """Whether numbers (t,) stay within the scale of a gripper's opening."""
     known = values[np.isfinite(values)]
     if not len(known):
         return False

@@ -1,4 +1,4 @@
-"""What is known about one log, and a kind of mistake that it may have."""
+"""Facts about one log, and the definition of a mistake that it may have."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from .units import encoder_odds, motion_odds
 
 @dataclass(frozen=True)
 class LogFacts:
-    """What is known about one log.
+    """Facts about one log.
 
     Attributes:
-        robot: The arm as described.
-        log: Its log, as it is read.
-        ratio: Gain of each drive, from masses and friction, over the one stated, shape (n,); NaN where it is
-            unknown or none is stated.
-        constants: Drive gains of the description [N m per unit], shape (n,).
+        robot: Described arm.
+        log: Log without a correction.
+        ratio: Gain of each drive, from masses and friction, over the stated gain, shape (n,); NaN if either
+            is unknown.
+        constants: Drive gains of the description, shape (n,) [N m per unit].
         torques: Whether the log has torques rather than currents.
         servo: Whether the efforts are errors of position servos.
-        steps: Step of each joint's encoder, as the log states positions; NaN where none is seen, shape (n,).
+        steps: Encoder resolution of each joint in the unit of the log, shape (n,); NaN if none is visible.
     """
 
     robot: Robot
@@ -41,18 +41,18 @@ class LogFacts:
 
     @property
     def moving(self) -> list[int]:
-        """Joints that move: the others show nothing."""
+        """Indices of the joints that move; the others carry no information."""
         return np.flatnonzero(self.log.moving).tolist()
 
     def where(self, joints: Mapping[int, float] | int, usual: float = 1.0) -> np.ndarray:
-        """A number for some joints, and `usual` for the others, shape (n,)."""
+        """Given numbers for some joints, and `usual` for the others, shape (n,)."""
         values = np.full(self.robot.dof, usual)
         for joint, value in joints.items() if isinstance(joints, Mapping) else ((joints, -1.0),):
             values[joint] = value
         return values
 
     def usual(self, change: Change) -> float:
-        """Log odds of speeds, ranges and encoders without a mistake, over those that were logged."""
+        """Log odds of speeds, ranges and encoder steps after a change, relative to those in the log."""
         if change.scale is None:
             return 0.0
         speed = np.percentile(np.abs(self.log.motion.velocity), 99.5, axis=0)
@@ -67,7 +67,7 @@ class LogFacts:
 
 
 Case = tuple[str, Change, tuple[int, ...]]
-"""What is wrong, in a clause; what makes the log right; the joints that show it."""
+"""Clause on what is wrong; change that corrects the log; joints that show it."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,11 @@ class Mistake:
 
     Attributes:
         name: Identifier.
-        prior: Probability that a log has it.
-        cure: What to do about it.
-        cases: Yields the cases of the mistake that a log may have.
-        of_sign: Whether signs show it: sizes rest on the described masses, which nobody may have measured.
-        always: Whether it is weighed even where bodies explain the log: bodies of any mass may hide it.
+        prior: Probability that a log has the mistake.
+        cure: Instruction for its correction.
+        cases: Function that yields the cases of the mistake for a log.
+        of_sign: Whether signs show it; sizes depend on the described masses, which may not be measured.
+        always: Whether it is tested even if bodies explain the log, because bodies of any mass can hide it.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""The table of mistakes: how likely each kind is, what it does to a log, and what cures it.
+"""Table of mistakes: the prior of each kind, its effect on a log, and the remedy.
 
-A row is a kind of mistake. Its cases share the row's probability; each case is a clause that says what is
-wrong, the change that makes the log right, and the joints concerned. Another hypothesis costs one row.
+A row is a kind of mistake. Its cases share the row's probability. Each case has a clause on what is wrong,
+the change that corrects the log, and the joints concerned. A new hypothesis needs one row.
 """
 
 from .effort_mistakes import (
@@ -31,10 +31,10 @@ from .position_mistakes import (
     turned_positions,
 )
 
-GIVE = "give their columns the other way round: column in a preset, or --columns"
+GIVE = "exchange their columns: column in a preset, or --columns"
 ORDER = "give the columns in the robot's order"
-TURN = "turn it: sign = -1 in a preset, or the sign of [drive] gain, or the axis of the joint"
-TURN_POSITION = "turn it: [position] sign in a preset, or the axis in the robot's description"
+TURN = "reverse it: sign = -1 in a preset, or the sign of [drive] gain, or the axis of the joint"
+TURN_POSITION = "reverse it: [position] sign in a preset, or the axis in the robot description"
 UNIT = (
     "state it: --degrees, or [position] unit in a preset; import without --degrees where they are in radians"
 )
@@ -74,6 +74,6 @@ TABLE = (
     Mistake("no_gravity", 0.004, NO_GRAVITY, no_gravity),
     Mistake("upside_down", 0.003, GRAVITY, upside_down, of_sign=True),
 )
-"""All kinds. Each prior is a judgment of how many logs in a thousand have it; together a tenth."""
+"""All kinds of mistakes. Each prior is a judgment of their frequency; one log in ten has any mistake."""
 MOUNTING = Mistake("mounting", 0.01, GRAVITY, lambda facts: iter(()))
-"""An arm that stands otherwise: its direction takes a search, made where much is not explained."""
+"""Unlisted mounting: its direction requires a search, made only if much is unexplained."""

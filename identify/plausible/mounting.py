@@ -1,4 +1,4 @@
-"""Where gravity points in the base frame, where a log is not explained by the description's direction."""
+"""Search for the direction of gravity in the base frame if the described direction does not explain a log."""
 
 from itertools import product
 
@@ -9,18 +9,18 @@ from .changes import with_gravity
 from .evidence import Reading
 
 EVALUATIONS = 40
-"""Directions that are tried from the best start: to about a degree."""
+"""Maximum number of evaluations of the search, enough for an accuracy of about one degree."""
 OPPOSITE = np.radians(20.0)
-"""Angle up to which a direction is that of an arm which hangs and is described standing, or the reverse."""
+"""Angle within which a direction counts as opposite to the description, as of a hanging arm."""
 STEP = 0.2
-"""First step of that search [rad]."""
+"""Initial step of the search [rad]."""
 
 
-def found_gravity(reading: Reading) -> np.ndarray | None:
-    """Gravity in the base frame, shape (3,) [m/s^2], under which bodies explain a log best.
+def search_gravity(reading: Reading) -> np.ndarray | None:
+    """Gravity in the base frame, shape (3,) [m/s^2], for which bodies explain a log best.
 
-    None where the described direction does better than each of those 45 degrees apart: a base that leans by
-    less than half of that is left to the diagnosis.
+    None if the described direction is better than each of the directions 45 degrees apart. The diagnosis
+    handles a base that is tilted by less than half of that.
     """
     described = reading.model.robot.gravity
     size = float(np.linalg.norm(described))
@@ -47,11 +47,11 @@ def found_gravity(reading: Reading) -> np.ndarray | None:
     )
     direction = start + across @ best.x
     if direction @ described < -np.cos(OPPOSITE) * size * np.linalg.norm(direction):
-        return None  # a row of the table of its own
+        return None  # this mistake has its own row in the table
     return np.asarray(size * direction / np.linalg.norm(direction))
 
 
 def _frame(axis: np.ndarray) -> np.ndarray:
-    """Three unit vectors at right angles, as columns; the first along an axis (3,)."""
+    """Three orthonormal columns, the first along an axis (3,)."""
     frame = np.linalg.qr(np.column_stack([axis, np.eye(3)]))[0]
     return np.asarray(frame * np.array([np.sign(frame[:, 0] @ axis), 1.0, 1.0]))

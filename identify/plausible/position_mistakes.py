@@ -1,4 +1,4 @@
-"""Mistakes of columns and positions: another order, unit, sign or scale."""
+"""Mistakes in columns and positions: order, unit, sign or scale."""
 
 from collections.abc import Callable, Iterator
 from itertools import combinations, permutations
@@ -15,20 +15,20 @@ from .units import LEAST_PERCENT, PERCENT
 ANGLES = MappingProxyType(
     {
         "in degrees": np.pi / 180,
-        "in radians, and taken for degrees": 180 / np.pi,
-        "in counts of 12 bits a turn": 2 * np.pi / 2**12,
+        "in radians, but read as degrees": 180 / np.pi,
+        "in counts of 12 bits per turn": 2 * np.pi / 2**12,
     }
 )
-"""Units of positions that are taken for others, and radians a unit of what is stated."""
+"""Confused unit of positions -> its size in the stated unit."""
 POSITION_SCALES = (1 / 10, 1 / 4, 1 / 3, 1 / 2, 2.0, 3.0, 4.0, 10.0)
 ONE_SCALE = (1 / 4, 1 / 2, 2.0, 4.0)
-"""True angle over that of the log, of gears and encoders that were assumed wrongly: of all joints, of one."""
+"""True angle over logged angle if gears or encoders were assumed wrongly, for all joints and for one."""
 CHAINS = 24
-"""Maximum number of orders of equal chains that are weighed: those of four legs."""
+"""Maximum number of permutations of equal chains that are tested, enough for four legs."""
 
 
 def exchanges(position: bool, effort: bool, words: str) -> Callable[[LogFacts], Iterator[Case]]:
-    """Columns of two joints, exchanged."""
+    """Exchanged columns of two joints."""
 
     def cases(facts: LogFacts) -> Iterator[Case]:
         for a, b in _likely_pairs(facts):
@@ -41,7 +41,7 @@ def exchanges(position: bool, effort: bool, words: str) -> Callable[[LogFacts], 
 
 
 def _likely_pairs(facts: LogFacts) -> Iterator[tuple[int, int]]:
-    """Joints that may be taken for each other: of one chain, or at the same place of equal chains."""
+    """Pairs of joints that are easily confused: in one chain, or at the same place of equal chains."""
     chains = equal_chains(facts.robot)
     place = {joint: (chain, k) for chain, joints in enumerate(chains) for k, joint in enumerate(joints)}
     for a, b in combinations(facts.moving, 2):
@@ -66,7 +66,7 @@ def orders(facts: LogFacts) -> Iterator[Case]:
 
 
 def exchanged_chains(facts: LogFacts) -> Iterator[Case]:
-    """Columns of whole chains, such as legs, exchanged."""
+    """Exchanged columns of whole chains, such as legs."""
     chains = equal_chains(facts.robot)
     usual = tuple(range(len(chains)))
     for place, order in enumerate(permutations(usual)):
@@ -86,7 +86,7 @@ def exchanged_chains(facts: LogFacts) -> Iterator[Case]:
 
 
 def equal_chains(robot: Robot) -> list[list[int]]:
-    """Joints of each chain that starts at the base, where there are several of the same length; else none."""
+    """Joints of each chain from the base if there are several of the same length, else none."""
     parents = [int(parent) - 1 for parent in list(robot.kinematics.parents)[1:]]
     root = list(range(len(parents)))
     for joint, parent in enumerate(parents):
@@ -100,9 +100,9 @@ def _first_joint(facts: LogFacts, chain: list[int]) -> str:
 
 
 def turned_positions(facts: LogFacts) -> Iterator[Case]:
-    """A position that counts the other way."""
+    """Wrong sign of the position of one joint."""
     for j in facts.moving:
-        words = f"the position of {facts.joints[j]} counts the other way"
+        words = f"the position of {facts.joints[j]} has the opposite sign"
         yield words, Change(scale=facts.where(j)), (j,)
 
 
@@ -119,26 +119,26 @@ def other_angles(facts: LogFacts) -> Iterator[Case]:
 
 
 def shares_of_travel(facts: LogFacts) -> Iterator[Case]:
-    """Positions in per cent of each joint's travel."""
+    """Positions in percent of each joint's travel."""
     limits, position = facts.robot.limits, facts.log.motion.position
     if not np.isfinite([limits.position_lower, limits.position_upper]).all():
         return
     span, middle = (sign(limits.position_upper, limits.position_lower) for sign in (np.subtract, np.add))
-    for unit, words in ((1.0, ""), (180 / np.pi, ", and taken for degrees")):
+    for unit, words in ((1.0, ""), (180 / np.pi, ", but read as degrees")):
         numbers = np.abs(position * unit)
         if LEAST_PERCENT < numbers.max() < PERCENT:
             change = Change(scale=unit * span / 200.0, zero=middle / 2)
-            yield f"the positions are per cent of each joint's travel{words}", change, tuple(facts.moving)
+            yield f"the positions are percent of each joint's travel{words}", change, tuple(facts.moving)
 
 
 def gear_ratios(facts: LogFacts) -> Iterator[Case]:
-    """A gear ratio of one joint that is another than stated: its position and its effort are off."""
+    """Wrong gear ratio of one joint, which affects its position and its effort."""
     for j in facts.moving:
         for scale in ONE_SCALE:
             change = Change(scale=facts.where({j: scale}), factor=facts.where({j: 1.0 / scale}))
             share = digits(1.0 / scale, 2)
-            words = f"the gear ratio of {facts.joints[j]} is about {share} times that stated"
-            yield f"{words}: positions and efforts are off", change, (j,)
+            words = f"the gear ratio of {facts.joints[j]} is about {share} times the stated one"
+            yield f"{words}, which affects positions and efforts", change, (j,)
 
 
 def position_scales(facts: LogFacts) -> Iterator[Case]:

@@ -1,4 +1,4 @@
-"""Propose what a log holds: columns, units, order of joints, sign and size of drive gains."""
+"""Proposal of how to read a log: columns, units, order of joints, sign and size of drive gains."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,26 +27,27 @@ from .units import STATED, TIME, Units, affine, moves, quirks
 from .weigh import posterior
 
 COMMANDS = {"command": "position", "command_velocity": "velocity"}
-"""Commands, and what is measured in the same unit."""
+"""Command -> measured signal in the same unit."""
 FOLLOWS = 2.0
-"""Factor by which a command moves farther, or less far, than a joint that follows it, at most."""
+"""Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""
 FEWEST = 100
-"""Samples of a run, at least."""
+"""Minimum number of samples of a run."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """What a log seems to hold.
+    """Proposed interpretation of a log.
 
     Attributes:
-        columns: "time" and signals of a recording -> names of the columns, one a joint in the robot's order.
+        columns: "time" or signal of a recording -> names of its columns, one per joint in the robot's order.
         units: Units of time, position and velocity; "" for a velocity that is left out.
-        gains: Gains of the drives, where there are currents; else empty.
-        against: Whether the torques count against the positions.
-        guesses: What was guessed, and how sure that is.
-        notes: What else was seen, in sentences.
-        gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
-        servo: Whether there are commands and no effort: gains are those of position servos [N m/rad].
+        gains: Drive gains if there are currents, else empty.
+        against: Whether the torques have the opposite sign of the positions.
+        guesses: Guesses with their probabilities.
+        notes: Sentences on other observations.
+        gravity: Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description;
+            else empty.
+        servo: Whether there are commands and no efforts; gains are then those of position servos [N m/rad].
     """
 
     columns: Mapping[str, tuple[str, ...]]
@@ -60,11 +61,11 @@ class Proposal:
 
     @property
     def open(self) -> list[Guess]:
-        """What the log does not decide."""
+        """Guesses that the log does not decide."""
         return [guess for guess in self.guesses if not guess.decided]
 
     def by_gains(self) -> "Proposal":
-        """The same for logs that no preset is read by: torques against the joints get gains of -1."""
+        """Proposal for a log without a preset: torques of opposite sign become currents with gains of -1."""
         if not self.against:
             return self
         renamed = {"torque": "current"}
@@ -74,30 +75,30 @@ class Proposal:
 
 
 def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequence[str] = ()) -> Proposal:
-    """What the columns of a log are.
+    """Propose how to read the columns of a log.
 
     Args:
-        names: Names of the columns, c of them.
-        values: Shape (t, c); NaN where a cell is empty.
-        model: The arm as described.
-        joints: Names of the joints that numbers in the names stand for, where the log gives them.
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c); NaN for empty cells.
+        model: Model of the described arm.
+        joints: Names of the joints that numbers in the names stand for, if the log states them.
 
     Raises:
-        RecordingError: Time, positions or efforts are not to be found.
+        RecordingError: Time, positions or efforts cannot be identified.
     """
     robot, clock = model.robot, _time(names, values)
     values, clock_notes = _continuing(names, values, clock)
-    found = [f for f in families(names, robot.joints, joints) if clock not in f.places]
-    found = [f for f in found if f.signal not in EFFORT or not _are_flags(values[:, f.places])]
-    chosen, guesses, left = _signals(found)
-    read = [f for f in found if f.signal != "other"]
+    groups = [f for f in families(names, robot.joints, joints) if clock not in f.places]
+    groups = [f for f in groups if f.signal not in EFFORT or not _are_flags(values[:, f.places])]
+    chosen, guesses, unnamed = _signals(groups)
+    read = [f for f in groups if f.signal != "other"]
     if servo := only_commanded(chosen):
         names, values, chosen = with_error(names, values, chosen)
         read.append(chosen["current"])
     require_computable(names, values, sorted({clock, *(place for family in read for place in family.places)}))
-    kept = _usable(values, clock, read)
-    time = values[kept, clock]
-    chosen, by_motion = _by_motion(chosen, left, values[kept], time, model)
+    usable = _usable(values, clock, read)
+    time = values[usable, clock]
+    chosen, by_motion = _by_motion(chosen, unnamed, values[usable], time, model)
     guesses += by_motion
     if "position" not in chosen:
         raise not_found("position", ("position",), names, robot)
@@ -105,9 +106,9 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     if not effort:
         raise not_found("current or torque", EFFORT, names, robot)
-    log = Log(time, {signal: values[kept][:, family.places] for signal, family in chosen.items()})
+    log = Log(time, {signal: values[usable][:, family.places] for signal, family in chosen.items()})
     clock_unit = unit_of(f"time {names[clock]}")
-    # Between runs that are put one after the other there is no clock.
+    # The clock does not continue between concatenated runs.
     if len(runs_of(time)) == 1 and (regular := regular_clock(time, log.values["position"])):
         clock_notes.append(
             f"{regular.description}: import replaces them by a regular clock" * regular.certain
@@ -121,26 +122,26 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
     time = log.time * TIME[units.time]
     silent = unread(time, position, log.values[effort][:, order])
     if servo:
-        every, drives, more = servo_gains(chosen, reading, scale)
+        signals, drives, more = servo_gains(chosen, reading, scale)
     else:
-        every, drives, more = _efforts(
+        signals, drives, more = _efforts(
             chosen, reading, effort, (silent > 0.0) | np.isin(np.arange(robot.dof), doubted)
         )
     if not units.velocity:
-        every.pop("velocity", None)
-    astray = _astray(every, values[kept])
+        signals.pop("velocity", None)
+    astray = _astray(signals, values[usable])
     guesses = [guess for guess in guesses if guess.what not in astray]
-    columns = {s: tuple(f.names[k] for k in order) for s, f in every.items() if s not in astray}
+    columns = {s: tuple(f.names[k] for k in order) for s, f in signals.items() if s not in astray}
     notes = quirks(time, position, robot, len(values))
     notes += filter(None, clock_notes)
     notes += unit_questions(robot, log.values["position"][:, order], units.position)
     if silent.any():
-        mute = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
-        notes.append(f"{UNMEASURED}: {', '.join(mute)}")
-    if none := [robot.joints[j] for j in np.flatnonzero(~log.values[effort][:, order].any(axis=0))]:
-        notes.append(f"no effort at all: {', '.join(none)}. Without a motor: {NO_MOTOR}")
-    notes += [f"{every[command].pattern} {what}" for command, what in astray.items()]
-    if unused := [f.pattern for f in found if f.signal in ("", "velocity") and f not in every.values()]:
+        unmeasured = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
+        notes.append(f"{UNMEASURED}: {', '.join(unmeasured)}")
+    if effortless := [robot.joints[j] for j in np.flatnonzero(~log.values[effort][:, order].any(axis=0))]:
+        notes.append(f"no effort at all: {', '.join(effortless)}. Without a motor: {NO_MOTOR}")
+    notes += [f"{signals[command].pattern} {reason}" for command, reason in astray.items()]
+    if unused := [f.pattern for f in groups if f.signal in ("", "velocity") and f not in signals.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
     notes += restored
     notes += [doubt] * bool(doubt)
@@ -152,8 +153,8 @@ def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequ
 
 
 def _restored(chosen: Mapping[str, Family], values: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Values (t, c) with turns and signs that the log lost, and what was done."""
-    whole, notes = np.array(values), []
+    """Values (t, c) with restored turns and signs that the log had lost, and notes."""
+    restored, notes = np.array(values), []
     for signal, family in chosen.items():
         for name, place in zip(family.names, family.places, strict=True):
             column, better = values[:, place], None
@@ -162,32 +163,32 @@ def _restored(chosen: Mapping[str, Family], values: np.ndarray) -> tuple[np.ndar
             elif signal in EFFORT:
                 better = signed(column)
             if better is not None:
-                whole[:, place] = better.values
+                restored[:, place] = better.values
                 notes.append(f"{name} {better.fact}")
-    return whole, notes
+    return restored, notes
 
 
 def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:
-    """Commands that what was measured does not follow, as of another unit, and how that is said."""
-    found = {}
+    """Commands that the measured signal does not follow, perhaps for their unit -> end of a note."""
+    reasons = {}
     for command, signal in COMMANDS.items():
         if command in chosen and signal in chosen:
-            both = (np.nanstd(values[:, chosen[one].places], axis=0) for one in (command, signal))
-            asked, done = (float(np.linalg.norm(spread)) for spread in both)
-            if not 1 / FOLLOWS < asked / max(done, 1e-12) < FOLLOWS:
-                share = digits(asked / max(done, 1e-12))
-                found[command] = f"is left out: it moves {share} times as far as the measured {signal}"
-    return found
+            stds = (np.nanstd(values[:, chosen[name].places], axis=0) for name in (command, signal))
+            commanded, measured = (float(np.linalg.norm(std)) for std in stds)
+            if not 1 / FOLLOWS < commanded / max(measured, 1e-12) < FOLLOWS:
+                share = digits(commanded / max(measured, 1e-12))
+                reasons[command] = f"is left out: it moves {share} times as far as the measured {signal}"
+    return reasons
 
 
 def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
-    """Tables (t, c) of the same columns as one, whose time goes on with a gap between them.
+    """Concatenate tables (t, c) with the same columns; time continues with a gap between them.
 
     Raises:
         RecordingError: There is no column of time.
     """
     clock, parts = _time(names, tables[0]), [tables[0]]
-    # Long by the median step of all together, which is no longer than that of the slowest.
+    # The gap is long for the median step of all tables, which is at most that of the slowest one.
     gap = 2.0 * LONG * max(float(np.nanmedian(np.diff(table[:, clock]))) for table in tables)
     for table in tables[1:]:
         later = table.copy()
@@ -197,7 +198,7 @@ def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.
 
 
 def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[np.ndarray, list[str]]:
-    """Values (t, c) of a log in which time goes on, where a recorder appended its runs; and what was seen."""
+    """Values (t, c) with continuing time if a recorder appended several runs, and notes."""
     rows = [row for row, _ in beginnings(values[:, clock], np.delete(values, clock, axis=1))]
     if not rows or min(np.diff([0, *rows, len(values)])) < FEWEST:
         return values, []
@@ -207,58 +208,58 @@ def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[n
 
 
 def _time(names: Sequence[str], values: np.ndarray) -> int:
-    """Place of the column of time: one that is called so, else the only one that increases throughout."""
+    """Index of the time column: one with such a name, else the only one that always increases."""
     rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
     stamps = [k for k in range(len(names)) if STAMPS.intersection(words_of(names[k]))]
     called = [k for k in stamps if k in rising] or [k for k in stamps if has_few_digits(values, k)]
-    found = called or rising
-    if not found or (len(found) > 1 and not called):
+    candidates = called or rising
+    if not candidates or (len(candidates) > 1 and not called):
         raise no_time(names, values, len(rising))
-    return found[0]
+    return candidates[0]
 
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
-    """Rows in which time goes on and positions and efforts are numbers."""
+    """Rows in which time increases and positions and efforts are numbers."""
     there = np.isfinite(values).mean(axis=0) > 0.5
     known = [p for f in read for p in f.places if there[p] and f.signal in ("", "position", *EFFORT)]
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
-    kept = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
-    runs = runs_of(values[kept, clock]) if len(kept) > 1 else []
-    long = [kept[run] for run in runs if run.stop - run.start >= FEWEST]
+    rising = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
+    runs = runs_of(values[rising, clock]) if len(rising) > 1 else []
+    long = [rising[run] for run in runs if run.stop - run.start >= FEWEST]
     if not long:
-        raise RecordingError(f"{len(kept)} samples with time, positions and efforts; {FEWEST} are needed")
+        raise RecordingError(f"{len(rising)} samples with time, positions and efforts; {FEWEST} are needed")
     return np.concatenate(long)
 
 
 def _are_flags(values: np.ndarray) -> bool:
-    """Whether columns (t, n) are 0 or 1, not 0 throughout, as of a motor that is on or off: no effort is."""
+    """Whether columns (t, n) are flags, such as motor on or off: only 0 and 1, and not all 0."""
     known = values[np.isfinite(values)]
     return set(np.unique(known).tolist()) in ({1.0}, {0.0, 1.0})
 
 
-def _signals(found: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
-    """Families by signal as their names say, and those whose names say nothing."""
+def _signals(groups: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], list[Family]]:
+    """Families by the signal that their names state, guesses, and families with uninformative names."""
     chosen, guesses = {}, []
-    for signal in {family.signal: None for family in found if family.signal not in ("", "other")}:
-        ours = [family for family in found if family.signal == signal]
+    for signal in {family.signal: None for family in groups if family.signal not in ("", "other")}:
+        ours = [family for family in groups if family.signal == signal]
         best = [family for family in ours if MEASURED.intersection(words_of(family.pattern))] or ours
         if len(best) == 1 or signal in ("position", *EFFORT):
             chosen[signal] = best[0]
             option = f"[{signal}] column in a preset"
             guesses.append(Guess(signal, best[0].pattern, STATED / len(best), "its name", option))
-    return chosen, guesses, [family for family in found if family.signal == ""]
+    return chosen, guesses, [family for family in groups if family.signal == ""]
 
 
 def _by_motion(
-    chosen: dict[str, Family], left: Sequence[Family], values: np.ndarray, time: np.ndarray, model: Model
+    chosen: dict[str, Family], unnamed: Sequence[Family], values: np.ndarray, time: np.ndarray, model: Model
 ) -> tuple[dict[str, Family], list[Guess]]:
-    """Positions and efforts that no name tells: the pair which a tree of rigid bodies explains best."""
+    """Choose positions and efforts without informative names: the pair that rigid bodies explain best."""
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     if "position" in chosen and effort:
         return chosen, []
-    positions = [chosen["position"]] if "position" in chosen else list(left)
-    efforts = [chosen[effort]] if effort else list(left)
+    positions = [chosen["position"]] if "position" in chosen else list(unnamed)
+    efforts = [chosen[effort]] if effort else list(unnamed)
     odds: dict[tuple[Family, Family], float] = {}
     for a in positions:
         for b in efforts:
@@ -274,7 +275,7 @@ def _by_motion(
     guesses = [Guess("position", a.pattern, probability, why, option)] if "position" not in chosen else []
     guesses += [Guess("current", b.pattern, probability, why, option)] if not effort else []
     new = {"position": a} | ({} if effort else {"current": b})
-    rate = next((f for f in left if f not in (a, b) and _is_rate(values, time, a, f)), None)
+    rate = next((f for f in unnamed if f not in (a, b) and _is_rate(values, time, a, f)), None)
     if rate and "velocity" not in chosen:
         new["velocity"] = rate
         guesses.append(
@@ -290,18 +291,18 @@ def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Fami
 def _efforts(
     chosen: Mapping[str, Family], reading: Reading, effort: str, silent: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
-    """Signals with efforts as what they are; gains, where they are no torques of the joints.
+    """Signals with efforts as torque or current, gains unless efforts are joint torques, and guesses.
 
     `silent` (n,) marks joints whose effort is not measured, or may be that of another joint.
     """
     family, robot = chosen[effort], reading.model.robot
-    found = [Gain() if mute else gain for gain, mute in zip(gains(reading), silent, strict=True)]
-    likely = posterior(effort_odds(found, family.signal))
+    drives = [Gain() if skip else gain for gain, skip in zip(gains(reading), silent, strict=True)]
+    likely = posterior(effort_odds(drives, family.signal))
     value, probability = next(iter(likely.items()))
     why = "described bodies" if described(robot) else "its name; no real masses"
     guesses = [Guess(f"unit of {family.pattern}", value, probability, why, "[drive] gain in robot.toml")]
     others = {signal: f for signal, f in chosen.items() if signal not in EFFORT}
     if value != NOT_TORQUE:
         return {**others, "torque": family}, (), guesses
-    guesses += gain_guesses(robot.joints, found)
-    return {**others, "current": family}, tuple(found), guesses
+    guesses += gain_guesses(robot.joints, drives)
+    return {**others, "current": family}, tuple(drives), guesses

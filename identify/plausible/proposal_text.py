@@ -1,6 +1,6 @@
 """A proposal as a table for people, as a robot.toml, and as the preset of a log.
 
-No motion identifies joints that stand still throughout a log: the robot.toml holds them.
+Joints that stand still in the whole log cannot be identified, so the robot.toml lists them as held.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,19 +25,19 @@ from .proposal import Proposal
 from .units import affine, at_rest, units_of
 
 STILL = 1e-3
-"""Range of a position below which a joint does not move [rad, m]: a loaded gear bends by as much."""
+"""A joint with a smaller range of positions does not move [rad, m]: a loaded gear bends by as much."""
 
 
 UNDECIDED = 1.0
-"""Relative standard deviation of a gain that is not decided: twice as much, or none, is one of it away."""
+"""Relative standard deviation of an undecided gain: zero and twice the value are one of it away."""
 
 
 class Still(NamedTuple):
-    """What stands still.
+    """Joints that stand still.
 
     Attributes:
-        position: Joint -> where it stands [rad, m].
-        column: Column of its position -> between what it stays, in the unit of the log.
+        position: Joint -> its constant position [rad, m].
+        column: Position column -> lower and upper limit of the values, in the unit of the log.
     """
 
     position: Mapping[str, float] = MappingProxyType({})
@@ -48,7 +48,7 @@ NOTHING = Still()
 
 
 def proposal_text(proposal: Proposal) -> str:
-    """What was guessed, how sure that is, what else was seen, and what is not decided."""
+    """Table of guesses with their probabilities, notes, and undecided questions."""
     rows = [[g.what, g.value, chance(g.probability), g.why] for g in proposal.guesses if g.decided]
     parts = [table(["what", "guess", "sure", "from"], rows, left=(0, 1, 3))]
     parts += [paragraph(note, "  ", "* ") for note in proposal.notes]
@@ -58,12 +58,12 @@ def proposal_text(proposal: Proposal) -> str:
 
 
 def chance(probability: float) -> str:
-    """A probability in per cent; what is rounded to all of them is above 99.9."""
+    """A probability in percent, or "> 99.9 %"."""
     return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"
 
 
 def _open_words(guess: Guess) -> str:
-    """What is not decided, and what settles it."""
+    """Words for an undecided guess, and what settles it."""
     likely = f", likeliest {guess.value} ({chance(guess.probability)})" if guess.probability > 0 else ""
     return f"{guess.what}{likely}. To settle it: {guess.option}"
 
@@ -76,17 +76,17 @@ def robot_toml(
     joints: Sequence[str] = (),
     held: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
-    """A robot.toml with what the log tells of the drives.
+    """Text of a robot.toml with the drive gains that the log determines.
 
     Args:
-        proposal: For this arm.
-        model: The arm as described.
-        urdf: Path of its URDF or MJCF from the new file; "" if it is described otherwise, and is written out.
-        log: What the log is called.
-        joints: Those of that file that move, where others are held at zero.
-        held: Joints of that file that are held elsewhere, and where [rad, m].
+        proposal: Proposal for this arm.
+        model: Model of the described arm.
+        urdf: Path of its URDF or MJCF, relative to the new file; "" writes out the whole model instead.
+        log: Name of the log.
+        joints: Joints of that file that move, if others are held at zero.
+        held: Joints of that file that are held elsewhere -> position [rad, m].
     """
-    head = [hash_comment(f"Proposed by exidyn init from {log}; what it did not decide is said in comments.")]
+    head = [hash_comment(f"Proposed by exidyn init from {log}; comments list what it did not decide.")]
     head += [hash_comment(_open_words(guess)) for guess in proposal.open]
     known = any(gain.known for gain in proposal.gains) and bool(np.all(model.robot.drive_gain == 1.0))
     values, tolerance = _stated_gains(proposal.gains) if known else ([], [])
@@ -104,7 +104,7 @@ def robot_toml(
     n = model.robot.dof
     servo = None
     if proposal.servo and model.robot.servo is None:
-        # No limit: by a gain that may be half as much again, samples below it would be cut off.
+        # No limit: the gain may be 50 % too large, and valid samples would then be cut off.
         servo = PositionServo(np.ones(n), np.full(n, np.inf))
         drive = (drive or "[drive]\n") + lines(servo_keys(servo)) + "\n"
     if urdf:
@@ -130,9 +130,9 @@ def robot_toml(
 
 
 def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
-    """Gains and their relative standard deviations, of which `UNDECIDED` stands for gains that are not known.
+    """Gains and their relative standard deviations; unknown gains have `UNDECIDED`.
 
-    A gain of which the log tells nothing is as large as those that are known.
+    A gain without information has the geometric mean of the known gains.
     """
     usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.known])))
     values = [gain.value if np.isfinite(gain.value) else usual for gain in gains]
@@ -143,9 +143,10 @@ def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
 def preset_toml(
     proposal: Proposal, robot: Robot, log: str, rate: float | None = None, still: Still = NOTHING
 ) -> str:
-    """Which columns of a log are what, as the preset that `exidyn import` finds beside it.
+    """Text of the preset of a log, which `exidyn import` finds beside it.
 
-    `rate` is that of a log without a column of time [Hz]; joints that are `still` are to stay so.
+    `rate` is the sampling rate of a log without a time column [Hz]; the positions of `still` joints must stay
+    within limits.
     """
     units = proposal.units
     per = "" if units.velocity in ("", "rpm") else "/s"
@@ -172,7 +173,7 @@ def preset_toml(
 
 
 def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, object]:
-    """The same for scripts."""
+    """Proposal as JSON for scripts."""
     return {
         "exidyn_init": 1,
         "columns": {signal: list(names) for signal, names in proposal.columns.items()},
@@ -189,7 +190,7 @@ def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, 
 
 
 def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values: np.ndarray) -> Still:
-    """Joints that move by less than `STILL` in all of a log, if any other moves."""
+    """Joints that move by less than `STILL` in the whole log, if any other joint moves."""
     columns = proposal.columns["position"]
     position = values[:, [list(names).index(column) for column in columns]]
     factor, offset = affine(robot, proposal.units.position, position)
@@ -205,17 +206,17 @@ def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values:
 
 
 def without_still(proposal: Proposal, robot: Robot, still: Still) -> Proposal:
-    """The same without columns and gains of those joints, and a note of each."""
-    kept = [j for j, joint in enumerate(robot.joints) if joint not in still.position]
+    """Proposal without columns and gains of joints that stand still, and with a note on each."""
+    moving = [j for j, joint in enumerate(robot.joints) if joint not in still.position]
     columns = {
-        signal: names if signal == "time" else tuple(names[j] for j in kept)
+        signal: names if signal == "time" else tuple(names[j] for j in moving)
         for signal, names in proposal.columns.items()
     }
-    found = tuple(proposal.gains[j] for j in kept) if proposal.gains else ()
+    drives = tuple(proposal.gains[j] for j in moving) if proposal.gains else ()
     guesses = [guess for guess in proposal.guesses if not guess.what.startswith(GAIN_OF)]
-    guesses += gain_guesses([robot.joints[j] for j in kept], found)
+    guesses += gain_guesses([robot.joints[j] for j in moving], drives)
     notes = [note for note in proposal.notes if note not in map(at_rest, still.position)]
     for joint, where in still.position.items():
         unit = "rad" if robot.revolute[robot.index(joint)] else "m"
         notes.append(f"{at_rest(joint)}: the model holds it at {digits(where)} {unit}")
-    return replace(proposal, columns=columns, gains=found, guesses=tuple(guesses), notes=tuple(notes))
+    return replace(proposal, columns=columns, gains=drives, guesses=tuple(guesses), notes=tuple(notes))

@@ -1,4 +1,4 @@
-"""Units, order of joints and mounting of a log of which nothing is stated: what `exidyn init` proposes."""
+"""Units, order of joints and mounting that `exidyn init` proposes for a log without stated units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,9 +22,9 @@ from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units
 from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
 
 AS_NUMBERED = 0.99
-"""Probability that columns with numbers are in the robot's order."""
+"""Probability that numbered columns are in the robot's order."""
 ORDERS = frozenset({"exchanged_columns", "order", "exchanged_chains"})
-"""Mistakes that are another order of joints."""
+"""Mistakes in the order of joints."""
 SHAPES = frozenset(
     {
         "exchanged_positions",
@@ -35,25 +35,25 @@ SHAPES = frozenset(
         "upside_down",
     }
 )
-"""Mistakes that show whatever the unit of the efforts."""
+"""Mistakes that can be detected with any unit of the efforts."""
 GRAVITY = "direction of gravity"
-"""What a guess of the mounting asks."""
+"""Question that a guess of the mounting answers."""
 
 
 @dataclass(frozen=True)
 class Log:
-    """Time (t,) in its unit, and what the families of columns hold, signal -> (t, n)."""
+    """Time (t,) in its unit, and values of each signal (t, n) in the unit of the log."""
 
     time: np.ndarray
     values: Mapping[str, np.ndarray]
 
     def sampled(self, unit: str) -> Sampled:
-        """Motion and effort under a unit of time, all else as it is."""
+        """Motion and effort for a unit of time, in the other units of the log."""
         effort = next(signal for signal in EFFORT if signal in self.values)
         return sampled(self.time * TIME[unit], self.values["position"], self.values[effort])
 
     def reading(self, model: Model, units: Units) -> Reading:
-        """The log under units of time and position."""
+        """Reading of the log with given units of time and position."""
         scale, zero = affine(model.robot, units.position, self.values["position"])
         change = Change(scale=scale, zero=zero)
         return change.read(Reading(model, self.sampled(units.time).thinned(MOST), False))
@@ -65,11 +65,12 @@ class Proposed(NamedTuple):
     Attributes:
         units: Units of time, position and velocity; "" for a velocity that is left out.
         order: Column of each joint, in the robot's order.
-        reading: The log in SI and in the robot's order, gravity as it is likeliest.
-        gravity: In the base frame, shape (3,) [m/s^2], where it is surely not as described; else empty.
-        guesses: What was guessed, and how sure that is.
-        doubt: What else seems to be wrong, in a sentence; empty if nothing does.
-        doubted: Joints that this concerns.
+        reading: Reading in SI units and in the robot's order, with the most probable gravity.
+        gravity: Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description;
+            else empty.
+        guesses: Guesses with their probabilities.
+        doubt: Sentence on another probable mistake, or "".
+        doubted: Indices of the joints that the doubt concerns.
     """
 
     units: Units
@@ -82,14 +83,14 @@ class Proposed(NamedTuple):
 
 
 def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:
-    """Log odds of units: by speeds, limits and velocities, and by the bodies."""
+    """Log odds of combinations of units, from speeds, limits, velocity columns and bodies."""
     robot = model.robot
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     driven = np.any([log.values[name].any(axis=0) for name in EFFORT if name in log.values], axis=0)
-    if driven.any():  # what no drive moves falls as fast as it falls, whatever its limit
+    if driven.any():  # a joint without a drive may exceed its speed limit
         seen = seen._replace(speed=seen.speed * driven)
     odds = unit_odds(seen, robot, log.values["position"], stated)
-    # One unit of time for all: under another one the filters would leave other samples to explain.
+    # All use the same unit of time, since with another unit the filters would select other samples.
     best = next(iter(posterior(odds)))
     by_bodies: dict[str, float] = {}
     for units, value in odds.items():
@@ -101,7 +102,7 @@ def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:
 
 
 def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: str) -> Proposed:
-    """The likeliest units, order and mounting, each with its own probability."""
+    """Most probable units, order and mounting, each with its probability."""
     family = chosen["position"]
     stated = Units(clock, family.unit, chosen["velocity"].unit if "velocity" in chosen else "")
     likely = posterior(joint_odds(log, model, stated))
@@ -140,7 +141,7 @@ def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
 
 
 def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Case | None, float]:
-    """The likeliest case of some kinds, and the probability of all of them together."""
+    """Most probable case of some kinds of mistakes, and the total probability of these kinds."""
     cases = [case for case in weighed.cases if case.mistake.name in kinds]
     if not cases:
         return None, 0.0
@@ -159,7 +160,7 @@ def _order(weighed: Weighed, n: int) -> tuple[Guess, tuple[int, ...]]:
 
 
 def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | None:
-    """A guess of gravity, if it is likelier otherwise than as described."""
+    """Guess of gravity if a direction other than the described one is more probable."""
     case, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
     if case is None or case.change.gravity is None or share < 0.5:
         return None
@@ -173,25 +174,25 @@ def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | 
 
 
 def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
-    """What seems to be wrong that is neither a unit, an order nor a mounting, and the joints concerned."""
+    """Sentence on a probable mistake other than unit, order and mounting, and the joints concerned."""
     case, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
     if case is None or weighed.cases[0] is not case or weighed.probability < 0.5:
         return "", ()
-    return f"{case.what} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
+    return f"{case.clause} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
-    """A guess of the unit of positions, which may be none of those that are weighed, or a share of one."""
+    """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor."""
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     among = float(1 / (1 + np.exp(other_unit_odds(seen, robot, log.values["position"], units))))
     if among < 0.5:
-        return replace(guess, value="", probability=0.0, option="positions in radians, or metres")
+        return replace(guess, value="", probability=0.0, option="positions in radians or meters")
     _, scaled = _likeliest(weighed, frozenset({"position_scale"}))
     return replace(guess, probability=guess.probability * among * (1.0 - scaled))
 
 
 def _reasons(log: Log, robot: Robot, units: Units) -> dict[str, str]:
-    """What speaks for the unit of time, position and, where there is one, velocity."""
+    """Evidence for the unit of time, position and, if there is a column, velocity."""
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     rate = 1.0 / (seen.period * TIME[units.time])
     scale, _ = affine(robot, units.position, log.values["position"])
@@ -202,10 +203,10 @@ def _reasons(log: Log, robot: Robot, units: Units) -> dict[str, str]:
 
 
 def _unit_guess(robot: Robot, part: str, best: Units, why: str, likely: Mapping[Units, float]) -> Guess:
-    """Of time, position or velocity; of both kinds of joints where the robot has both."""
+    """Guess of the unit of time, position or velocity; for both kinds of joints if the robot has both."""
     unit = getattr(best, part)
-    both = part != "time" and robot.revolute.any() and not robot.revolute.all()
+    mixed = part != "time" and robot.revolute.any() and not robot.revolute.all()
     probability = sum(p for units, p in likely.items() if getattr(units, part) == unit)
     per = "/s" if part == "velocity" and unit != "rpm" else ""
-    value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if both else unit + per
+    value = ", ".join(dict.fromkeys(units_of(robot, unit, per))) if mixed else unit + per
     return Guess(f"unit of {part}", value, probability, why, f"[{part}] unit in a preset")

@@ -1,4 +1,4 @@
-"""What a log lacks, in the words of an error: its time, its positions, its efforts."""
+"""Errors about missing parts of a log: time, positions, efforts."""
 
 from collections.abc import Sequence
 
@@ -14,24 +14,24 @@ from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 
 NAMED = 3
-"""Joints that an error names, at most: it is one line long."""
-RATE = "or state the samples a second: exidyn init --rate HZ"
+"""Maximum number of joints named in an error, which has one line."""
+RATE = "or state the sampling rate: exidyn init --rate HZ"
 
 
 def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingError:
-    """Why no column is that of time: that which is called so does not increase, or none is.
+    """Error if no column can be time: columns with such a name do not increase, or there are none.
 
     Args:
-        names: Names of the columns, c of them.
-        values: Shape (t, c).
-        rising: Columns that increase throughout.
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c).
+        rising: Number of columns that always increase.
     """
     called = [k for k, name in enumerate(names) if STAMPS.intersection(words_of(name))]
     moving = [k for k in called if len(values) > 1 and np.any(np.diff(values[:, k]) > 0)]
     if moving:
         return _goes_back(names[moving[0]], values[:, moving[0]], np.delete(values, called, axis=1))
     if called:
-        return BadTime(f"column {names[called[0]]} does not increase at all; name that of time, {RATE}")
+        return BadTime(f"column {names[called[0]]} does not increase at all; name the time column, {RATE}")
     return RecordingError(
         f"no column of time: {rising} columns increase, none of which is called time. "
         f"Name it: exidyn init --columns time=NAME; {RATE}"
@@ -39,11 +39,11 @@ def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingE
 
 
 def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingError:
-    """The error of a column of time (t,) beside others (t, c); rows count from 1."""
+    """Error for a time column (t,) that does not increase, beside others (t, c); rows count from 1."""
     back = steps_back(time)
     if not len(back):
         lost = int(np.sum(~np.isfinite(time)))
-        return BadTime(f"column {name} is no number in {lost} of {len(time)} rows; leave them out, {RATE}")
+        return BadTime(f"column {name} is not a number in {lost} of {len(time)} rows; leave them out, {RATE}")
     first = int(back[0])
     return BadTime(
         f"column {name} does not increase at {len(back)} of {len(time) - 1} steps, first from "
@@ -53,20 +53,20 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
 
 
 def has_few_digits(values: np.ndarray, place: int) -> bool:
-    """Whether stamps, a column of values (t, c), repeat for want of digits, and never fall."""
+    """Whether time stamps, column `place` of values (t, c), repeat for lack of digits but never decrease."""
     return advice(values[:, place], np.delete(values, place, axis=1)) == DIGITS
 
 
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:
-    """Refuse columns with numbers that the import refuses too: sums of their squares are no numbers.
+    """Reject columns with numbers that the import also rejects because their squares overflow.
 
     Args:
-        names: Names of the columns, c of them.
-        values: Shape (t, c).
-        places: Columns that are read.
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c).
+        places: Indices of the columns that are read.
 
     Raises:
-        NotFinite: The message names the column and its first such row, counted from 1.
+        NotFinite: A number is too large; the message names the column and the first such row, from 1.
     """
     for place in places:
         rows = np.flatnonzero(np.isfinite(values[:, place]) & ~is_number(values[:, place]))
@@ -78,10 +78,10 @@ def require_computable(names: Sequence[str], values: np.ndarray, places: Sequenc
 
 
 def require_measured(effort: np.ndarray, pattern: str) -> None:
-    """Refuse efforts (t, n), of columns called so, none of which ever changes.
+    """Reject efforts (t, n) that are all constant; `pattern` is the name of their columns.
 
     Raises:
-        NotRecorded: They have no unit, and nothing can be identified from them.
+        NotRecorded: All efforts are constant, so nothing can be identified from them.
     """
     if words := unmeasured_words(effort):
         raise NotRecorded(
@@ -89,30 +89,30 @@ def require_measured(effort: np.ndarray, pattern: str) -> None:
         )
 
 
-def not_found(what: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:
-    """The error of a log without columns for each joint of some signals, called `what`."""
+def not_found(quantity: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:
+    """Error for a log without one column per joint of any of `signals`, called `quantity`."""
     text = (
-        f"no {what} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
-        f"{column_words(names, what)}. "
+        f"no {quantity} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
+        f"{column_words(names, quantity)}. "
     )
     fewer = _fewer(signals, names, robot)
     if fewer:
         return RecordingError(
-            f"{text}They are those of {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
-            "[...]), and give that as --urdf"
+            f"{text}The log has {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
+            "[...]), and give that file as --urdf"
         )
     return RecordingError(f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file")
 
 
 def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:
-    """How many joints the log has such columns of, if fewer than the robot has; else 0."""
+    """Number of joints for which the log has such columns, if fewer than the robot has; else 0."""
     for count in range(robot.dof - 1, 1, -1):
-        found = families(names, robot.joints[:count])
-        if any(family.signal in signals and not family.by_name for family in found):
+        groups = families(names, robot.joints[:count])
+        if any(family.signal in signals and not family.by_name for family in groups):
             return count
     return 0
 
 
 def _ends(joints: Sequence[str]) -> str:
-    """Names of joints; of many the first and the last."""
+    """Names of the joints, or the first and the last of many."""
     return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"

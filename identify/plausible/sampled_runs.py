@@ -1,4 +1,4 @@
-"""Recordings as they are weighed: positions and efforts at the same samples."""
+"""Recordings prepared for the check: positions and efforts at the same samples."""
 
 from collections.abc import Sequence
 
@@ -9,22 +9,22 @@ from ..recordings.recording import EFFORT, Recording
 from .samples import Sampled, sampled
 
 FEWEST = 100
-"""Samples of a recording that can be weighed."""
+"""Minimum number of samples of a recording."""
 
 
 def sampled_torques(runs: Sequence[Recording], robot: Robot) -> tuple[list[Recording], list[Sampled], bool]:
-    """Recordings that can be weighed, their logs, and whether the efforts are torques by what is stated."""
-    kept = [(run, log) for run, log in ((run, sampled_run(run)) for run in runs) if log is not None]
-    torques = {"torque" in run.signals for run, _ in kept}
+    """Usable recordings, their logs, and whether the efforts are torques according to the stated gains."""
+    usable = [(run, log) for run, log in ((run, sampled_run(run)) for run in runs) if log is not None]
+    torques = {"torque" in run.signals for run, _ in usable}
     gain = robot.drive_gain
     stated = len(torques) == 1 and (torques == {True} or not np.all(gain == 1.0))
     factor = gain if stated and torques == {False} else np.ones(robot.dof)
-    logs = [log._replace(effort=log.effort * factor) for _, log in kept]
-    return [run for run, _ in kept], logs, stated
+    logs = [log._replace(effort=log.effort * factor) for _, log in usable]
+    return [run for run, _ in usable], logs, stated
 
 
 def sampled_run(run: Recording) -> Sampled | None:
-    """Positions and efforts at the same samples; None where there are too few."""
+    """Positions and efforts of a recording at the same samples; None if there are too few."""
     name = next((name for name in EFFORT if name in run.signals), "")
     if not name or min(len(run.signals["position"]), len(run.signals[name])) < FEWEST:
         return None

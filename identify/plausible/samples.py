@@ -1,4 +1,4 @@
-"""A log as it is weighed: low-passed, thinned out, with the motion of its joints."""
+"""Logs prepared for the check: low-passed, decimated, with the motion of the joints."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -15,25 +15,25 @@ CUTOFF = 5.0
 RATE = 100.0
 """Sampling rate at which motions are differentiated [Hz]."""
 MOST = 1500
-"""Maximum number of samples: more repeat what their neighbors say."""
+"""Maximum number of samples; more of them add no information."""
 SLIDES = 0.03
-"""Share of a joint's usual speed below which it may stick, so that friction has no sign there."""
+"""Share of a joint's usual speed below which it may stick, so that the sign of friction is unknown."""
 HOLDS = 0.01
-"""Share of the fastest joint's usual speed below which a joint holds its place: its motion is noise there."""
+"""Share of the fastest joint's usual speed below which a joint stands still and its motion is noise."""
 LONG = 1000.0
 """Gap between two runs, in median sampling periods."""
 MODEL_ERRORS = 20
-"""Maximum number of independent pieces of an effort. What a description leaves out (cables, gears, friction)
-depends on pose and direction: it is the same wherever these return, however long a log is."""
+"""Maximum number of independent pieces of an effort. Undescribed torque (cables, gears, friction) depends on
+pose and direction: it repeats whenever these return, so a longer log does not average it out."""
 
 
 class Sampled(NamedTuple):
-    """A log, low-passed and thinned out.
+    """A low-passed and decimated log.
 
     Attributes:
         motion: Motion of the joints, t samples.
-        effort: Shape (t, n), in the log's unit.
-        sliding: Where each joint slides, bool of that shape.
+        effort: Efforts in the unit of the log, shape (t, n).
+        sliding: Whether each joint slides, bool of shape (t, n).
     """
 
     motion: Motion
@@ -47,16 +47,16 @@ class Sampled(NamedTuple):
 
     @property
     def moving(self) -> np.ndarray:
-        """Which joints move, bool of shape (n,)."""
+        """Whether each joint moves, bool of shape (n,)."""
         return np.asarray(self.sliding.any(axis=0))
 
     def thinned(self, most: int) -> "Sampled":
-        """At most that many samples, evenly spaced."""
-        kept = slice(None, None, max(1, -(-len(self.effort) // most)))
-        return Sampled(self.motion[kept], self.effort[kept], self.sliding[kept])
+        """Log with at most `most` samples, evenly spaced."""
+        rows = slice(None, None, max(1, -(-len(self.effort) // most)))
+        return Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
 
     def halves(self) -> tuple["Sampled", "Sampled"]:
-        """The first half and the second."""
+        """First and second half of the log."""
         middle = len(self.effort) // 2
         first, second = (
             Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
@@ -66,7 +66,7 @@ class Sampled(NamedTuple):
 
 
 def joined(logs: Sequence[Sampled]) -> Sampled:
-    """Logs one after the other."""
+    """Concatenation of several logs."""
     motions = [log.motion for log in logs]
     time, position, velocity, acceleration = (
         np.concatenate([getattr(motion, name) for motion in motions])
@@ -85,7 +85,7 @@ def runs_of(time: np.ndarray) -> list[slice]:
 
 
 def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampled:
-    """Motion and effort at the same samples; time (t,) [s] increases, the others are (t, n)."""
+    """Motion and effort at the same samples, from increasing time (t,) [s], positions and efforts (t, n)."""
     rate = min(RATE, 1.0 / float(np.median(np.diff(time))))
     runs, n = runs_of(time), position.shape[1]
     seconds = sum(time[run][-1] - time[run][0] for run in runs)
@@ -99,13 +99,13 @@ def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampl
 
 
 def independent(values: np.ndarray) -> int:
-    """Independent pieces of values (t,): as many as they cross their mean, up to `MODEL_ERRORS`."""
+    """Number of independent pieces of values (t,): crossings of the mean, from 1 to `MODEL_ERRORS`."""
     crossings = int(np.sum(np.diff(np.signbit(values - values.mean())))) if len(values) else 1
     return min(max(1, crossings), MODEL_ERRORS)
 
 
 def _smooth(time: np.ndarray, values: np.ndarray, rate: float, step: int) -> tuple[np.ndarray, ...]:
-    """Every `step`-th sample of a run at even times, low-passed: times, values and their two derivatives."""
+    """Low-passed run at every `step`-th uniform sample: time, values, first and second derivative."""
     even, values = uniform(time, values, rate)
     smooth = low_pass(values, rate, min(CUTOFF, 0.2 * rate))
     end = min(len(even) // 4, int(rate / CUTOFF) + 3)

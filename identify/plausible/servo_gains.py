@@ -1,4 +1,4 @@
-"""Whether a file's position servos are those of a log: the errors of servos, held against the bodies."""
+"""Check of a file's position servo gains against a log: servo errors compared with torques of the bodies."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ from .weigh import MOST
 
 
 def servo_gain_doubts(runs: Sequence[Recording], model: Model, stiffness: np.ndarray) -> list[str]:
-    """That servos of a stated stiffness, shape (n,) [N m/rad], are not those of runs of commands alone."""
+    """A sentence if the stated servo stiffness (n,) [N m/rad] contradicts runs that have only commands."""
     errors = [run for run in runs if is_servo_error(run.settings)]
     logs = [log for log in map(sampled_run, errors) if log is not None]
     if not logs:
@@ -35,6 +35,6 @@ def servo_gain_doubts(runs: Sequence[Recording], model: Model, stiffness: np.nda
     said = ", ".join(f"{digits(value, 3)} ({joint})" for joint, value, _ in known)
     stated = digits(float(np.median(stiffness)), 4)
     return [
-        f"kp of the file is {stated} N m/rad, the bodies and the log say {said}: correct kp, or let "
+        f"kp of the file is {stated} N m/rad, but bodies and log require {said}: correct kp, or let "
         "exidyn init LOG --mjcf FILE state it"
     ]

@@ -1,4 +1,4 @@
-"""Logs of position servos without current: what is left to the command stands for it."""
+"""Logs of position servos without current: the position error takes its place."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,9 +12,9 @@ from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
 from .guess import Guess
 
-ERROR = "what is left to the command"
-BY_SERVO = f"no effort: {ERROR} stands for it, as of position servos, whose kp [N m/rad] is the gain"
-"""What is told of such a log."""
+ERROR = "position error"
+BY_SERVO = f"no effort: the {ERROR} takes its place, as for position servos with gain kp [N m/rad]"
+"""Note on such a log."""
 
 
 def only_commanded(chosen: Mapping[str, Family]) -> bool:
@@ -25,10 +25,10 @@ def only_commanded(chosen: Mapping[str, Family]) -> bool:
 def with_error(
     names: Sequence[str], values: np.ndarray, chosen: Mapping[str, Family]
 ) -> tuple[list[str], np.ndarray, dict[str, Family]]:
-    """Names and values (t, c) of the columns, and families by signal, with that error as the current.
+    """Names and values (t, c) of the columns, and families by signal, with the position error as current.
 
     Raises:
-        RecordingError: The columns of commands hold none.
+        RecordingError: The command columns do not contain commands.
     """
     position, command = chosen["position"], chosen["command"]
     known = np.isfinite(values[:, [*position.places, *command.places]]).all(axis=1)
@@ -44,11 +44,11 @@ def with_error(
 def servo_gains(
     chosen: Mapping[str, Family], reading: Reading, scale: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
-    """Signals that the log has; gains of the servos [N m/rad]; and guesses.
+    """Signals of the log, gains of the servos [N m/rad], and guesses.
 
-    `scale` (n,) are the radians or meters a unit of the errors.
+    `scale` (n,) is the number of radians or meters per unit of the errors.
     """
-    each = zip(gains(reading), scale.tolist(), strict=True)
-    found = tuple(gain._replace(value=gain.value / unit) for gain, unit in each)
-    there = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
-    return there, found, gain_guesses(reading.model.robot.joints, found)
+    pairs = zip(gains(reading), scale.tolist(), strict=True)
+    servos = tuple(gain._replace(value=gain.value / unit) for gain, unit in pairs)
+    recorded = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
+    return recorded, servos, gain_guesses(reading.model.robot.joints, servos)

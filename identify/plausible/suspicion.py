@@ -1,4 +1,4 @@
-"""A mistake that a log seems to have: as data, and in one sentence."""
+"""A probable mistake in a log, as data and as one sentence."""
 
 from dataclasses import dataclass
 
@@ -6,22 +6,22 @@ from ..text_table import percent
 
 CHECK_FIRST = "Check the input first"
 UNLESS = "What follows holds only if the input is right."
-"""Before and behind a suspicion in a verdict."""
+"""Words before and after a suspicion in a verdict."""
 NONE_OF_THESE = "none_of_these"
-"""Name of the hypothesis that something is wrong which no row of the table lists."""
+"""Name of the hypothesis of an unlisted mistake."""
 
 
 @dataclass(frozen=True)
 class Suspicion:
-    """The likeliest mistake in a log.
+    """Most probable mistake in a log.
 
     Attributes:
-        name: Kind of mistake, a name of the table or `NONE_OF_THESE`.
-        joints: Joints that show it.
-        what: What is wrong, in a clause.
-        cure: What to do about it.
-        probability: That it is this mistake, rather than none, another of the table, or something that is not
-            listed; None where it is not known.
+        name: Kind of mistake, a name in the table or `NONE_OF_THESE`.
+        joints: Names of the joints that show it.
+        what: Clause on what is wrong.
+        cure: Instruction for its correction.
+        probability: Probability of this mistake, compared with none, another in the table, or an unlisted
+            one; None if unknown.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""Units of time, position and velocity, by speeds, limits and velocity columns.
+"""Units of time, position and velocity, from speeds, limits and velocity columns.
 
-What else is seen in the samples is here, too: rate, gaps, and what encoders and recorders do.
+The module also reports other properties of the samples: rate, gaps, and effects of encoders and recorders.
 """
 
 from collections.abc import Collection
@@ -19,53 +19,53 @@ TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TURNING = {"rad": 1.0, "deg": np.pi / 180}
 SLIDING = {"m": 1.0, "mm": 1e-3}
 TRAVEL = "%"
-"""Per cent of a joint's travel: -100 and 100 at its limits."""
+"""Percent of a joint's travel: -100 and 100 at its limits."""
 NORMALIZED = np.log(0.1)
-"""Log of the probability that a log without a stated unit has shares of travel, as some recorders write."""
+"""Log probability that a log without a stated unit has percent of travel, as some recorders write."""
 PERCENT, LEAST_PERCENT = 100.5, 30.0
-"""Largest number of a share of travel, exceeded by little; and what tells such numbers from radians."""
+"""Maximum value in percent of travel, with a tolerance; and minimum that distinguishes it from radians."""
 RATE = (250.0, 6.0)
-"""Samples a second of logs [Hz], middle and factor: two thirds lie in 40 Hz to 1.5 kHz."""
+"""Sampling rate of logs [Hz], median and factor: two thirds are in the range from 40 Hz to 1.5 kHz."""
 SPEED = (0.3, 4.0)
-"""Highest speed of a log over the joint's limit, middle and factor."""
+"""Highest speed in a log over the joint's limit, median and factor."""
 RANGE = (0.3, 4.0)
-"""Largest range of a log over that of the joint's limits, middle and factor."""
+"""Largest range in a log over that of the joint's limits, median and factor."""
 USUAL_SPEED = (3.0, 1.0)
-"""Limit of speed where the robot states none, for joints that turn [rad/s] and that slide [m/s]."""
+"""Speed limit if the robot states none, for revolute [rad/s] and prismatic joints [m/s]."""
 USUAL_RANGE = (2 * np.pi, 1.0)
-"""The same of the range [rad], [m]."""
+"""Range of motion if the robot states no limits, for revolute [rad] and prismatic joints [m]."""
 ENDLESS = 20.0
-"""Turns of a joint without limits that count as one; more are rather degrees."""
+"""Range relative to `USUAL_RANGE` up to which a joint without limits is plausible; more suggests degrees."""
 OVER = 0.1
-"""How far a limit may be exceeded, as a share: encoders see a little more than controllers enforce."""
+"""Relative tolerance of a limit: encoders may read slightly more than controllers enforce."""
 BEYOND = np.log(0.01)
-"""A log in the right unit exceeds a speed or range by more than that once in a hundred robots."""
+"""Log probability that a log in the right unit exceeds a speed or range by more than the tolerance."""
 OTHER_UNIT = 0.01
-"""Probability that a log has positions in counts of an encoder, turns of a motor, or whatever else."""
+"""Probability that a log has positions in encoder counts, motor turns, or another unlisted unit."""
 ANY = np.log(1e3)
-"""Standard deviation of the logarithm of speeds and ranges in such a unit."""
+"""Standard deviation of the logarithm of speeds and ranges in an unlisted unit."""
 AGREES = 0.05
 """Relative error of the ratio between a velocity column and the derivative of position."""
 NOT_DERIVED = 0.01
-"""Probability that what is called a velocity is none of that position."""
+"""Probability that a velocity column is not the derivative of the position."""
 SAME_BITS = 2e-3
-"""Difference between the binary logarithm of an encoder's steps a turn and a whole number."""
+"""Tolerance of the binary logarithm of an encoder's steps per turn, compared with an integer."""
 BINARY = -np.log(2 * SAME_BITS)
-"""Log odds of a unit in which a turn is a power of two of steps: others are by chance in so few cases."""
+"""Log odds of a unit in which steps per turn are a power of two, which is rare by chance."""
 STATED = 0.99
 """Probability that a unit in a column's name is right."""
 STEPS = 5
-"""Steps of time over which speeds are taken, so that stamps which jitter make them a quarter too high."""
+"""Number of sampling periods over which speeds are computed, to limit the effect of timestamp jitter."""
 GAP = 1.5
-"""Steps of more median periods than this miss at least one sample."""
+"""A step of more than this many median periods misses at least one sample."""
 COARSE = 0.3
-"""Share of equal neighbours from which on the resolution of an encoder is seen."""
+"""Share of equal successive values beyond which the resolution of an encoder is visible."""
 REPEATED = 0.3
-"""Share of samples in motion whose joints all repeat the one before, from which on it is said."""
+"""Share of samples in motion that repeat the previous one on all joints, beyond which a note is made."""
 
 
 class Units(NamedTuple):
-    """A hypothesis: keys of `TIME`, of `TURNING` or `SLIDING`, and of the same a second for velocities."""
+    """A hypothesis about units: keys of `TIME`, and of `TURNING` or `SLIDING` for position and velocity."""
 
     time: str
     position: str
@@ -73,14 +73,14 @@ class Units(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """What a log shows of its joints, in its own units.
+    """Properties of the motion in a log, in the units of the log.
 
     Attributes:
         period: Median step of the time column.
-        speed: High speed of each joint, shape (n,).
-        reach: From the lowest to the highest position, shape (n,).
-        ratio: Derivative of position over velocity column; NaN without one, or where they do not agree.
-        step: Step of the encoders; NaN where none is seen, shape (n,).
+        speed: High speed (99.5th percentile) of each joint, shape (n,).
+        reach: Difference of the highest and lowest position, shape (n,).
+        ratio: Derivative of position over velocity column; NaN without a column, or if they disagree.
+        step: Encoder resolution, shape (n,); NaN if it is not visible.
     """
 
     period: float
@@ -92,13 +92,13 @@ class Moves(NamedTuple):
 
 def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -> Moves:
     """Speeds and ranges of a log; time (t,) increases, position and velocity are (t, n)."""
-    # Over steps far over the resolution of encoders, and over what stamps jitter: up to a step or so.
-    every = max(STEPS, len(time) // 2000) if len(time) > 10 * STEPS else 1
-    steps = np.diff(time[::every])[:, None]
-    speeds = np.diff(position[::every], axis=0) / steps
+    # Use intervals far above encoder resolution and timestamp jitter, which may be a whole sampling period.
+    stride = max(STEPS, len(time) // 2000) if len(time) > 10 * STEPS else 1
+    steps = np.diff(time[::stride])[:, None]
+    speeds = np.diff(position[::stride], axis=0) / steps
     ratio = np.nan
     if velocity is not None:
-        means = np.diff(_integral(time, velocity)[::every], axis=0) / steps
+        means = np.diff(_integral(time, velocity)[::stride], axis=0) / steps
         along, across = float((speeds * means).sum()), float((means**2).sum())
         if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
             ratio = along / across
@@ -108,12 +108,12 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
 
 
 def encoder_steps(position: np.ndarray) -> np.ndarray:
-    """Step of each encoder in positions (t, n); NaN where none is seen, shape (n,)."""
+    """Resolution of each encoder from positions (t, n), shape (n,); NaN if it is not visible."""
     return np.array([_step(column) for column in position.T])
 
 
 def _step(position: np.ndarray) -> float:
-    """Step of an encoder, of which all changes of position (t,) are multiples; NaN if they are of none."""
+    """Resolution of an encoder: all changes of position (t,) are multiples of it; NaN if there is none."""
     changes = np.abs(np.diff(position))
     least = changes[changes > 0].min(initial=np.inf)
     small = changes[(changes > 0) & (changes < 20 * least)] / least
@@ -130,7 +130,7 @@ def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Scale and offset of each joint's position, shape (n,) each: position = scale * value + offset.
 
-    In shares of travel a gripper whose values (t, n) are never negative is read as 0 to 100.
+    In percent of travel, a gripper whose values (t, n) are never negative has the range 0 to 100.
     """
     if unit != TRAVEL:
         factor = {**TURNING, **SLIDING}[unit]
@@ -146,7 +146,7 @@ def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, n
 
 
 def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
-    """Unit of each joint's position, or with "/s" velocity, where one is given of joints of one kind."""
+    """Unit of each joint's position, or of its velocity with "/s", from the unit of one kind of joints."""
     if unit == TRAVEL:
         return [unit + per] * robot.dof
     turning = unit not in SLIDING
@@ -155,18 +155,19 @@ def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
 
 
 def of_travel(robot: Robot, position: np.ndarray) -> bool:
-    """Whether positions (t, n) may be shares of travel: all joints have one, and no value is beyond."""
+    """Whether positions (t, n) may be percent of travel: all joints have limits, and no value is beyond."""
     limits = robot.limits
     span = limits.position_upper - limits.position_lower
     return bool(np.isfinite(span).all() and LEAST_PERCENT < np.nanmax(np.abs(position)) < PERCENT)
 
 
 def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
-    """Log odds of a unit by the share of encoders that make a power of two of steps a turn in it.
+    """Log odds of a unit, from the share of encoders whose steps per turn are then a power of two.
 
     Args:
-        step: Step of each turning joint's encoder, in the log's unit, NaN where none is seen, shape (n,).
-        scale: Radians a unit, shape (n,).
+        step: Encoder resolution of each revolute joint in the unit of the log, shape (n,); NaN if not
+            visible.
+        scale: Radians per unit, shape (n,).
     """
     bits = np.log2(2 * np.pi / (scale * step)[np.isfinite(step)])
     return BINARY * float(np.mean(np.abs(bits - np.round(bits)) < SAME_BITS)) if len(bits) else 0.0
@@ -175,7 +176,8 @@ def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
 def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> dict[Units, float]:
     """Log of prior times likelihood of each combination of units.
 
-    What was seen, and positions (t, n), are in the log's own units; names state `stated`, "" for none.
+    `seen` and positions (t, n) are in the units of the log; column names state the units `stated`, "" for
+    none.
     """
     turning = bool(robot.revolute.any())
     angles = list(TURNING if turning else SLIDING) + [TRAVEL] * of_travel(robot, values)
@@ -192,8 +194,8 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
         for velocity, rate in rates.items():
             value = base + _stated(velocity, stated.velocity or position, rates)
             if np.isfinite(seen.ratio):
-                same = position == velocity
-                expected = TIME[time] * (1.0 if same else rate / float(np.median(scale)))
+                matching = position == velocity
+                expected = TIME[time] * (1.0 if matching else rate / float(np.median(scale)))
                 agreeing = np.exp(log_normal(seen.ratio, expected, AGREES))
                 value += float(np.log((1 - NOT_DERIVED) * agreeing + NOT_DERIVED / 30))  # over 13 decades
             odds[Units(time, position, velocity)] = value
@@ -206,14 +208,14 @@ def log_normal(value: float, middle: float, spread: float) -> float:
 
 
 def _stated(unit: str, stated: str, units: Collection[str]) -> float:
-    """Log of the prior: what a name states is right in most logs, else all units are as likely."""
+    """Log prior of a unit: a stated unit is right in most logs; otherwise all units are equally probable."""
     if stated not in units:
         return 0.0
     return float(np.log(STATED if unit == stated else (1 - STATED) / (len(units) - 1)))
 
 
 def other_unit_odds(seen: Moves, robot: Robot, values: np.ndarray, units: Units) -> float:
-    """Log odds that positions are in a unit that is none of those weighed, over the best of these."""
+    """Log odds that positions are in an unlisted unit, relative to the given units."""
     scale, _ = affine(robot, units.position, values)
     known = motion_odds(seen.speed * scale / TIME[units.time], seen.reach * scale, robot)
     anywhere = 2 * log_normal(1.0, 1.0, ANY)
@@ -221,7 +223,7 @@ def other_unit_odds(seen: Moves, robot: Robot, values: np.ndarray, units: Units)
 
 
 def motion_odds(fastest_seen: np.ndarray, reach_seen: np.ndarray, robot: Robot) -> float:
-    """Log-likelihood of high speeds and of ranges of motion, shape (n,) each, given the limits."""
+    """Log-likelihood of highest speeds and of ranges of motion, shape (n,) each, given the limits."""
     limits, revolute = robot.limits, robot.revolute
     usual_speed, usual_range = (np.where(revolute, *usual) for usual in (USUAL_SPEED, USUAL_RANGE))
     fastest = np.where(np.isfinite(limits.velocity), limits.velocity, usual_speed)
@@ -238,13 +240,13 @@ def motion_odds(fastest_seen: np.ndarray, reach_seen: np.ndarray, robot: Robot) 
 
 
 def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> list[str]:
-    """Sentences about the samples; time (t,) [s], position (t, n) [rad], `rows` of the file."""
+    """Notes about the samples, from time (t,) [s], position (t, n) [rad] and the `rows` of the file."""
     runs, steps = runs_of(time), np.diff(time)
     period = float(np.median(steps))
     steps = np.delete(steps, [run.stop - 1 for run in runs[:-1]])
     long = steps > GAP * period
-    of = f" in {len(runs)} runs" if len(runs) > 1 else ""
-    notes = [f"{len(time)} samples at {digits(1 / period)} Hz, {digits(steps.sum())} s{of}"]
+    in_runs = f" in {len(runs)} runs" if len(runs) > 1 else ""
+    notes = [f"{len(time)} samples at {digits(1 / period)} Hz, {digits(steps.sum())} s{in_runs}"]
     if rows > len(time):
         notes.append(f"{rows - len(time)} of {rows} rows lack a number, or repeat or go back in time")
     if long.any():
@@ -253,7 +255,7 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
     moving = change.max(axis=1) > 0
     repeated = float(np.mean(~moving[np.argmax(moving) : len(moving) - np.argmax(moving[::-1])]))
     if moving.any() and repeated > REPEATED:
-        notes.append(f"{100 * repeated:.0f} % of the samples repeat all positions of the one before")
+        notes.append(f"{100 * repeated:.0f} % of the samples repeat all positions of the previous one")
     for joint, column in zip(robot.joints, change.T, strict=True):
         notes += _encoder(joint, column, robot.revolute[robot.index(joint)])
     beyond = np.maximum(
@@ -261,7 +263,7 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
     )
     for j in np.flatnonzero(beyond > 0.1):
         notes.append(
-            f"{robot.joints[j]} goes {digits(beyond[j])} beyond its limits: is its zero that of the URDF?"
+            f"{robot.joints[j]} goes {digits(beyond[j])} beyond its limits: check its zero against the URDF"
         )
     return notes
 

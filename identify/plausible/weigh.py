@@ -1,4 +1,4 @@
-"""Which mistake a log has, if any: the whole table against none, and against what is not listed."""
+"""Probability of each mistake in a log, compared with no mistake and with unlisted causes."""
 
 from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,37 +11,36 @@ from .effort_mistakes import of_gravity
 from .evidence import Evidence, Reading
 from .log_facts import LogFacts, Mistake
 from .mistakes import MOUNTING, TABLE
-from .mounting import found_gravity
+from .mounting import search_gravity
 
 Key = TypeVar("Key", bound=Hashable)
 
 MOST = 200
-"""Maximum number of samples that are weighed: a hundred hypotheses are fitted to them."""
+"""Maximum number of samples: a hundred hypotheses are fitted to them."""
 ROOM = 0.3
-"""Log-likelihood that bodies of any mass must leave to gain, for another reading of the positions to be worth
-a look: right logs of simulated arms leave hundredths."""
+"""Possible gain in log-likelihood with bodies of any mass, beyond which other readings of the positions are
+tested; for correct logs of simulated arms it is a few hundredths."""
 WRONG_MASSES = -1.0
-"""Log-likelihood of a joint by the described masses over any masses, from which on something contradicts
-them."""
+"""Log-likelihood of a joint for described relative to any masses, below which the masses are contradicted."""
 RIGHT_MASSES = 7.0
-"""The same, at most, of the masses of a right description."""
+"""Largest log-likelihood of a joint for described relative to any masses in a correct log."""
 BESIDE = 0.3
-"""By how much that may grow on a joint which a mistake of one or two other joints does not concern."""
+"""Largest increase of that log-likelihood on a joint that the mistake does not concern."""
 FAR_BEHIND = 7.0
-"""Log odds behind the leader from which on a hypothesis is not looked at any closer: a thousandth."""
+"""Log odds behind no mistake at which a hypothesis is not evaluated further: one in a thousand."""
 HOPELESS = 3.0
-"""The same of the most that a hypothesis could reach, from which on it is not computed: one in twenty."""
+"""Log odds of an upper bound behind no mistake at which a hypothesis is not computed: one in twenty."""
 DISAGREES = -1.0
-"""Log odds of a mistake over none in a part of the data, from which on that part speaks against it."""
+"""Log odds of a mistake over none in a part of the data, below which that part contradicts it."""
 SURE = 0.95
-"""Largest probability of a mistake that some part of the data, or bodies of any mass, do not support."""
+"""Largest probability of a mistake that a part of the data, or bodies of any mass, do not support."""
 SUPPORTS = 3.0
-"""Log-likelihood by which bodies of any mass must support a mistake: twenty to one. The described masses
-alone may be numbers that nobody measured."""
+"""Gain in log-likelihood with bodies of any mass that supports a mistake, twenty to one. The described masses
+alone may be arbitrary."""
 
 
 def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
-    """Probability of each hypothesis, from log of prior times likelihood; the likeliest first."""
+    """Probability of each hypothesis from log of prior times likelihood, the most probable first."""
     values = np.array(list(log_odds.values()))
     weights = np.exp(values - values.max())
     shares = dict(zip(log_odds, (weights / weights.sum()).tolist(), strict=True))
@@ -49,20 +48,20 @@ def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
 
 
 class Case(NamedTuple):
-    """One case of a mistake, and how likely it is.
+    """One case of a mistake, with its likelihood.
 
     Attributes:
-        mistake: Its kind.
-        what: What is wrong, in a clause.
-        change: What makes the log right.
-        joints: Joints that show it.
+        mistake: Kind of mistake.
+        clause: Clause on what is wrong.
+        change: Change that corrects the log.
+        joints: Indices of the joints that show it.
         odds: Log of prior times likelihood.
-        trust: Probability that these joints are explained, and not by chance less badly.
-        by_bodies: Log-likelihood by bodies of any mass.
+        trust: Probability that the case, not an unlisted cause, explains these joints.
+        by_bodies: Log-likelihood with bodies of any mass.
     """
 
     mistake: Mistake
-    what: str
+    clause: str
     change: Change
     joints: tuple[int, ...]
     odds: float
@@ -70,7 +69,7 @@ class Case(NamedTuple):
     by_bodies: float = 0.0
 
     def judged(self, evidence: Evidence) -> "Case":
-        """With evidence: one or two joints have to be explained each, of all joints most."""
+        """Case with evidence; it must explain each of one or two joints, or most of several joints."""
         trust = evidence.trust[list(self.joints)]
         middle = trust.min() if len(trust) < 3 else np.median(trust)
         by_bodies = float(evidence.by_bodies.sum())
@@ -81,12 +80,12 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Weighed:
-    """A log against the table of mistakes.
+    """Result of testing a log for all mistakes in the table.
 
     Attributes:
-        plain: Evidence of the log as it is read.
-        odds: Log of prior times likelihood of that.
-        cases: Mistakes, the likeliest first.
+        plain: Evidence of the log without a correction.
+        odds: Log of prior times likelihood of no mistake.
+        cases: Cases of mistakes, the most probable first.
     """
 
     plain: Evidence
@@ -94,12 +93,12 @@ class Weighed:
     cases: tuple[Case, ...]
 
     def share(self, case: Case) -> float:
-        """Probability of a case, if the table had all mistakes."""
+        """Probability of a case, if the table were complete."""
         return float(np.exp(case.odds - self._all))
 
     @property
     def unexplained(self) -> float:
-        """Share of the joints that nothing listed explains."""
+        """Share of the joints that no hypothesis in the table explains."""
         best = self.cases[0].trust if self.cases and self.cases[0].odds > self.odds else 0.0
         return min(float(np.mean(1.0 - self.plain.trust)), 1.0 - best)
 
@@ -109,7 +108,7 @@ class Weighed:
 
     @property
     def probability(self) -> float:
-        """Probability of the likeliest mistake, whatever its size, if it explains the joints concerned."""
+        """Probability of the most probable mistake, of any size, that it explains the joints concerned."""
         if not self.cases:
             return 0.0
         best = self.cases[0]
@@ -118,28 +117,28 @@ class Weighed:
         return self.sure(best, sum(map(self.share, alike)))
 
     def sure(self, case: Case, share: float) -> float:
-        """Probability of a case of a share, if it explains its joints; of a size by masses alone `SURE`."""
+        """Probability that a case of this share explains its joints, up to `SURE` if only masses show it."""
         supported = case.mistake.of_sign or case.by_bodies - self.plain.by_bodies.sum() > SUPPORTS
         return case.trust * share if supported else min(case.trust * share, SURE)
 
 
 def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = None) -> Weighed:
-    """All mistakes that a log may have, or some kinds of them, and none."""
+    """Test a log for all mistakes in the table, or for some kinds, and for no mistake."""
     plain = reading.evidence()
     table = [mistake for mistake in TABLE if kinds is None or mistake.name in kinds]
     odds = float(np.log1p(-sum(mistake.prior for mistake in table))) + plain.log_likelihood
-    every = [case for mistake in table for case in _cases(mistake, facts)]
-    cases = _of_efforts(reading, plain, odds, [case for case in every if case.change.of_efforts])
-    always = [case for case in every if case.change.gravity is not None or case.mistake.always]
+    all_cases = [case for mistake in table for case in _cases(mistake, facts)]
+    cases = _of_efforts(reading, plain, odds, [case for case in all_cases if case.change.of_efforts])
+    always = [case for case in all_cases if case.change.gravity is not None or case.mistake.always]
     cases += _of_positions(reading, plain, odds, always)
     if suspicious(plain):
         cases += _of_positions(
             reading,
             plain,
             odds,
-            [case for case in every if case.change.of_motion and not case.mistake.always],
+            [case for case in all_cases if case.change.of_motion and not case.mistake.always],
         )
-        # Another direction takes a search: only where much is unexplained, or the masses are contradicted.
+        # Another mounting requires a search: only if much is unexplained, or the masses are contradicted.
         contradicted = plain.drawn and plain.kind > 0
         if contradicted or plain.trust[facts.moving].min(initial=1.0) < 0.5:
             cases += _of_positions(reading, plain, odds, _mountings(reading, facts))
@@ -147,12 +146,12 @@ def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = Non
 
 
 def suspicious(plain: Evidence) -> bool:
-    """Whether another reading of the positions, or of gravity, could explain notably more."""
+    """Whether another reading of positions or gravity could explain significantly more."""
     return bool(plain.room.sum() > ROOM or np.any(plain.by_masses[0] < WRONG_MASSES))
 
 
 def supported(parts: Sequence[Reading], change: Change) -> bool:
-    """Whether no part of the data speaks against a mistake."""
+    """Whether no part of the data contradicts a mistake."""
     for part in parts:
         over = change.read(part).evidence(change.factor).log_likelihood - part.evidence().log_likelihood
         if over < DISAGREES:
@@ -164,18 +163,18 @@ def _cases(mistake: Mistake, facts: LogFacts) -> list[Case]:
     cases = list(mistake.cases(facts))
     prior = float(np.log(mistake.prior / max(len(cases), 1)))
     return [
-        Case(mistake, what, change, joints, prior + facts.usual(change)) for what, change, joints in cases
+        Case(mistake, clause, change, joints, prior + facts.usual(change)) for clause, change, joints in cases
     ]
 
 
 def _mountings(reading: Reading, facts: LogFacts) -> list[Case]:
-    gravity = found_gravity(reading) if len(facts.moving) > 1 else None
+    gravity = search_gravity(reading) if len(facts.moving) > 1 else None
     cases = [] if gravity is None else of_gravity(facts, gravity)
     return [Case(MOUNTING, *case, float(np.log(MOUNTING.prior))) for case in cases]
 
 
 def _of_efforts(reading: Reading, plain: Evidence, odds: float, cases: Iterable[Case]) -> list[Case]:
-    """Cases of signs and sizes of efforts, judged: what the masses say of them costs nothing."""
+    """Cases of signs and sizes of efforts with evidence; that of the masses is quick and comes first."""
     judged = []
     for case in cases:
         factor = case.change.factor
@@ -186,7 +185,7 @@ def _of_efforts(reading: Reading, plain: Evidence, odds: float, cases: Iterable[
 
 
 def _at_best(plain: Evidence, case: Case) -> np.ndarray:
-    """The most that masses may add to each joint without a mistake, shape (k, n)."""
+    """Upper bound of the log-likelihood that masses add to each joint, shape (k, n)."""
     most = np.where(plain.by_masses.max(axis=0) < 0.0, RIGHT_MASSES, plain.by_masses.max(axis=0) + BESIDE)
     concerned = list(case.joints)
     most[concerned] = np.maximum(most[concerned], RIGHT_MASSES)
@@ -202,9 +201,9 @@ def _read(reading: Reading, change: Change, motions: dict[bytes, Reading]) -> Re
 
 
 def _of_positions(reading: Reading, plain: Evidence, odds: float, cases: Iterable[Case]) -> list[Case]:
-    """Cases of other positions, orders and gravity, judged: by bodies first, which is quick."""
+    """Cases of positions, orders and gravity with evidence; that of the bodies is quick and comes first."""
     judged = []
-    motions: dict[bytes, Reading] = {}  # one motion for several orders of efforts
+    motions: dict[bytes, Reading] = {}  # several orders of efforts share one motion
     for case in cases:
         masses = _at_best(plain, case)
         best = case.judged(plain.with_room(masses))

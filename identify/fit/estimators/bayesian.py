@@ -1,12 +1,12 @@
-r"""Estimates with a prior: `bayesian`, weighted least squares, and `posterior`, which finds drive gains too.
+r"""Estimators with priors: `bayesian` extends weighted least squares; `posterior` also estimates drive gains.
 
-Standard parameters are held to be :math:`\varphi_0 \pm T`. The data see base parameters
-:math:`\chi = K \varphi` alone, so the prior is :math:`\chi \sim N(K \varphi_0, K T^2 K^T)`. It settles
-what a motion cannot: a spring balancer against gravity over a short range of its joint, for instance.
+The prior of the standard parameters is :math:`\varphi_0 \pm T`. The data depend only on the base parameters
+:math:`\chi = K \varphi`, so their prior is :math:`\chi \sim N(K \varphi_0, K T^2 K^T)`. It resolves what a
+motion cannot, such as a spring balancer against gravity over a short range of the joint.
 
-`posterior` is maximum likelihood in current space with the priors as further rows: those of the standard
-parameters through the base parameters they make, and gains :math:`g_0 (1 \pm \epsilon)`. No known payload is
-needed: the priors set the scale. What fits only by leaving them shows in the residual.
+`posterior` is maximum likelihood in current space with additional rows for the priors: those of the base
+parameters, and gains :math:`g_0 (1 \pm \epsilon)`. It needs no known payload, because the priors set the
+scale. A contradiction between data and priors shows in the residual.
 """
 
 import numpy as np
@@ -24,57 +24,58 @@ from .nominal_gains import gain_deviation, given_nominal, slope, with_nominal_ga
 def bayesian(equations: Equations) -> Estimate:
     """Most probable base parameters given data and priors.
 
-    The data enter with the covariance of coloured noise: weights as if it were white would trust the
-    data several times too much against the priors. Gains stay nominal, and with them the scale that values
-    have: what is probable is so given the gains, and what they may be off by comes on top.
+    The data enter with the covariance of colored noise: weights for white noise would overrate the data
+    several times compared with the priors. Gains stay nominal and set the scale of all values. The values
+    are the most probable ones at these gains; the uncertainty of the gains is added to the covariance.
     """
-    data, (mean, deviation) = weighted(equations), prior(equations)
-    given, by_gain = given_nominal(data), slope(data)
-    values, covariance = joined(data.values, given, mean, deviation)
-    by_gain, _ = joined(by_gain, given, np.zeros_like(by_gain), deviation)  # the priors hold values back
-    full = with_nominal_gains(covariance, by_gain, gain_deviation(equations))
+    data, (mean, prior_covariance) = weighted(equations), prior(equations)
+    covariance, by_gain = given_nominal(data), slope(data)
+    values, combined = joined(data.values, covariance, mean, prior_covariance)
+    # The priors reduce the effect of the gains on the values.
+    by_gain, _ = joined(by_gain, covariance, np.zeros_like(by_gain), prior_covariance)
+    full = with_nominal_gains(combined, by_gain, gain_deviation(equations))
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     standard = standard_parameters(equations, values)
     return Estimate("bayesian", values, equations.gain, full, noise, standard, nominal_gains=True)
 
 
 def joined(
-    values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, deviation: np.ndarray
+    values: np.ndarray, covariance: np.ndarray, mean: np.ndarray, prior_covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (b,) or (b, m) and covariance (b, b) when two independent ones are joined, scaled for rounding."""
-    total = covariance + deviation
+    """Combine two independent Gaussians: mean, shape (b,) or (b, m), and covariance, shape (b, b)."""
+    total = covariance + prior_covariance
     share = solve(factored(total), covariance).T  # Kalman's gain
-    both = share @ deviation
-    return values + share @ (mean - values), 0.5 * (both + both.T)
+    combined = share @ prior_covariance
+    return values + share @ (mean - values), 0.5 * (combined + combined.T)
 
 
 def prior(equations: Equations) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (b,) and covariance (b, b) of the base parameters before the data."""
+    """Mean (b,) and covariance (b, b) of the prior of the base parameters."""
     regrouping, deviation = equations.base.regrouping, finite_tolerance(equations)
     spread = regrouping * deviation
     return regrouping @ equations.nominal, spread @ spread.T
 
 
 LOOSE = 10.0
-"""Deviation of what has no prior, over what would make the whole measured torque alone: wide
-enough to have no effect, and no wider, since rounding grows with it."""
+"""Standard deviation for a parameter without a prior, over the value that alone would explain the whole
+measured torque: wide enough to have no effect, and no wider, since rounding errors grow with it."""
 
 
 def finite_tolerance(equations: Equations) -> np.ndarray:
-    """Standard deviation of each standard parameter, shape (p,), finite also where nothing is held."""
+    """Prior standard deviation of each standard parameter, shape (p,); finite even without a prior."""
     torque = np.linalg.norm((equations.gain * equations.current)[equations.weight > 0])
     rows = (equations.regressor * equations.weight[:, :, None]).reshape(-1, len(equations.names))
-    # A column that was regrouped is this combination of the kept ones; unseen columns have no length.
+    # A regrouped column is a combination of base columns; the norm of an unobservable column is zero.
     regrouping = equations.base.regrouping
     size = np.sqrt(np.einsum("bp,bc,cp->p", regrouping, rows.T @ rows, regrouping, optimize=True))
     seen = size > 0
     loose = LOOSE * torque / np.where(seen, size, np.median(size[seen]))
-    # A nominal zero with zero tolerance would make the prior singular; it is held to a billionth.
+    # A nominal zero with zero tolerance would make the prior singular; it gets a tiny tolerance instead.
     return np.where(np.isfinite(equations.tolerance), np.maximum(equations.tolerance, 1e-9 * loose), loose)
 
 
 def standard_parameters(equations: Equations, values: np.ndarray) -> np.ndarray:
-    """Most probable standard parameters (p,) for given base parameters (b,)."""
+    """Most probable standard parameters (p,) for base parameters (b,)."""
     spread = equations.base.regrouping * finite_tolerance(equations)
     mean = equations.base.regrouping @ equations.nominal
     change = np.linalg.lstsq(spread, values - mean, rcond=None)[0]
@@ -82,30 +83,30 @@ def standard_parameters(equations: Equations, values: np.ndarray) -> np.ndarray:
 
 
 CERTAIN = 1e-9
-"""Relative deviation of a gain that is known by definition, where torque itself was recorded."""
+"""Relative standard deviation of a gain that is one by definition because torque was recorded."""
 
 
 def posterior(equations: Equations) -> Estimate:
-    """Gauss-Newton from the priors, noise of each joint re-estimated."""
+    """Gauss-Newton iteration that starts at the priors and re-estimates the noise of each joint."""
     compressed, count = Compressed.of(equations), len(equations.names)
-    mean, deviation = prior(equations)
-    held = whitening(factored(deviation))
+    mean, prior_covariance = prior(equations)
+    held = whitening(factored(prior_covariance))
     nominal = 1.0 / equations.gain
     certain = 1.0 / np.abs(nominal * np.maximum(equations.gain_tolerance, CERTAIN))
     values, inverse = mean, nominal
-    colour = np.ones(len(nominal))
+    color = np.ones(len(nominal))
     for _ in range(50):
-        noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse) * colour
+        noise = compressed.residual_std(values, 1.0 / inverse) * np.abs(inverse) * color
         rows, right = linearised(compressed, values, inverse, noise)
         rows = np.block([[rows], [held, np.zeros((count, len(inverse)))],
                          [np.zeros((len(inverse), count)), np.diag(certain)]])  # fmt: skip
         right = np.concatenate([right, held @ (mean - values), certain * (nominal - inverse)])
         step, covariance = _solve(rows, right)
         values, inverse = values + step[:count], inverse + step[count:]
-        colour = slowness(equations, values, inverse)
+        color = slowness(equations, values, inverse)
         if np.max(np.abs(step) / np.sqrt(np.diag(covariance))) < 1e-3:
             break
-    # Gains that are one by definition come back as one to a billionth, and as not estimated.
+    # Gains that are one by definition are returned exactly, and marked as not estimated.
     gain = equations.gain if equations.gain_known else 1.0 / inverse
     slope = np.concatenate([np.ones(count), np.zeros_like(gain) if equations.gain_known else -(gain**2)])
     return Estimate(
@@ -119,10 +120,10 @@ def posterior(equations: Equations) -> Estimate:
 
 
 def slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """How much more slow noise there is than white noise of the same variance, at least 1, shape (n,).
+    """Noise amplitude near zero frequency over that of white noise with the same variance, shape (n,).
 
-    Rows of the regressor change slowly, so what averages out is the noise's density near zero
-    frequency. White weights would let the data outvote the priors many times over.
+    Rows of the regressor change slowly, so the noise density near zero frequency determines the uncertainty.
+    Weights for white noise would overrate the data compared with the priors. The value is at least 1.
     """
     residual = equations.current - inverse * (equations.regressor @ values + equations.known)
     density = spectrum(noise_covariance(residual, equations), 64)
@@ -133,8 +134,8 @@ def slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> n
 
 
 def _solve(rows: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares and its covariance, columns scaled to one; what nothing shows has a wide deviation."""
+    """Least-squares solution and covariance; directions that nothing determines get a large std."""
     size = np.linalg.norm(rows, axis=0)
-    left, spread, axes = np.linalg.svd(rows / size, full_matrices=False)
-    inverse = axes.T / np.maximum(spread, ROUNDING * spread[0])
-    return (inverse @ (left.T @ right)) / size, inverse @ inverse.T / np.outer(size, size)
+    u, singular, axes = np.linalg.svd(rows / size, full_matrices=False)
+    inverse = axes.T / np.maximum(singular, ROUNDING * singular[0])
+    return (inverse @ (u.T @ right)) / size, inverse @ inverse.T / np.outer(size, size)

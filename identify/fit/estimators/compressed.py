@@ -1,7 +1,7 @@
-"""Estimate, which every estimator returns, and the rows it is made from.
+"""`Estimate`, which every estimator returns, and `Compressed`, the rows from which it is computed.
 
-Each joint's rows are compressed once by QR, so that an iteration costs microseconds. The normal equations are
-never formed: they square the condition number.
+QR compresses each joint's rows once, so that an iteration costs microseconds. The normal equations are never
+formed, because they square the condition number.
 """
 
 from collections.abc import Callable, Iterable
@@ -16,17 +16,17 @@ from ..equations import Equations
 
 @dataclass(frozen=True)
 class Estimate:
-    """Values with their uncertainty.
+    """Base parameters and drive gains with their uncertainty.
 
     Attributes:
         method: Name of the estimator.
         values: Base parameters, shape (b,).
-        gain: Torque per unit of current, shape (n,); nominal where the method does not estimate it.
-        covariance: Covariance of values, then gains, shape (b + n, b + n); nominal gains are as uncertain as
-            stated, and zero are those that are known or not stated.
+        gain: Torque per unit of current, shape (n,); nominal if the method does not estimate it.
+        covariance: Covariance of values, then gains, shape (b + n, b + n). Nominal gains have their stated
+            tolerance; gains that are known or not stated have zero variance.
         noise: Standard deviation of the residual of each joint, shape (n,) [N m].
-        standard: Standard parameters, shape (p,), where the method finds them.
-        nominal_gains: Whether gains are those stated, rather than estimated.
+        standard: Standard parameters, shape (p,), if the method computes them.
+        nominal_gains: Whether gains are nominal rather than estimated.
     """
 
     method: str
@@ -57,16 +57,16 @@ Estimator = Callable[[Equations], Estimate]
 
 
 FEWEST = 10
-"""Rows of a joint below which its noise is not estimated: ten give a deviation to a quarter."""
+"""Minimum number of rows for a noise estimate: ten give a standard deviation to within a quarter."""
 
 
 @dataclass(frozen=True)
 class Compressed:
-    """Triangular factors R_j of [regressor, known, current], whose norms are those of the rows.
+    """Triangular factors R_j of [regressor, known, current], which preserve the norms of the rows.
 
     Attributes:
-        factors: One (rows, b + 2) array a joint.
-        counts: Rows with weight of each joint, shape (n,).
+        factors: One array per joint, shape (rows, b + 2).
+        counts: Number of rows with nonzero weight of each joint, shape (n,).
     """
 
     factors: tuple[np.ndarray, ...]
@@ -74,17 +74,17 @@ class Compressed:
 
     @classmethod
     def of(cls, equations: Equations, weight: np.ndarray | None = None) -> "Compressed":
-        """Compress equations; `weight` (r, n) multiplies rows on top of their own weight.
+        """Compress equations; `weight` (r, n) multiplies the weight that the equations already have.
 
         Raises:
-            NotExcited: A joint that slides in fewer than `FEWEST` rows.
+            NotExcited: A joint slides in fewer than `FEWEST` rows.
         """
         weight = equations.weight if weight is None else equations.weight * np.sqrt(weight)
         factors = [_factor(equations, weight, joint) for joint in range(equations.current.shape[1])]
         return cls(tuple(factors), np.count_nonzero(weight, axis=0))
 
-    def again(self, equations: Equations, joints: Iterable[int]) -> "Compressed":
-        """The same after a change of the equations that leaves all but some joints' rows as they were."""
+    def updated(self, equations: Equations, joints: Iterable[int]) -> "Compressed":
+        """Compressed equations after a change that affects only the rows of `joints`."""
         factors = list(self.factors)
         for joint in joints:
             factors[joint] = _factor(equations, equations.weight, joint)
@@ -103,14 +103,15 @@ class Compressed:
         return self.factors[joint][:, -1]
 
     def torque(self, joint: int, gain: np.ndarray) -> np.ndarray:
-        """Compressed torque left for the regressor to explain."""
+        """Compressed measured torque of one joint minus the known torque."""
         return gain[joint] * self.current(joint) - self.known(joint)
 
     def residual_std(self, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-        """Standard deviation of each joint's residual, shape (n,) [N m]; b/n unknowns are laid to each.
+        """Standard deviation of each joint's residual, shape (n,) [N m].
 
-        A joint without a motor, whose torque is zero throughout, has the largest one of the others: values
-        of zero solve its equations exactly, whatever is wrong with them.
+        Each joint loses b/n degrees of freedom. A joint without a motor always has zero torque, so values of
+        zero solve its equations exactly, whether they are right or not. It gets the largest standard
+        deviation of the other joints.
         """
         joints = range(len(self.factors))
         squares = [np.sum((self.torque(j, gain) - self.regressor(j) @ values) ** 2) for j in joints]
@@ -129,27 +130,27 @@ def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
     if len(rows) < FEWEST:
         raise NotExcited(
             f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "
-            "record a motion in which it moves, or hold it where it stands: held in robot.toml"
+            "record a motion in which it moves, or list it as held in robot.toml"
         )
     factor: np.ndarray = linalg.qr(rows, mode="r", overwrite_a=True, check_finite=False)[0]
     return factor[: factor.shape[1]]
 
 
 def solve(rows: np.ndarray, right: np.ndarray, names: list[str]) -> np.ndarray:
-    """Least squares by QR with columns scaled to one.
+    """Least-squares solution by QR with columns scaled to one.
 
     Raises:
-        NotExcited: Columns that the motion does not distinguish at all.
+        NotExcited: The motion does not distinguish some columns at all.
     """
     size = np.linalg.norm(rows, axis=0)
     if np.any(size == 0):
-        lost = [name for name, s in zip(names, size, strict=True) if s == 0]
-        raise NotExcited(f"the motion does not reveal {', '.join(lost)}; move the joints concerned")
+        unseen = [name for name, s in zip(names, size, strict=True) if s == 0]
+        raise NotExcited(f"the motion does not reveal {', '.join(unseen)}; move the joints concerned")
     q, r = linalg.qr(rows / size, mode="economic", check_finite=False)
     diagonal = np.abs(np.diag(r))
     if np.min(diagonal) < 1e-12 * np.max(diagonal):  # rounding, not noise: the motion is degenerate
-        lost = [name for name, d in zip(names, diagonal, strict=True) if d < 1e-12 * np.max(diagonal)]
+        unseen = [name for name, d in zip(names, diagonal, strict=True) if d < 1e-12 * np.max(diagonal)]
         raise NotExcited(
-            f"the motion does not distinguish {', '.join(lost)} from the others; excite more joints"
+            f"the motion does not distinguish {', '.join(unseen)} from the others; excite more joints"
         )
     return linalg.solve_triangular(r, q.T @ right) / size

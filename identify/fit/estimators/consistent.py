@@ -1,12 +1,12 @@
-r"""Physically consistent standard parameters: every link a body that can exist.
+r"""Physically consistent standard parameters: each link has a physically possible mass distribution.
 
-A body's ten parameters can belong to some distribution of mass if and only if its pseudo-inertia
+The ten parameters of a body belong to a mass distribution if and only if its pseudo-inertia
 
 .. math:: J = \begin{bmatrix} \tfrac12 \mathrm{tr}(I) E - I & mc \\ mc^T & m \end{bmatrix}
 
-is positive definite (Wensing, Kim, Slotine 2018). Nearest to the data among those is a conic program:
-quadratic in the parameters, one 4 x 4 linear matrix inequality a body, and minima such as non-negative
-friction. What the data do not see is drawn to the nominal values.
+is positive definite (Wensing, Kim, Slotine 2018). The consistent parameters nearest to the data solve a conic
+program: a quadratic cost, one 4 x 4 linear matrix inequality per body, and minima such as non-negative
+friction. Parameters that the data do not determine stay near their nominal values.
 """
 
 from typing import NamedTuple
@@ -25,43 +25,44 @@ from .least_squares import weighted
 from .nominal_gains import given_nominal
 
 MARGIN = 1e-6
-"""Smallest eigenvalue of a pseudo-inertia over the largest of the ten parameters, so that simulators
-accept it."""
+"""Smallest eigenvalue of a pseudo-inertia, relative to the largest of the ten parameters; simulators accept
+this."""
 RESOLVED = 1e-6
-"""Share of a parameter's deviation to which the solver keeps to a minimum: what is nearer is at it."""
+"""Accuracy of the solver at a minimum, in standard deviations: a value nearer to its minimum is set to it."""
 FINEST = 1e-6
-"""Smallest deviation over a value: none is known better, and noise-free data would overflow the solver."""
+"""Smallest standard deviation relative to the value: noise-free data would overflow the solver."""
 LEAST = 1e-12
-"""Smallest deviation over that before the data: of a value of zero the former is none."""
+"""Smallest standard deviation relative to that of the prior, which also limits values of zero."""
 
 
 def consistent(equations: Equations) -> Estimate:
-    """Weighted least squares under physical consistency, with a prior toward the nominal values.
+    """Weighted least squares under physical consistency, with a prior at the nominal values.
 
     Raises:
         FitError: The solver found no consistent parameters.
     """
     start = weighted(equations)
     held = Held(equations.base, equations.nominal, finite_tolerance(equations), equations.bodies)
-    # Given the gains: what is nearest is to give the currents that were measured.
+    # The covariance at known gains: the nearest parameters should reproduce the measured currents.
     standard = nearest(held, start.values, given_nominal(start))
     values = equations.base.regrouping @ standard
     noise = Compressed.of(equations).residual_std(values, equations.gain)
-    # The unconstrained covariance, an upper bound where a constraint holds. Where one moves values by several
-    # deviations, data and constraint contradict each other, and that far either may be wrong.
+    # The unconstrained covariance is an upper bound where a constraint is active. If a constraint moves
+    # values by several standard deviations, data and constraint contradict each other, and either may be
+    # wrong by that much.
     moved = values - start.values
     covariance = start.covariance + np.pad(np.outer(moved, moved), (0, len(equations.gain)))
     return Estimate("consistent", values, equations.gain, covariance, noise, standard, nominal_gains=True)
 
 
 class Held(NamedTuple):
-    """What is held true of standard parameters before the data.
+    """Prior of the standard parameters.
 
     Attributes:
-        base: Which combinations of them the data see.
-        nominal: Shape (p,).
-        tolerance: Their standard deviations, finite and above zero, shape (p,).
-        bodies: Those that are the ten of one rigid body each.
+        base: Base parameters, the combinations that the data determine.
+        nominal: Nominal values, shape (p,).
+        tolerance: Standard deviations of the nominal values, finite and above zero, shape (p,).
+        bodies: Standard parameters of each rigid body, ten per body.
     """
 
     base: BaseParameters
@@ -71,18 +72,18 @@ class Held(NamedTuple):
 
 
 def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Consistent standard parameters (p,) nearest to base parameters (b,) in their covariance (b, b).
+    """Consistent standard parameters (p,) nearest to base parameters (b,) in the metric of their covariance.
 
     Raises:
-        FitError: The solver found none.
+        FitError: The solver found no consistent parameters.
     """
     tolerance = held.tolerance
     standard, stacked = unconstrained(held, values, covariance)
     matrix, offset, cones = _constraints(held, standard)
     if _inside(offset, cones):
         return standard
-    # Then the step back into the constraints. The solver wants unknowns of one size: each in units of
-    # its deviation when all others are held.
+    # Step back to the constraints. The solver needs unknowns of similar size: each is in units of its
+    # standard deviation with all others fixed.
     unit = tolerance / np.linalg.norm(stacked, axis=0)
     stacked = stacked * (unit / tolerance)
     settings = clarabel.DefaultSettings()
@@ -94,16 +95,16 @@ def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarra
     if str(solution.status) not in ("Solved", "AlmostSolved"):
         raise FitError(
             f"no physically consistent parameters found ({solution.status}); check the signs of the drive "
-            "gains and the direction of gravity, which consistency cannot mend"
+            "gains and the direction of gravity, which consistency cannot correct"
         )
-    found = standard + unit * np.array(solution.x)
+    consistent = standard + unit * np.array(solution.x)
     minimum = np.array([parameter.minimum for parameter in held.base.parameters])
     minimum[np.concatenate([np.r_[body] for body in held.bodies] or [np.zeros(0, int)])] = -np.inf
-    return np.where(np.abs(found - minimum) < RESOLVED * unit, minimum, found)
+    return np.where(np.abs(consistent - minimum) < RESOLVED * unit, minimum, consistent)
 
 
 def unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Standard parameters (p,) as of `nearest` by the prior alone, and the rows (b + p, p) of data and prior.
+    """Standard parameters (p,) without consistency constraints, and the rows (b + p, p) of data and prior.
 
     Unknowns are deviations from the prior in units of its tolerance, so that the prior is their sum of
     squares.
@@ -117,10 +118,10 @@ def unconstrained(held: Held, values: np.ndarray, covariance: np.ndarray) -> tup
 
 
 def whitening(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Rows (b, b) that make base parameters (b,) of a covariance (b, b) independent, of deviation one.
+    """Rows (b, b) that transform base parameters (b,) with covariance (b, b) to independent unit variance.
 
-    No deviation is smaller than can be known. Where the data hardly distinguish some unknowns, their
-    correlation is one to the last digit and beyond.
+    Standard deviations have a lower limit; see `FINEST`. If the data hardly distinguish some unknowns,
+    rounding can raise their correlation to one or above.
     """
     before = np.linalg.norm(held.base.regrouping * held.tolerance, axis=1)
     size = np.maximum(np.sqrt(np.diag(covariance)), FINEST * np.abs(values) + LEAST * before)
@@ -131,19 +132,19 @@ def whitening(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndar
 
 
 def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
-    """A x + s = b with s in cones, for a step x (p,) from given standard parameters.
+    """Constraints A x + s = b with s in cones, for a step x (p,) from the standard parameters (p,).
 
-    Cones are the pseudo-inertias, then minima of the parameters outside bodies.
+    The cones are the pseudo-inertias, then the minima of parameters that do not belong to a body.
     """
     blocks, offsets, cones = [np.zeros((0, len(standard)))], [np.zeros(0)], []
     outside = np.array([np.isfinite(parameter.minimum) for parameter in held.base.parameters])
-    # Linear map (10, 10) from ten parameters to the triangle of their pseudo-inertia.
+    # Linear map (10, 10) from ten parameters to the triangle of their pseudo-inertia
     vectors = np.column_stack([triangle(pseudo_inertia(unit)) for unit in np.eye(10)])
     for body in held.bodies:
         outside[body] = False
         matrix = np.zeros((10, len(standard)))
         matrix[:, body] = -vectors
-        scale = max(np.max(np.abs(standard[body])), 1e-12)  # a picogram: a body of nothing
+        scale = max(np.max(np.abs(standard[body])), 1e-12)  # avoids division by zero for a body without mass
         blocks.append(matrix / scale)
         offsets.append(vectors @ standard[body] / scale - MARGIN * triangle(np.eye(4)))
         cones.append(clarabel.PSDTriangleConeT(4))
@@ -158,7 +159,7 @@ def _constraints(held: Held, standard: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _inside(offset: np.ndarray, cones: list) -> bool:
-    """Whether no step is needed: every pseudo-inertia positive, every bound kept."""
+    """Whether all constraints already hold: pseudo-inertias are positive definite, minima are met."""
     start = 0
     for cone in cones:
         body = isinstance(cone, clarabel.PSDTriangleConeT)
@@ -171,7 +172,7 @@ def _inside(offset: np.ndarray, cones: list) -> bool:
 
 
 def square(packed: np.ndarray) -> np.ndarray:
-    """Symmetric matrix (4, 4) whose `triangle` is given."""
+    """Symmetric matrix (4, 4) from its packed triangle; the inverse of `triangle`."""
     rows, columns = np.tril_indices(4)[::-1]
     matrix = np.zeros((4, 4))
     matrix[rows, columns] = packed / np.where(rows == columns, 1.0, np.sqrt(2.0))
@@ -179,7 +180,7 @@ def square(packed: np.ndarray) -> np.ndarray:
 
 
 def triangle(matrix: np.ndarray) -> np.ndarray:
-    """Upper triangle by columns with off-diagonals times root two, as the solver takes it."""
+    """Upper triangle by columns with off-diagonals times root two, the packed format of the solver."""
     rows, columns = np.tril_indices(4)[::-1]
     return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
 
@@ -187,7 +188,8 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
 def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
     """Pseudo-inertia (4, 4) of ten parameters in `INERTIAL` order.
 
-    Unlike an inertia about the centre of mass it is linear, and moves from frame to frame for any numbers.
+    Unlike an inertia about the center of mass, it is linear in the parameters, so that it transforms between
+    frames even for physically impossible values.
     """
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = parameters
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -199,7 +201,7 @@ def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
 
 
 def of_pseudo_inertia(pseudo: np.ndarray) -> np.ndarray:
-    """Ten parameters (10,) of a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
+    """Ten parameters (10,) from a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
     inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]
     rows, columns = np.triu_indices(3)
     return np.concatenate([inertia[rows, columns], pseudo[:3, 3], pseudo[3:, 3]])

@@ -1,18 +1,19 @@
-r"""Covariance of an estimate under coloured noise.
+r"""Covariance of an estimate under colored noise.
 
 With weights :math:`1/\sigma_j^2` and rows :math:`J_j`, :math:`H = \sum_j J_j^T J_j / \sigma_j^2`, the
-estimate's covariance is :math:`H^{-1} S H^{-1}`, where S is the covariance of the gradient,
-:math:`S = \sum_{jk} J_j^T C_{jk} J_k / (\sigma_j \sigma_k)^2`, and C the noise's covariance over time
-and joints: encoder noise of one joint is acceleration noise in the torque of several. C comes from the
-residual's autocovariances and is applied in the frequency domain. White noise would give
-:math:`H^{-1}`, which at the residuals of real arms claims intervals several times too short.
+covariance of the estimate is :math:`H^{-1} S H^{-1}`. S is the covariance of the gradient,
+:math:`S = \sum_{jk} J_j^T C_{jk} J_k / (\sigma_j \sigma_k)^2`, and C is the covariance of the noise over time
+and joints: encoder noise of one joint is acceleration noise in the torque of several. C is computed from the
+autocovariances of the residual and applied in the frequency domain. Assuming white noise would give
+:math:`H^{-1}`, whose intervals are several times too narrow for the residuals of real arms.
 
-That holds for a residual that is alike throughout a run. What a model lacks is not: it comes where a joint
-is slow, or far out. `block_scatter` therefore compares with the gradient's scatter between blocks of time.
+This holds for a residual that is stationary over a run. Model errors are not: they occur where a joint moves
+slowly or is far from its middle position. `block_scatter` therefore adds the scatter between blocks of time.
 
-Nominal drive gains are wrong by their tolerance. A relative error :math:`\delta_j` adds the measured torque
-of joint j times :math:`\delta_j` to what is fitted, so that it moves the estimate by
-:math:`\partial\beta/\partial\delta_j`, the solution for that torque alone: see `with_nominal_gains`.
+Nominal drive gains are uncertain by their tolerance. A relative error :math:`\delta_j` adds :math:`\delta_j`
+times the measured torque of joint j to the fitted torque and changes the estimate by
+:math:`\delta_j\,\partial\beta/\partial\delta_j`, the solution for that torque alone; see
+`with_nominal_gains`.
 """
 
 from collections.abc import Iterator
@@ -25,17 +26,18 @@ from ..equations import Equations
 from .block_scatter import between_blocks, blocks, inverse_root, longer_by
 
 SEGMENT = 2048
-"""Rows that are transformed at once. Noise is forgotten within some tens of rows, so cutting a long run
-here changes the result by about a per cent and bounds the memory."""
+"""Rows per Fourier transform. Noise is correlated over a few tens of rows, so splitting a long run changes
+the result by about one percent and limits the memory."""
 
 
 MEMORY = 2.0
-"""Longest lag [s] of the residual's autocovariance that counts: several times what noise and the misfit of
-friction around a reversal remember, since Parzen's window takes a tenth off at an eighth of it."""
+"""Longest lag of the residual's autocovariance [s]: several times the correlation time of noise and of
+friction errors around a reversal, since Parzen's window reduces the values by a tenth at an eighth of the
+longest lag."""
 
 
 def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
-    """Autocovariance of the residual (r, n) up to `MEMORY`, rows with zero weight left out."""
+    """Autocovariance of the residual (r, n) up to the lag `MEMORY`, without rows of zero weight."""
     pieces = [residual[run] for run in equations.runs]
     weights = [equations.weight[run] for run in equations.runs]
     lags = max(4, int(MEMORY * equations.rate))
@@ -43,11 +45,11 @@ def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
 
 
 class Spread(NamedTuple):
-    """How an estimate scatters.
+    """Scatter of an estimate.
 
     Attributes:
-        covariance: By the noise, and by what the model lacks, shape (k, k).
-        by_scale: Change of each unknown with the relative error of each joint's measured torque, (k, n).
+        covariance: Covariance that noise and model errors cause, shape (k, k).
+        by_scale: Change of each unknown per relative error of each joint's measured torque, shape (k, n).
     """
 
     covariance: np.ndarray
@@ -58,57 +60,61 @@ def sandwich(
     jacobian: np.ndarray,
     residual: np.ndarray,
     equations: Equations,
-    left: np.ndarray | None = None,
+    instruments: np.ndarray | None = None,
     before: np.ndarray | None = None,
     torque: np.ndarray | None = None,
 ) -> Spread:
-    """How the solution of weighted least squares with rows `jacobian` scatters.
+    """Scatter of a weighted least-squares solution, from the sandwich formula of this module.
 
     Args:
-        jacobian: Derivative of the prediction by the unknowns, shape (r, n, k), in the residual's unit.
-        residual: Shape (r, n).
-        equations: Weights and runs.
-        left: Instruments in place of the transposed rows, shape (r, n, k).
-        before: Inverse variance of each unknown before the data, shape (k,); zero by default.
-        torque: What a relative error of each joint's scale is one of, shape (r, n); zero by default.
+        jacobian: Derivative of the prediction with respect to the unknowns, shape (r, n, k).
+        residual: Measured minus predicted values, in the unit of the prediction, shape (r, n).
+        equations: Equations with weights and runs.
+        instruments: Instruments that replace the transposed Jacobian, shape (r, n, k).
+        before: Inverse prior variance of each unknown, shape (k,); zero by default.
+        torque: Measured torque that a scale error of each joint multiplies, shape (r, n); zero by default.
     """
     weight, unknowns = equations.weight, jacobian.shape[2]
-    left = jacobian if left is None else left
+    instruments = jacobian if instruments is None else instruments
     torque = np.zeros_like(residual) if torque is None else torque
     variance = np.sum(weight * residual**2, axis=0) / weight.sum(axis=0)
-    # A joint that the model meets exactly (a channel that is zero throughout) would outweigh all others
-    # beyond double precision.
+    # A joint with zero residual (a channel that is always zero) would outweigh all others beyond double
+    # precision.
     variance = np.maximum(variance, 1e-12 * np.max(variance) + np.finfo(float).tiny)
-    scale = 1.0 / np.sqrt(np.einsum("rnk,rnk,rn->k", left, left, weight / variance, optimize=True))
+    scale = 1.0 / np.sqrt(
+        np.einsum("rnk,rnk,rn->k", instruments, instruments, weight / variance, optimize=True)
+    )
     deviation = np.sqrt(variance)[:, None]
 
-    def weighted_rows(of: np.ndarray, rows: slice) -> np.ndarray:
-        return of[rows] * (weight[rows, :, None] / deviation * scale)
+    def weighted_rows(array: np.ndarray, rows: slice) -> np.ndarray:
+        return array[rows] * (weight[rows, :, None] / deviation * scale)
 
-    held = np.zeros(unknowns) if before is None else before * scale**2
-    every = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
+    prior = np.zeros(unknowns) if before is None else before * scale**2
+    all_blocks = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
     parts = [
         _part(
-            weighted_rows(left, rows),
+            weighted_rows(instruments, rows),
             weighted_rows(jacobian, rows),
             residual[rows] / deviation[:, 0],
             torque[rows] / deviation[:, 0],
         )
-        for rows in every
+        for rows in all_blocks
     ]
-    sums, meat = _Part(*(np.sum(one, axis=0) for one in zip(*parts, strict=True))), np.diag(held)
+    sums, meat = _Part(*(np.sum(terms, axis=0) for terms in zip(*parts, strict=True))), np.diag(prior)
     bread, information = sums.bread + meat, sums.information + meat
     root = inverse_root(information)
-    # Noise differs in level between runs: under a payload currents, and so their noise, are larger. Its
-    # colour is that of the same drives and encoders, and a short run could not give its own.
+    # The noise level differs between runs: with a payload, currents and their noise are larger. The noise
+    # color is that of the drives and encoders, the same in all runs; a short run could not determine its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
-    even = np.concatenate([residual[run] / level for run, level in zip(equations.runs, levels, strict=True)])
-    colour = noise_covariance(even, equations)
+    scaled = np.concatenate(
+        [residual[run] / level for run, level in zip(equations.runs, levels, strict=True)]
+    )
+    color = noise_covariance(scaled, equations)
     for run, level in zip(equations.runs, levels, strict=True):
-        noise = colour * np.outer(level, level)
+        noise = color * np.outer(level, level)
         for rows in _segments(run):
-            taken = _taken(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
-            meat += _coloured_gram(weighted_rows(left, rows) / deviation, noise, taken)
+            absorbed = _absorbed_power(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
+            meat += _colored_gram(weighted_rows(instruments, rows) / deviation, noise, absorbed)
     inverse = np.linalg.inv(bread)
     covariance = inverse @ meat @ inverse.T
     moved = between_blocks([p.gradient for p in parts], [p.information for p in parts], information)
@@ -117,11 +123,11 @@ def sandwich(
 
 
 class _Part(NamedTuple):
-    """What one block of time adds to sums over all rows.
+    """Contribution of one block of time to the sums over all rows.
 
     Attributes:
-        bread: Instruments times rows, shape (k, k).
-        information: Rows times rows, shape (k, k).
+        bread: Instruments times Jacobian, shape (k, k).
+        information: Jacobian times Jacobian, shape (k, k).
         gradient: Instruments times residual, shape (k,).
         by_scale: Instruments times each joint's torque, shape (k, n).
     """
@@ -132,26 +138,26 @@ class _Part(NamedTuple):
     by_scale: np.ndarray
 
 
-def _part(left: np.ndarray, right: np.ndarray, residual: np.ndarray, torque: np.ndarray) -> _Part:
-    """Of instruments (r, n, k), rows (r, n, k), residual and torque (r, n), all over the noise."""
-    unknowns = left.shape[2]
-    moved, rows = left.reshape(-1, unknowns), right.reshape(-1, unknowns)
-    by_scale = np.einsum("rnk,rn->kn", left, torque)
-    return _Part(moved.T @ rows, rows.T @ rows, moved.T @ residual.ravel(), by_scale)
+def _part(instruments: np.ndarray, jacobian: np.ndarray, residual: np.ndarray, torque: np.ndarray) -> _Part:
+    """Sums over instruments and Jacobian (r, n, k), residual and torque (r, n), all divided by the noise."""
+    unknowns = instruments.shape[2]
+    transposed, rows = instruments.reshape(-1, unknowns), jacobian.reshape(-1, unknowns)
+    by_scale = np.einsum("rnk,rn->kn", instruments, torque)
+    return _Part(transposed.T @ rows, rows.T @ rows, transposed.T @ residual.ravel(), by_scale)
 
 
 def _level(residual: np.ndarray, weight: np.ndarray, usual: np.ndarray) -> np.ndarray:
-    """Root mean square of one run's residual (t, n) by joint; the usual where the joint sticks throughout."""
+    """Residual rms of each joint in one run, shape (n,); `usual` for a joint that sticks throughout."""
     counts = weight.sum(axis=0)
     square = np.sum(weight * residual**2, axis=0) / np.maximum(counts, 1.0)
     return np.where(counts > 0, np.maximum(np.sqrt(square), 1e-6 * usual), usual)
 
 
-def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
-    """Share of the noise's power that fitting took out of the residual, by frequency, shape (count, n).
+def _absorbed_power(hat: np.ndarray, lags: int) -> np.ndarray:
+    """Share of the noise power that the fit absorbed, by frequency, shape (count, n).
 
-    Row t of `hat` (r, n, k) times itself is the leverage of sample t. Unknowns follow the noise at the
-    frequencies of their own columns, which are slow; there the residual is shorter than the noise.
+    The squared norm of row t of `hat` (r, n, k) is the leverage of sample t. The unknowns follow the noise at
+    the low frequencies of their columns, where the residual is therefore smaller than the noise.
     """
     count = 2 * len(hat)
     power = np.sum(np.abs(np.fft.rfft(hat, count, axis=0)) ** 2, axis=2)
@@ -164,9 +170,9 @@ def _taken(hat: np.ndarray, lags: int) -> np.ndarray:
 def sandwich_with_gains(
     equations: Equations, values: np.ndarray, gain: np.ndarray, wide: np.ndarray | None = None
 ) -> np.ndarray:
-    """Covariance of (values, gains), shape (b + n, b + n), where currents are what is predicted.
+    """Covariance of (values, gains), shape (b + n, b + n), for a model that predicts currents.
 
-    Before the data gains have deviations `wide`, shape (n,); infinite ones by default.
+    `wide` is the prior standard deviation of each gain, shape (n,); infinite by default.
     """
     torque = equations.regressor @ values + equations.known
     by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
@@ -180,10 +186,11 @@ def _segments(run: slice) -> Iterator[slice]:
         yield slice(start, min(start + SEGMENT, run.stop))
 
 
-def _coloured_gram(rows: np.ndarray, noise: np.ndarray, taken: np.ndarray) -> np.ndarray:
-    """rows^T C rows, shape (k, k), for rows (r, n, k) and C made of the residual's autocovariances.
+def _colored_gram(rows: np.ndarray, noise: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
+    """rows^T C rows, shape (k, k), for rows (r, n, k) and C from the residual's autocovariances.
 
-    The residual's power is raised by what fitting took, `taken` (count, n), to make it the noise's.
+    The residual power is corrected for the share that the fit absorbed, shape (count, n), to recover the
+    noise.
     """
     density = spectrum(noise, 2 * len(rows))  # zero padding keeps the ends from meeting
     count, unknowns = len(density), rows.shape[2]
@@ -193,6 +200,6 @@ def _coloured_gram(rows: np.ndarray, noise: np.ndarray, taken: np.ndarray) -> np
     fold[0] = 1.0
     if count % 2 == 0:
         fold[-1] = 1.0
-    raised = np.sqrt(fold[:, None] / count / (1.0 - taken[:half]))
-    coloured = np.matmul(density[:half] * raised[:, :, None] * raised[:, None, :], transform)
-    return (transform.reshape(-1, unknowns).conj().T @ coloured.reshape(-1, unknowns)).real
+    raised = np.sqrt(fold[:, None] / count / (1.0 - absorbed[:half]))
+    colored = np.matmul(density[:half] * raised[:, :, None] * raised[:, None, :], transform)
+    return (transform.reshape(-1, unknowns).conj().T @ colored.reshape(-1, unknowns)).real

@@ -1,8 +1,8 @@
-r"""Ordinary, weighted and iteratively re-weighted least squares, instrumental variables: gains are nominal.
+r"""Least squares (ordinary, weighted, iteratively reweighted) and instrumental variables at nominal gains.
 
-In a closed loop the measured motion follows the torque noise, so regressor and noise correlate and least
-squares is biased. The commanded motion does not know the noise; its regressor Z serves as instrument:
-:math:`\hat\chi = (Z^T W)^{-1} Z^T \tau` (Janot, Vandanjon, Gautier 2014).
+In a closed loop, the measured motion follows the torque noise, so regressor and noise are correlated and
+least squares is biased. The commanded motion is independent of the noise; its regressor Z serves as
+instrument: :math:`\hat\chi = (Z^T W)^{-1} Z^T \tau` (Janot, Vandanjon, Gautier 2014).
 """
 
 import numpy as np
@@ -14,30 +14,30 @@ from .covariance import sandwich
 from .nominal_gains import of_nominal_gains
 
 HUBER = 1.345
-"""Residuals beyond this many standard deviations count less than quadratically: 95 % efficiency on
-Gaussian noise (Huber), and a bounded pull from a collision or a spike."""
+"""Residuals beyond this many standard deviations count less than quadratically: this gives 95 % efficiency on
+Gaussian noise (Huber) and bounds the influence of a collision or a spike."""
 
 
 def residual(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Torque that the model leaves, shape (r, n) [N m]."""
+    """Measured minus predicted torque, shape (r, n) [N m]."""
     return gain * equations.current - equations.known - equations.regressor @ values
 
 
 def ordinary(equations: Equations) -> Estimate:
-    """Ordinary least squares: every row counts the same, whatever its joint's noise."""
+    """Ordinary least squares: all rows have the same weight, regardless of the joint's noise."""
     values, _ = _solution(equations, Compressed.of(equations), np.ones(len(equations.gain)))
-    # The covariance is that of weights one: divide rows by one common deviation.
+    # Rows have unit weight, so the covariance divides all of them by one common standard deviation.
     return _estimate("ordinary", equations, values, common=True)
 
 
 def weighted(equations: Equations) -> Estimate:
-    """Weighted least squares: each joint's rows divided by its residual's standard deviation."""
+    """Weighted least squares: each joint's rows are divided by the standard deviation of its residual."""
     values, _ = weighted_solution(equations, Compressed.of(equations))
     return _estimate("weighted", equations, values)
 
 
 def reweighted(equations: Equations) -> Estimate:
-    """Iteratively re-weighted least squares: as `weighted`, and outliers by Huber's weights."""
+    """Iteratively reweighted least squares: `weighted` with Huber's weights for outliers."""
     huber = np.ones_like(equations.current)
     values = np.zeros(equations.regressor.shape[2])
     for _ in range(30):
@@ -58,7 +58,7 @@ def _robust_std(equations: Equations, values: np.ndarray) -> np.ndarray:
 
 
 def weighted_solution(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
-    """Values (b,) and noise (n,) [N m] of `weighted`, each computed from the other until they agree."""
+    """Values (b,) and noise (n,) [N m] of `weighted`, iterated until they are consistent."""
     noise = np.ones(len(equations.gain))
     values = np.zeros(equations.regressor.shape[2])
     for _ in range(20):
@@ -76,8 +76,8 @@ def _solution(
     rows = np.concatenate([compressed.regressor(j) / noise[j] for j in joints])
     right = np.concatenate([compressed.torque(j, equations.gain) / noise[j] for j in joints])
     values = solve(rows, right, equations.names)
-    found = compressed.residual_std(values, equations.gain)
-    return values, np.maximum(found, 1e-9 * np.max(found) + 1e-300)
+    noise_std = compressed.residual_std(values, equations.gain)
+    return values, np.maximum(noise_std, 1e-9 * np.max(noise_std) + 1e-300)
 
 
 def _estimate(
@@ -87,15 +87,15 @@ def _estimate(
     common: bool = False,
     huber: np.ndarray | None = None,
 ) -> Estimate:
-    left, torque = residual(equations, values, equations.gain), equations.gain * equations.current
+    remaining, torque = residual(equations, values, equations.gain), equations.gain * equations.current
     noise = Compressed.of(equations).residual_std(values, equations.gain)
     jacobian, instruments = equations.regressor, None
     if common:  # the sandwich divides rows by each joint's variance; ordinary least squares does not
         instruments = equations.regressor * (noise**2)[None, :, None]
-    if huber is not None:  # an outlier pulls with a bounded force, and by a small step not more or less
-        left, instruments = left * huber, equations.regressor
+    if huber is not None:  # the influence of an outlier is bounded, so its derivative is zero
+        remaining, instruments = remaining * huber, equations.regressor
         jacobian, torque = equations.regressor * (huber == 1.0)[:, :, None], torque * (huber == 1.0)
-    spread = sandwich(jacobian, left, equations, instruments, torque=torque)
+    spread = sandwich(jacobian, remaining, equations, instruments, torque=torque)
     covariance = of_nominal_gains(spread, equations)
     return Estimate(method, values, equations.gain, covariance, noise, nominal_gains=True)
 
@@ -122,9 +122,9 @@ def instrumental(equations: Equations) -> Estimate:
         size = np.sqrt(np.abs(np.diag(normal)))
         right = np.einsum("rnb,rn->b", scaled, torque)
         values = np.linalg.solve(normal / np.outer(size, size), right / size) / size
-        left = residual(equations, values, equations.gain)
-        noise = np.sqrt(np.sum(equations.weight * left**2, axis=0) / equations.weight.sum(axis=0))
+        remaining = residual(equations, values, equations.gain)
+        noise = np.sqrt(np.sum(equations.weight * remaining**2, axis=0) / equations.weight.sum(axis=0))
     covariance = of_nominal_gains(
-        sandwich(equations.regressor, left, equations, commanded, torque=torque), equations
+        sandwich(equations.regressor, remaining, equations, commanded, torque=torque), equations
     )
     return Estimate("instrumental", values, equations.gain, covariance, noise, nominal_gains=True)

@@ -65,7 +65,7 @@ def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys
     np.savetxt("servos.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
     assert main(["init", "servos.csv", "--urdf", "arm.urdf"]) == 0
     said = capsys.readouterr().out
-    assert "what is left to the command stands for it" in " ".join(said.split())
+    assert "the position error takes its place" in " ".join(said.split())
     gains = [float(value) for value in re.findall(r"^gain of \S+ +(\S+) N m ±", said, re.MULTILINE)]
     assert len(gains) >= 2
     assert np.all(np.abs(np.log(np.array(gains) / stiffness)) < 0.7)

@@ -161,7 +161,7 @@ def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosi
         (
             "churning = grease_physics:SOMETHING_ELSE",
             MODULE,
-            "is no subclass of",
+            "is not a subclass of",
         ),
         ("payload = grease_physics:Churning", MODULE, "the name is taken"),
     ],

@@ -101,5 +101,5 @@ def test_inertia_needs_the_point_that_it_is_about():
 
 
 def test_an_inertia_that_no_body_has_is_refused():
-    with pytest.raises(RobotError, match="payload: no body has the inertia"):
+    with pytest.raises(RobotError, match="payload: no body can have the inertia"):
         known_parameters(3.0, (0.0, 0.0, 0.1), (-1.0, 0.0, 0.0, 1.0, 0.0, 1.0))

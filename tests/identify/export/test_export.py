@@ -320,7 +320,7 @@ def test_a_fit_reaches_mujoco():
     portable = Portable.of(model)
     missing = "\n".join(FORMATS["mjcf"].leaves_out(portable))
     asymmetry = np.zeros_like(inside.position)
-    for effect, own in portable.left:
+    for effect, own in portable.others:
         asymmetry += effect.regressor(model.robot, inside) @ own
     found = in_mujoco(FORMATS["mjcf"].text(portable), inside) + asymmetry
     close(found, torque_of(model, inside))
@@ -332,7 +332,7 @@ def test_torques_that_are_currents_are_refused():
     robot = replace(was.model.robot, drive_gain=np.ones(2))
     estimate = replace(was.estimate, covariance=was.estimate.covariance * 0.0)
     unscaled = replace(was, model=replace(was.model, robot=robot), estimate=estimate)
-    with pytest.raises(FitError, match="what the fit calls torque is current"):
+    with pytest.raises(FitError, match="drive gains are unknown"):
         identified(unscaled)
 
 

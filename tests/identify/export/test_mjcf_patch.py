@@ -159,18 +159,18 @@ def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
 def test_friction_below_zero_is_written_as_none_and_said(tmp_path):
     made = patched(found_in(nominal_of(ARM, tmp_path), (), Fc1=-0.1), ARM, tmp_path)
     assert b'frictionloss="0"' in made.text
-    assert any("frictionloss of one was found to be -0.1" in sentence for sentence in made.left)
+    assert any("frictionloss of one was identified as -0.1" in sentence for sentence in made.left)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "values", "message"),
     [
         (b'name="one"', b'name="uno"', {}, "has no joint one"),
-        (b'pos="0 0 .4"', b'pos="0 0 .5"', {}, "joint 'joint2' is not where the model has it"),
-        (b"<compiler ", b'<compiler settotalmass="9" ', {}, "body behind joint 'one' is another one"),
+        (b'pos="0 0 .4"', b'pos="0 0 .5"', {}, "joint 'joint2' is at another place than in the model"),
+        (b"<compiler ", b'<compiler settotalmass="9" ', {}, "MuJoCo has another body behind joint 'one'"),
         (b"</mujoco>", b"</mujoc>", {}, "not well-formed XML"),
-        (b"", b"", {"Ia1": 0.03}, "actuator of joint 'one' alone has more armature"),
-        (b'mass=".2"', b'mass="5"', {}, "less than the bodies that are fixed to 'upper'"),
+        (b"", b"", {"Ia1": 0.03}, "actuator of joint 'one' has more armature"),
+        (b'mass=".2"', b'mass="5"', {}, "less than that of the bodies fixed to 'upper'"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:compiler attribute 'settotalmass'")
@@ -192,7 +192,7 @@ def test_what_another_file_has_is_not_changed_here(tmp_path):
     (tmp_path / "body.xml").write_bytes(b"<mujoco>" + body + b"</mujoco>")
     text = ARM.replace(body, b'<include file="body.xml"/>')
     model = found_in(nominal_of(text, tmp_path))
-    with pytest.raises(RobotError, match=r"'one' is not in the text of this file, but in one it includes"):
+    with pytest.raises(RobotError, match=r"'one' is not in the text of this file, but in an included file"):
         patched(model, text, tmp_path)
 
 

@@ -45,10 +45,8 @@ def test_a_wrong_mass_or_gain_shows_in_the_edit_test_and_nowhere_else(wrong):
     [other] = [one for one in fit.validation if one.run not in fit.edits]
     np.testing.assert_allclose(other.residual_rms, test.beside)
     first, *_ = edit_sentences(fit)
-    assert first.startswith(
-        "Edit test, payload 'L' put on and nothing fitted again (loaded): the residual of"
-    )
-    assert "on the other runs held out" in first
+    assert first.startswith("Edit test with payload 'L' attached and no refit (loaded): the residual of")
+    assert "on the other held-out runs" in first
     assert first in verdict(fit)
 
 
@@ -59,7 +57,7 @@ def test_a_payload_that_is_taken_off_is_reported_too():
     assert (test.body, test.held_out) == ("", False)
     assert np.all(test.residual < 2.0 * test.beside)
     first, *_ = edit_sentences(fit)
-    assert "the payload taken off" in first
+    assert "the payload removed" in first
     assert "on the runs used" in first
 
 

@@ -195,7 +195,7 @@ def test_each_run_counts_with_its_own_noise():
 def test_gram_with_known_colour_is_the_double_sum():
     from scipy import signal
 
-    from exidyn.identification.fit.estimators.covariance import _coloured_gram
+    from exidyn.identification.fit.estimators.covariance import _colored_gram
 
     from ..preparation.test_noise import exact_autocovariance
 
@@ -209,7 +209,7 @@ def test_gram_with_known_colour_is_the_double_sum():
         for m in range(121):
             lag = gamma[k - m] if k >= m else gamma[m - k].T
             expected += rows[k].T @ lag @ rows[m]
-    found = _coloured_gram(rows, known, np.zeros((242, 2)))
+    found = _colored_gram(rows, known, np.zeros((242, 2)))
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 

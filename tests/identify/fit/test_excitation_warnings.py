@@ -31,7 +31,7 @@ def moved(ranges):
 def test_a_joint_that_hardly_moves_in_any_run_is_named():
     names = ("shoulder", "elbow")
     [warning] = excitation_warnings(names, [moved([1.0, 0.02]), moved([0.0, 0.04])], 100.0)
-    assert warning.startswith("elbow moves by only 0.04 rad or m in all runs used (under 0.05)")
+    assert warning.startswith("elbow moves by only 0.04 rad or m in all runs used (limit 0.05)")
     assert excitation_warnings(names, [moved([1.0, 0.0]), moved([0.0, 1.01 * SMALLEST])], 100.0) == ()
 
 

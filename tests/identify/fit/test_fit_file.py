@@ -106,7 +106,7 @@ def test_a_cut_file_is_refused(path, share):
 @pytest.mark.parametrize("text", ["[1, 2]", '{"robot": "kr270"}', "3"])
 def test_other_json_is_refused(path, text):
     path.write_text(text)
-    with pytest.raises(NotAFile, match="no fit of exidyn: it has no key 'exidyn_fit'"):
+    with pytest.raises(NotAFile, match="not a fit of exidyn: it has no key 'exidyn_fit'"):
         read_fit(path)
 
 
@@ -163,10 +163,10 @@ def changed(path, *places, value):
         (["base_parameters", 0, "sum_of"], {"XX9": 1.0}, ".sum_of[0]: expected a parameter of the model"),
         (["base_parameters", 0, "sum_of"], {}, "base_parameters[0]: sum_of: expected standard parameters"),
         (["base_parameters", 0, "prior"], [0.0, -1.0], "[0].prior[1]: expected float >= 0.0; found -1.0"),
-        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected value and deviation"),
-        (["drive_gain"], [1.0], "joints: expected 1 values, one a joint, as drive_gain has; found 2"),
-        (["drive_gain", 1], 0.0, "drive_gain[1]: expected what is not zero; found 0.0"),
-        (["agreement", 0, "relative"], [0.1], "agreement[0].relative: expected 2 values, one a joint"),
+        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected nominal value and"),
+        (["drive_gain"], [1.0], "joints: expected 1 values, one per joint, as drive_gain has; found 2"),
+        (["drive_gain", 1], 0.0, "drive_gain[1]: expected a number other than zero; found 0.0"),
+        (["agreement", 0, "relative"], [0.1], "agreement[0].relative: expected 2 values, one per joint"),
         (["joints"], ["a", "b"], "joints: expected those of the model"),
         (["measures"], "volts", "measures: invalid enum value 'volts'; found 'volts'"),
         (["simulations"], ["nowhere"], "simulations[0]: expected one of runs; found 'nowhere'"),

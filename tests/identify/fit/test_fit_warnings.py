@@ -59,7 +59,7 @@ def test_amperes_are_not_called_newton_metres():
     assert "unit/(N m/A)" in page
     assert max(map(len, text.splitlines())) <= 110
     # The shoulder feels the forearm in other amperes than the elbow does: no physics has to be missing.
-    assert "That may be the unknown drive gains alone" in verdict(amperes())[1]
+    assert "The only cause may be the unknown drive gains" in verdict(amperes())[1]
     *_, row = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
     assert np.isfinite(amperes().prior[1][amperes().names.index("MX2")])
     assert row[-2:] == ["-", "-"]
@@ -130,7 +130,7 @@ def test_joints_of_one_verdict_share_a_sentence():
     run = fit().validation[0]
     poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
     [first] = [line for line in verdict(poor) if "More than noise is left" in line]
-    assert first.startswith("The residual of no joint is at the noise floor on the runs held out. ")
+    assert first.startswith("The residual of no joint is at the noise floor on the held-out runs. ")
     assert "More than noise is left on shoulder (4.2 x noise), elbow (3.1 x noise)." in first
 
 
@@ -145,7 +145,7 @@ def test_the_same_recording_is_known_by_its_content():
     [twice] = repeated_runs([a, b, replace(a, name="copy")], [])
     assert twice.startswith("a and copy are the same recording, used twice")
     [held_out] = repeated_runs([a], [b, replace(a, name="copy")])
-    assert held_out == "copy: validated on a run that was also used (as a): proves nothing"
+    assert held_out == "copy: validation on a run that was also used (as a) proves nothing"
     assert "validated on twice" in repeated_runs([a], [b, replace(b, name="copy")])[0]
     assert repeated_runs([a], [b]) == ()
     current = a.signals["current"]
@@ -195,7 +195,7 @@ def test_drag_and_dry_friction_negative_on_one_joint_point_to_its_sign():
     for name in ("Fc2", "Fv2"):
         values[fit().names.index(name)] = -100 * fit().estimate.std[fit().names.index(name)]
     [warning] = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque counts against its motion")
+    assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque has the wrong sign")
 
 
 def test_what_is_regrouped_or_has_no_minimum_may_be_negative():

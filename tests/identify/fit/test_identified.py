@@ -48,7 +48,8 @@ def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     assert (friction.value, friction.exported) == (-5.0, 0.0)
     assert friction.deviations == pytest.approx(5.0 / std)
     assert any(
-        "No arm can have the values of" in line and "Fv1 0 for -5.000" in line for line in verdict(impossible)
+        "physically inconsistent" in line and "Fv1 0 instead of -5.000" in line
+        for line in verdict(impossible)
     )
     assert "Exported otherwise\n" in summary(impossible)
     assert "Exported otherwise" in report_html(impossible)

@@ -103,7 +103,7 @@ def test_a_common_factor_of_the_stated_gains_changes_nothing(factor):
 def test_the_first_lines_name_the_open_gain_and_the_cure_that_is_true():
     found = fit(ON_AXIS)
     first = verdict(found)[0]
-    assert first.startswith("The drive gain of roll was not identified, nor are ")
+    assert first.startswith("The drive gain of roll was not identified, nor were ")
     assert "Fc2" in first
     assert first.endswith("What would settle it: a run with a known payload that hangs off the axis of roll.")
     head = " ".join(summary(found).split("Drive gains\n")[0].split())

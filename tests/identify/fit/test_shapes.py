@@ -54,7 +54,7 @@ def test_each_joint_gets_its_own_presliding(run):
 
 @pytest.mark.parametrize("name", ["hysteresis", "viscous_friction", "nonsense"])
 def test_only_an_effect_of_the_model_with_shapes_can_be_fitted(run, name):
-    with pytest.raises(RobotError, match=rf"no effect '{name}'.* it has coulomb_friction$"):
+    with pytest.raises(RobotError, match=rf"no effect '{name}'.* are: coulomb_friction$"):
         fit_shapes(model(), [run], [name])
 
 
@@ -76,7 +76,7 @@ def test_factors_formed_again_are_those_of_the_changed_equations(run):
     regressor = before.regressor.copy()
     regressor[:, 1] *= 1.5
     after = replace(before, regressor=regressor)
-    expected, found = Compressed.of(after), Compressed.of(before).again(after, [1])
+    expected, found = Compressed.of(after), Compressed.of(before).updated(after, [1])
     for mine, theirs in zip(found.factors, expected.factors, strict=True):
         np.testing.assert_array_equal(mine, theirs)
 

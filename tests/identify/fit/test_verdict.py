@@ -29,7 +29,7 @@ def with_noise(fit: Fit, *share: float):
 def test_verdict_names_the_joint_that_is_not_explained(fit):
     first = verdict(with_noise(fit, 1.0, 4.2))[0]
     assert "1 of 2 joints" in first
-    assert "The residual of 1 of 2 joints is at the noise floor on the runs held out. " in first
+    assert "The residual of 1 of 2 joints is at the noise floor on the held-out runs. " in first
     assert "More than noise is left on elbow (4.2 x noise). exidyn diagnose tells whether" in first
     assert [v.words for v in joint_verdicts(with_noise(fit, 1.4, 1.29))] == [
         "a little above noise",
@@ -45,7 +45,7 @@ def test_a_fit_of_smoothed_recordings_alone_is_not_said_to_miss_the_noise_floor(
 
 
 def test_errors_of_nominal_gains_are_named_where_none_was_found(fit):
-    words = "That may be errors of the nominal drive gains alone"
+    words = "The only cause may be errors of the nominal drive gains"
     bad = with_noise(fit, 1.0, 4.2)
     count = len(bad.names)
     covariance = np.array(bad.estimate.covariance)

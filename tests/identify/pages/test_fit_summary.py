@@ -137,7 +137,7 @@ def test_gains_are_printed_with_interval_and_prior():
 
 def test_gains_that_were_not_identified_state_what_they_need():
     lines = section(summary(plain_fit()), "Drive gains")
-    assert "needs motor currents and a run with a known payload" in " ".join(lines)
+    assert "record motor currents and a run with a known payload" in " ".join(lines)
     assert float(row(lines, "shoulder")[1]) == pytest.approx(plain_fit().estimate.gain[0], rel=1e-4)
 
 
@@ -147,7 +147,7 @@ def test_recorded_torque_has_no_gains():
     signals = {name: s for name, s in recording.signals.items() if name != "current"}
     signals["torque"] = Signal(current.time, current.values * [-40.0, 25.0])
     text = summary(identify([replace(recording, signals=signals)]))
-    assert "Torque was recorded, and taken as measured" in section(text, "Drive gains")[0]
+    assert "Torque was recorded and taken as measured" in section(text, "Drive gains")[0]
 
 
 def test_every_kept_parameter_has_a_row_under_its_effect_and_every_dropped_one_is_listed():

@@ -50,9 +50,9 @@ MISTAKES = {
     "positions of joint1 and joint2 are exchanged": (exchanged(LOG.position, 0, 1), LOG.current),
     "all columns of joint2 and joint3": (exchanged(LOG.position, 1, 2), exchanged(LOG.current, 1, 2)),
     "reverse order": (LOG.position[:, ::-1], LOG.current[:, ::-1]),
-    "effort of joint2 counts against": (LOG.position, scaled(LOG.current, 1, -1.0)),
-    "all efforts count against": (LOG.position, -LOG.current),
-    "position of joint3 counts the other way": (scaled(LOG.position, 2, -1.0), LOG.current),
+    "effort of joint2 has the opposite sign": (LOG.position, scaled(LOG.current, 1, -1.0)),
+    "all efforts have the opposite sign": (LOG.position, -LOG.current),
+    "position of joint3 has the opposite sign": (scaled(LOG.position, 2, -1.0), LOG.current),
     "position of joint3 is in degrees": (scaled(LOG.position, 2, 180 / np.pi), LOG.current),
     "efforts are in thousandths": (LOG.position, 1000.0 * LOG.current),
 }
@@ -116,7 +116,7 @@ def test_another_robot_is_named():
 def test_mistakes_of_two_signs_and_of_scales_are_named():
     turned = suspect([recording(current=scaled(scaled(LOG.current, 1, -1.0), 2, -1.0))], LOG.model)
     assert turned is not None
-    assert turned.what == "the efforts of joint2 and joint3 count against their motion"
+    assert turned.what == "the efforts of joint2 and joint3 have the opposite sign"
     quarter = suspect([recording(position=0.25 * LOG.position)], LOG.model)
     assert quarter is not None
     assert quarter.name == "position_scale"

@@ -183,7 +183,9 @@ def test_time_that_stands_still_is_named():
 
 def test_numbered_columns_of_fewer_joints_are_counted():
     named = {"t": LOG.time, **columns("q{k}", LOG.position[:, :4]), **columns("i{k}", LOG.current[:, :4])}
-    with pytest.raises(RecordingError, match=r"those of 4 joints: name the 4 in a robot.toml .*joints = \["):
+    with pytest.raises(
+        RecordingError, match=r"The log has 4 joints: name the 4 in a robot.toml .*joints = \["
+    ):
         proposed(named)
 
 
