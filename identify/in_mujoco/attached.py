@@ -122,8 +122,8 @@ class State(NamedTuple):
         torques: Effects on the motor side of the gears.
         transmitted: Effects whose torque the gears transmit.
         arrays: Arrays of the `MjData`, by name.
-        pointer: Address of its positions, which distinguishes it from a later one at the same address.
-        clock: Its simulation time.
+        pointer: Address of the positions, which distinguishes it from a later `MjData` at the same address.
+        clock: Simulation time of the `MjData`.
         last: Time of the last update, a list of one number [s].
         velocity: Velocity at that time, shape (n,) [rad/s].
         acceleration: Mean acceleration over the preceding step, shape (n,) [rad/s^2].

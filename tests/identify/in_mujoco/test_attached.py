@@ -211,7 +211,7 @@ def test_what_cannot_be_attached_is_refused(attached):
     with pytest.raises(RobotError, match="hysteresis depends on past positions, and RK4"):
         attached(tried, its, remembers)
     attached(made, data, model)
-    with pytest.raises(RobotError, match="attached already"):
+    with pytest.raises(RobotError, match="already has effects attached"):
         attached(made, data, model)
 
 
