@@ -1,1 +1,1 @@
-"""Documents: what is said of a result, once, and its renderers, which know no physics."""
+"""Documents: the content of a report, and renderers that are independent of physics."""

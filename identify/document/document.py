@@ -1,4 +1,4 @@
-"""Document: statements, tables and plots of a result, with the numbers inside; renderers make pages of it."""
+"""Document: statements, tables and plots of a result, with unrounded numbers, for several renderers."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,9 +10,9 @@ class Number(NamedTuple):
     """A number in a table.
 
     Attributes:
-        value: NaN where it is not known.
-        digits: Significant digits that are shown; whole numbers are shown in full.
-        unit: Shown behind it; empty where the head of the column has it.
+        value: The value; NaN if it is unknown.
+        digits: Number of significant digits to show; integers are shown in full.
+        unit: Unit to show after the value; empty if the column header has it.
     """
 
     value: float
@@ -25,7 +25,7 @@ class Number(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """Several numbers in one cell, with words between them: "{} ± {}"."""
+    """Several numbers in one cell, with words between them, such as "{} ± {}"."""
 
     pattern: str
     numbers: tuple[Number, ...]
@@ -35,7 +35,7 @@ class Numbers(NamedTuple):
 
 
 class Marked(NamedTuple):
-    """A cell with a judgement: "good", "middling" or "bad", and what that means."""
+    """A cell with a judgment, "good", "middling" or "bad", and its meaning."""
 
     cell: "str | Number"
     kind: str
@@ -46,7 +46,7 @@ class Marked(NamedTuple):
 
 
 class Link(NamedTuple):
-    """Words that lead to an address; "#anchor" is that of a section."""
+    """A link to an address; the address of a section is "#anchor"."""
 
     words: str
     address: str
@@ -56,7 +56,7 @@ class Link(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """A drawing (SVG) in a cell; a column that has one is left out where nothing is drawn."""
+    """A drawing (SVG) in a cell; text and Markdown leave out columns with drawings."""
 
     svg: str
 
@@ -72,9 +72,9 @@ class Table(NamedTuple):
 
     Attributes:
         head: Titles of the columns.
-        rows: Cells; a row of one cell is a heading within the table.
-        words: Columns of words beside the first; all others are numbers.
-        first: Rows that short pages (text, Markdown) have; 0 for all.
+        rows: Rows of cells; a row of one cell is a heading within the table.
+        words: Indices of columns of words besides the first; all others hold numbers.
+        first: Number of rows to show in text and Markdown; 0 for all.
     """
 
     head: Sequence[str]
@@ -84,27 +84,27 @@ class Table(NamedTuple):
 
     @property
     def more(self) -> str:
-        """What stands below a table of which a short page has the first rows alone; else empty."""
-        left = len(self.rows) - self.first if self.first else 0
-        return f"and {left} more in the report" if left > 0 else ""
+        """Line below a table that is shown only in part; empty if it is shown in full."""
+        hidden = len(self.rows) - self.first if self.first else 0
+        return f"and {hidden} more in the report" if hidden > 0 else ""
 
 
 class Statements(NamedTuple):
-    """Sentences, the most important first; the style "verdict" makes them stand out."""
+    """Sentences, the most important first; the style "verdict" highlights them."""
 
     sentences: Sequence[str]
     style: str = ""
 
 
 class Paragraph(NamedTuple):
-    """A text; the style "note" is that of explanations, "plot" that of notes about plots alone."""
+    """A paragraph; its style is "note" for explanations, or "plot" for notes that only concern plots."""
 
     text: str
     style: str = "note"
 
 
 class Links(NamedTuple):
-    """A line of links, which only pages with links have."""
+    """A line of links, which only HTML shows."""
 
     links: Sequence[Link]
 
@@ -124,7 +124,7 @@ class Figure(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Blocks side by side where there is room; of how many columns, and whether their content is alike."""
+    """Blocks side by side if there is room; the kind is the CSS class that arranges them."""
 
     blocks: "Sequence[Block]"
     kind: str = "two"
@@ -134,13 +134,13 @@ Block = Table | Statements | Paragraph | Links | Heading | Figure | Grid
 
 
 class Section(NamedTuple):
-    """A headed part.
+    """A section with a heading.
 
     Attributes:
-        anchor: By which links lead to it.
+        anchor: Anchor for links to the section.
         title: Title of the section.
-        blocks: In the order in which they are read; without any, the section is left out.
-        detail: Whether short pages (text, Markdown) leave it out.
+        blocks: Blocks in reading order; a section without blocks is left out.
+        detail: Whether text and Markdown leave it out.
     """
 
     anchor: str
@@ -150,7 +150,7 @@ class Section(NamedTuple):
 
 
 class Chapter(NamedTuple):
-    """Sections of one result among several on a page."""
+    """Sections of one of several results on a page."""
 
     anchor: str
     title: str
@@ -158,14 +158,14 @@ class Chapter(NamedTuple):
 
 
 class Document(NamedTuple):
-    """All that is said of one or several results.
+    """Report on one or several results.
 
     Attributes:
         title: Title of the page.
         note: One line below the title; empty for none.
-        sections: In the order in which they are read.
+        sections: Sections in reading order.
         chapters: Chapters of further results.
-        facts: Short labels and values that stand before everything else.
+        facts: Short labels and values at the top of the page.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""A document as one HTML page: no script, no network, light and dark, fit to print."""
+"""A document as a single HTML page: printable, light and dark, without scripts or network access."""
 
 from functools import singledispatch
 from typing import Any
@@ -33,11 +33,11 @@ MINUS = "\N{MINUS SIGN}"
 
 
 def html(document: Document, style: str = "") -> str:
-    """The whole page.
+    """The HTML page of a document.
 
     Args:
-        document: What it says.
-        style: CSS beyond that of every page.
+        document: Content of the page.
+        style: Additional CSS.
     """
     chapters = [_numbered(chapter) for chapter in document.chapters]
     page = TEMPLATES.get_template("page.html").render(
@@ -50,15 +50,17 @@ def html(document: Document, style: str = "") -> str:
 
 
 def _numbered(chapter: Chapter) -> Chapter:
-    """The chapter with anchors that are its own on the page."""
+    """The chapter, with anchors that are unique on the page."""
     sections = [
-        one._replace(anchor=f"{chapter.anchor}-{one.anchor}") for one in chapter.sections if one.blocks
+        section._replace(anchor=f"{chapter.anchor}-{section.anchor}")
+        for section in chapter.sections
+        if section.blocks
     ]
     return chapter._replace(sections=sections)
 
 
 def prose(words: str) -> Markup:
-    """Plain text whose per cent signs stay with their numbers."""
+    """Plain text with typographic symbols, and percent signs that stay with their numbers."""
     return (
         escape(words)
         .replace(" %", "\N{NO-BREAK SPACE}%")
@@ -76,8 +78,8 @@ def unit(name: str) -> str:
 
 @singledispatch
 def cell(content: Cell) -> Markup:
-    """Content of a cell."""
-    raise TypeError(f"no cell of a table: {content!r}")
+    """HTML of a cell."""
+    raise TypeError(f"not a table cell: {content!r}")
 
 
 @cell.register
@@ -90,9 +92,9 @@ def _(content: Number) -> Markup:
     shown = digits(content.value, content.digits)
     if shown == UNKNOWN:
         return Markup(NAMELESS)
-    behind = f" {unit(content.unit)}" if content.unit else ""
-    whole = Markup('<data value="{!r}">{}</data>{}')
-    return whole.format(float(content.value), shown.replace("-", MINUS), prose(behind))
+    suffix = f" {unit(content.unit)}" if content.unit else ""
+    pattern = Markup('<data value="{!r}">{}</data>{}')
+    return pattern.format(float(content.value), shown.replace("-", MINUS), prose(suffix))
 
 
 @cell.register
@@ -117,8 +119,8 @@ def _(content: Picture) -> Markup:
 
 @singledispatch
 def block(content: Block) -> Markup:
-    """A block of a section."""
-    raise TypeError(f"no block of a document: {content!r}")
+    """HTML of a block."""
+    raise TypeError(f"not a document block: {content!r}")
 
 
 @block.register

@@ -7,14 +7,14 @@ from .text import shortened
 
 
 def section_markdown(section: Section) -> str:
-    """The section, without plots."""
+    """The section as Markdown, without plots."""
     return "\n\n".join([f"## {section.title}", *filter(None, map(_block, section.blocks))])
 
 
 @singledispatch
 def _block(block: Block) -> str:
     """Markdown of a block; empty for a plot."""
-    raise TypeError(f"no block of a document: {block!r}")
+    raise TypeError(f"not a document block: {block!r}")
 
 
 @_block.register
@@ -22,8 +22,8 @@ def _(block: Table) -> str:
     more, block = block.more, shortened(block)
     rule = "---|" * len(block.head)
     rows = [[f"**{row[0]}**", *[""] * (len(block.head) - 1)] if len(row) == 1 else row for row in block.rows]
-    below = ["", more] if more else []
-    return "\n".join([_row(block.head), f"|{rule}", *map(_row, rows), *below]) if rows else ""
+    footer = ["", more] if more else []
+    return "\n".join([_row(block.head), f"|{rule}", *map(_row, rows), *footer]) if rows else ""
 
 
 def _row(cells: object) -> str:

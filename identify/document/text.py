@@ -1,4 +1,4 @@
-"""A document as text of 80 columns, for terminals."""
+"""A document as text with 80 columns, for terminals."""
 
 from collections.abc import Sequence
 from functools import singledispatch
@@ -21,20 +21,23 @@ from .document import (
 )
 
 LABEL = 18
-"""Columns of the label of a fact."""
+"""Width of the label of a fact [characters]."""
 
 
 def text(document: Document) -> str:
-    """The whole page, without plots and details."""
+    """The document as text, without plots and details."""
     parts = [[document.title.center(WIDTH).rstrip(), "=" * WIDTH, *_facts(document)]]
     parts += [_section(section) for section in short(document)]
     return "\n\n".join("\n".join(part) for part in parts if part) + "\n" + "=" * WIDTH
 
 
 def short(document: Document) -> list[Section]:
-    """Sections, those of chapters included, that have more than plots and are no details."""
-    every = [*document.sections, *(one for chapter in document.chapters for one in chapter.sections)]
-    return [section for section in every if not section.detail and blocks_lines(section.blocks)]
+    """Sections of the document and its chapters that have text and are not details."""
+    sections = [
+        *document.sections,
+        *(section for chapter in document.chapters for section in chapter.sections),
+    ]
+    return [section for section in sections if not section.detail and blocks_lines(section.blocks)]
 
 
 def _facts(document: Document) -> list[str]:
@@ -52,8 +55,8 @@ def _section(section: Section) -> list[str]:
 
 @singledispatch
 def lines(block: Block) -> list[str]:
-    """Lines of a block; none of a plot."""
-    raise TypeError(f"no block of a document: {block!r}")
+    """Lines of a block; a plot has none."""
+    raise TypeError(f"not a document block: {block!r}")
 
 
 @lines.register
@@ -87,54 +90,53 @@ def _(block: Grid) -> list[str]:
 
 
 def blocks_lines(blocks: Sequence[Block]) -> list[str]:
-    """Lines of blocks; headings of plots alone are left out."""
+    """Lines of blocks, without headings that have only plots below them."""
     written = [(block, lines(block)) for block in blocks]
     return [
         line
-        for place, (block, own) in enumerate(written)
-        if not isinstance(block, Heading) or _followed(written[place + 1 :])
-        for line in own
+        for index, (block, block_lines) in enumerate(written)
+        if not isinstance(block, Heading) or _has_text(written[index + 1 :])
+        for line in block_lines
     ]
 
 
-def _followed(written: Sequence[tuple[Block, list[str]]]) -> bool:
-    """Whether something is written before the next heading."""
-    for block, own in written:
+def _has_text(written: Sequence[tuple[Block, list[str]]]) -> bool:
+    """Whether a block before the next heading has text."""
+    for block, block_lines in written:
         if isinstance(block, Heading):
             return False
-        if own:
+        if block_lines:
             return True
     return False
 
 
 def shortened(block: Table) -> Table:
-    """The first rows of a table, without columns in which something is drawn."""
+    """The first rows of a table, without columns with drawings."""
     if block.first:
         block = block._replace(rows=block.rows[: block.first])
-    drawn = {place for row in block.rows for place, cell in enumerate(row) if isinstance(cell, Picture)}
+    drawn = {column for row in block.rows for column, cell in enumerate(row) if isinstance(cell, Picture)}
     if not drawn:
         return block
-    kept = [place for place in range(len(block.head)) if place not in drawn]
-    rows = [row if len(row) == 1 else [row[place] for place in kept] for row in block.rows]
-    words = [kept.index(place) for place in block.words if place in kept]
-    return Table([block.head[place] for place in kept], rows, words)
+    shown = [column for column in range(len(block.head)) if column not in drawn]
+    rows = [row if len(row) == 1 else [row[column] for column in shown] for row in block.rows]
+    words = [shown.index(column) for column in block.words if column in shown]
+    return Table([block.head[column] for column in shown], rows, words)
 
 
 def table_lines(block: Table) -> list[str]:
-    """Lines of a table, numbers aligned at their decimal points."""
+    """Lines of a table, with numbers aligned at their decimal points."""
     more, block = block.more, shortened(block)
     if not block.rows:
         return []
-    whole = [row for row in block.rows if len(row) == len(block.head)]
-    columns = [_aligned([row[place] for row in whole]) for place in range(len(block.head))]
+    full_rows = [row for row in block.rows if len(row) == len(block.head)]
+    columns = [_aligned([row[column] for row in full_rows]) for column in range(len(block.head))]
     cells = iter(zip(*columns, strict=True))
     rows = [list(next(cells)) if len(row) == len(block.head) else [str(row[0])] for row in block.rows]
-    left = [0, *block.words]
-    return table(block.head, rows, left=left) + ([more] if more else [])
+    return table(block.head, rows, left=[0, *block.words]) + ([more] if more else [])
 
 
 def _aligned(cells: list[Cell]) -> list[str]:
-    """Cells as text; numbers without a unit are padded to a common point."""
+    """Cells as text; a column of numbers without units is aligned at the decimal point."""
     texts = [str(cell) for cell in cells]
     plain = [place for place, cell in enumerate(cells) if isinstance(cell, Number) and not cell.unit]
     if len(plain) == len(cells):

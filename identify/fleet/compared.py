@@ -1,4 +1,4 @@
-"""Where two arms, or one arm on two days, differ."""
+"""Differences between two arms, or between two days of one arm."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -11,25 +11,25 @@ from .learned import Learned
 from .runs import ArmRuns
 
 WRONG = 0.05
-"""Probability that two equal arms are said to differ in anything at all."""
+"""Probability of reporting any difference between two equal arms."""
 PAIRS = 200
-"""Pairs of successive runs by which that is checked: their 95 % is then exceeded by ten."""
+"""Maximum number of pairs of successive runs that check this: ten of them exceed the 95 % quantile."""
 FEWEST = 20
-"""The same at least: one in twenty exceeds 95 %."""
+"""Minimum number of such pairs: one of them exceeds the 95 % quantile."""
 SAME = 1e-9
-"""Share of a direction that is left where the chosen ones make it up, but for rounding."""
+"""Remaining share of a direction below which it counts as a combination of the chosen ones."""
 
 
 class Difference(NamedTuple):
-    """What differs.
+    """Difference of two arms in one parameter.
 
     Attributes:
-        effect: In the vocabulary of the diagnosis.
-        joint: From 0; -1 for a combination of links.
-        parameter: Its name.
-        unit: Unit of the amounts; empty where they are shares.
-        first: Value of the first arm; NaN where there is none.
-        amount: Second minus first.
+        effect: Name of the effect in the vocabulary of the diagnosis.
+        joint: Index of the joint, from 0; -1 for a combination of links.
+        parameter: Name of the parameter.
+        unit: Unit of the amount; empty if it is a share.
+        first: Value of the first arm; NaN if there is none.
+        amount: Second value minus first value.
         std: Standard deviation of the amount.
     """
 
@@ -43,26 +43,29 @@ class Difference(NamedTuple):
 
 
 def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Difference]:
-    """What differs, the most certain first, as long as equal arms would not show it.
+    """Significant differences, the most certain first.
 
-    Each arm's values have the scatter from run to run in their covariance, and what temperature leaves open.
+    The covariance of each arm's values includes the scatter from run to run and the uncertainty of
+    temperature effects.
     """
     frame, size = learned.frame, len(learned.frame.scale)
-    one, apart, precision = _apart(learned, first, second)
-    labels, directions = _asked(learned)
+    first_level, difference, precision = _difference(learned, first, second)
+    labels, directions = _labeled_directions(learned)
     chosen: list[int] = []
     while len(chosen) < len(labels):
-        left = apart - _explained(directions[chosen], precision, apart) if chosen else apart
-        deviations = _deviations(directions, chosen, precision, left)
+        residual = (
+            difference - _explained(directions[chosen], precision, difference) if chosen else difference
+        )
+        deviations = _deviations(directions, chosen, precision, residual)
         if np.max(deviations) < threshold_of(learned):
             break
         chosen.append(int(np.argmax(deviations)))
     if not chosen:
         return []
     factor = factored(directions[chosen] @ precision @ directions[chosen].T)
-    amounts = solve(factor, directions[chosen] @ precision @ apart)
+    amounts = solve(factor, directions[chosen] @ precision @ difference)
     stds = np.sqrt(np.diag(covariance(factor)))
-    values = one[:size] * frame.scale
+    values = first_level[:size] * frame.scale
     rows = [
         Difference(*labels[k][:4], values[labels[k][4]] if labels[k][4] >= 0 else np.nan, float(a), float(s))
         for k, a, s in zip(chosen, amounts, stds, strict=True)
@@ -72,49 +75,55 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
 
 @lru_cache(maxsize=8)
 def threshold_of(learned: Learned) -> float:
-    """Deviations that the surest of all parameters exceeds with `WRONG` though arms are equal.
+    """Number of standard deviations that any parameter of two equal arms exceeds with probability `WRONG`.
 
-    By Bonferroni; or what successive runs of one arm show, if that is more: what a model leaves is not noise.
+    It follows from Bonferroni's bound, or from successive runs of one arm if they differ more, because model
+    errors are not noise.
     """
-    _, directions = _asked(learned)
+    _, directions = _labeled_directions(learned)
     by_chance = float(stats.norm.isf(0.5 * WRONG / len(directions)))
-    places = [(runs, k) for runs in learned.arms.values() for k in range(len(runs.runs) - 1)]
-    tops = []
-    for runs, k in places[:: max(len(places) // PAIRS, 1)]:
-        _, apart, precision = _apart(learned, runs[k : k + 1], runs[k + 1 : k + 2])
-        tops.append(float(np.max(_deviations(directions, [], precision, apart))))
-    return max(by_chance, float(np.quantile(tops, 1.0 - WRONG))) if len(tops) >= FEWEST else by_chance
+    pairs = [(runs, k) for runs in learned.arms.values() for k in range(len(runs.runs) - 1)]
+    maxima = []
+    for runs, k in pairs[:: max(len(pairs) // PAIRS, 1)]:
+        _, difference, precision = _difference(learned, runs[k : k + 1], runs[k + 1 : k + 2])
+        maxima.append(float(np.max(_deviations(directions, [], precision, difference))))
+    return max(by_chance, float(np.quantile(maxima, 1.0 - WRONG))) if len(maxima) >= FEWEST else by_chance
 
 
-def _apart(learned: Learned, first: ArmRuns, second: ArmRuns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unknowns of the first arm (d,), what the second adds (m,), and the precision of that (m, m)."""
+def _difference(
+    learned: Learned, first: ArmRuns, second: ArmRuns
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns of the first arm (d,), difference to the second (m,), and the precision of that (m, m)."""
     size = len(learned.frame.scale)
-    (one, one_covariance), (other, other_covariance) = (learned.level(runs) for runs in (first, second))
-    return one, (other - one)[:size], inverse((one_covariance + other_covariance)[:size, :size])
+    (first_level, first_covariance), (second_level, second_covariance) = (
+        learned.level(runs) for runs in (first, second)
+    )
+    precision = inverse((first_covariance + second_covariance)[:size, :size])
+    return first_level, (second_level - first_level)[:size], precision
 
 
-def _asked(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:
-    """Causes; each direction in the frame's units for an amount of one."""
+def _labeled_directions(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:
+    """Labels of the causes, and their directions in the frame's units for an amount of one."""
     frame = learned.frame
-    labels = [(c.effect, c.joint, c.parameter, c.unit, c.place) for c in frame.causes]
+    labels = [(cause.effect, cause.joint, cause.parameter, cause.unit, cause.place) for cause in frame.causes]
     return labels, frame.directions
 
 
-def _explained(directions: np.ndarray, precision: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    along = directions @ precision
-    return directions.T @ np.linalg.solve(along @ directions.T, along @ apart)
+def _explained(directions: np.ndarray, precision: np.ndarray, difference: np.ndarray) -> np.ndarray:
+    weighted = directions @ precision
+    return directions.T @ np.linalg.solve(weighted @ directions.T, weighted @ difference)
 
 
 def _deviations(
-    directions: np.ndarray, chosen: list[int], precision: np.ndarray, left: np.ndarray
+    directions: np.ndarray, chosen: list[int], precision: np.ndarray, residual: np.ndarray
 ) -> np.ndarray:
-    """Standard deviations of each direction in what is left, the chosen ones free, shape (k,)."""
+    """Size of the residual along each direction in standard deviations, with the chosen free, shape (k,)."""
     weighted = directions @ precision
-    whole = np.einsum("km,km->k", weighted, directions)
-    own = whole
+    total = np.einsum("km,km->k", weighted, directions)
+    remaining = total
     if chosen:
         across = weighted[chosen] @ directions.T
-        own = own - np.einsum("ck,ck->k", across, np.linalg.solve(across[:, chosen], across))
-    free = own > SAME * whole
+        remaining = remaining - np.einsum("ck,ck->k", across, np.linalg.solve(across[:, chosen], across))
+    free = remaining > SAME * total
     free[chosen] = False
-    return np.where(free, np.abs(weighted @ left) / np.sqrt(np.where(free, own, 1.0)), 0.0)
+    return np.where(free, np.abs(weighted @ residual) / np.sqrt(np.where(free, remaining, 1.0)), 0.0)

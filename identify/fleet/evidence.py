@@ -1,4 +1,4 @@
-"""Evidence: what a further change would explain of an arm's runs, whatever changed."""
+"""Evidence: how much better a further change, of any suspect, would explain the runs of an arm."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ STEP, CREEP = SHAPES = "step", "creep"
 
 
 class Questions(NamedTuple):
-    """Suspects as they are asked for.
+    """Suspects, prepared for the computation of evidence.
 
     Attributes:
-        single: Places of those with one amount, shape (s,), and
-        columns: change of the unknowns for a usual amount of each, shape (s, m).
-        several: Places of the others, each with the columns of its usual amounts, (k, m).
-        steps_only: Places of those that do not creep.
-        number: Of all.
+        single: Indices of suspects with one amount, shape (s,).
+        columns: Change of the unknowns for a typical amount of each of these, shape (s, m).
+        several: Indices of the other suspects, each with the columns of its typical amounts, (k, m).
+        steps_only: Indices of suspects that do not creep.
+        number: Number of suspects.
     """
 
     single: np.ndarray
@@ -32,36 +32,36 @@ class Questions(NamedTuple):
 
     @classmethod
     def of(cls, suspects: Sequence[Suspect]) -> "Questions":
-        """From all suspects."""
-        scaled = [one.columns * one.std[:, None] for one in suspects]
-        single = [k for k, one in enumerate(scaled) if len(one) == 1]
-        several = tuple((k, one) for k, one in enumerate(scaled) if len(one) > 1)
-        steps_only = frozenset(k for k, one in enumerate(suspects) if one.steps_only)
+        """Questions about all suspects."""
+        scaled = [suspect.columns * suspect.std[:, None] for suspect in suspects]
+        single = [k for k, columns in enumerate(scaled) if len(columns) == 1]
+        several = tuple((k, columns) for k, columns in enumerate(scaled) if len(columns) > 1)
+        steps_only = frozenset(k for k, suspect in enumerate(suspects) if suspect.steps_only)
         columns = np.concatenate([scaled[k] for k in single])
         return cls(np.array(single), columns, several, steps_only, len(suspects))
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a change from `start` on, of any suspect, would add: precision (m, m) and right-hand side (m,)."""
+    """Contribution of a change from `start` on, of any suspect: precision (m, m) and right-hand side (m,)."""
 
     start: int
     shape: str
     precision: np.ndarray
     right: np.ndarray
 
-    def gains(self, asked: Questions) -> np.ndarray:
-        """Logarithms of the factors by which runs are more probable, amounts integrated out.
+    def gains(self, questions: Questions) -> np.ndarray:
+        """Log-likelihood gain by each suspect, with the amounts integrated out, shape (`number`,).
 
-        One a suspect; minus infinity where it does not creep and this is a creep.
+        The gain is minus infinity for a creep of a suspect that does not creep.
         """
-        found, columns = np.full(asked.number, -np.inf), asked.columns
-        own = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
-        found[asked.single] = 0.5 * ((columns @ self.right) ** 2 / own - np.log(own))
-        for k, several in asked.several:
-            if self.shape == STEP or k not in asked.steps_only:
-                found[k] = self._gain(several)
-        return found
+        gains, columns = np.full(questions.number, -np.inf), questions.columns
+        variances = 1.0 + np.einsum("km,km->k", columns @ self.precision, columns)
+        gains[questions.single] = 0.5 * ((columns @ self.right) ** 2 / variances - np.log(variances))
+        for k, several in questions.several:
+            if self.shape == STEP or k not in questions.steps_only:
+                gains[k] = self._gain(several)
+        return gains
 
     def _gain(self, columns: np.ndarray) -> float:
         inner = np.eye(len(columns)) + columns @ self.precision @ columns.T
@@ -73,30 +73,31 @@ class Evidence:
 def evidence_from(
     start: int,
     series: Mapping[str, np.ndarray],
-    own: Sums,
+    current: Sums,
     after: Sums,
     before: np.ndarray,
     weight: np.ndarray,
 ) -> list[Evidence]:
-    """What a change from one run on would explain, for each shape.
+    """Evidence for a change from one run on, for each shape.
 
     Args:
         start: First run after the change.
-        series: How much of it each run has, shape (r,), by shape.
-        own: Of runs as they are explained so far.
-        after: Of those from the change on.
-        before: Mean of the arm's unknowns and amounts before any run, shape (d,), and
-        weight: their precision, shape (d,).
+        series: Share of the change in each run, shape (r,), by shape.
+        current: Sums over runs with their current noise.
+        after: Sums over runs with the noise assumed from the change on.
+        before: Prior mean of the arm's unknowns and amounts, shape (d,).
+        weight: Prior precision of these, shape (d,).
     """
-    normal = own.normal[:start].sum(axis=0) + after.normal[start:].sum(axis=0)
-    right = own.right[:start].sum(axis=0) + after.right[start:].sum(axis=0)
+    normal = current.normal[:start].sum(axis=0) + after.normal[start:].sum(axis=0)
+    right = current.right[:start].sum(axis=0) + after.right[start:].sum(axis=0)
     lower = linalg.cholesky(normal + np.diag(weight), lower=True, check_finite=False)
     half = linalg.solve_triangular(lower, right + weight * before, lower=True, check_finite=False)
-    found = []
-    for shape, whole in series.items():
-        some = whole[start:]
-        across = np.tensordot(some, after.across[start:], axes=1)
-        turned = linalg.solve_triangular(lower, across, lower=True, check_finite=False)
-        precision = np.tensordot(some**2, after.own[start:], axes=1) - turned.T @ turned
-        found.append(Evidence(start, shape, precision, some @ after.side[start:] - turned.T @ half))
-    return found
+    evidence = []
+    for shape, shares in series.items():
+        share = shares[start:]
+        across = np.tensordot(share, after.across[start:], axes=1)
+        projected = linalg.solve_triangular(lower, across, lower=True, check_finite=False)
+        precision = np.tensordot(share**2, after.change_normal[start:], axes=1) - projected.T @ projected
+        side = share @ after.change_right[start:] - projected.T @ half
+        evidence.append(Evidence(start, shape, precision, side))
+    return evidence

@@ -1,7 +1,7 @@
-"""Kind: a type of arm, by what its runs are reduced so that they can be compared, and what may change on it.
+"""Kind: a type of arm, which defines how its runs are reduced for comparison, and possible causes of change.
 
-Each cause of a change is a direction in the space of the arm's unknowns. Links do not wear: their inertias
-stay, but for the last link's, which a tool changes.
+Each cause is a direction in the space of the arm's unknowns. Links do not wear: their inertias are constant,
+except for the last link, which a tool changes.
 """
 
 from collections.abc import Collection
@@ -25,12 +25,12 @@ from ..recordings.recording import Recording
 class Kind:
     """One type of arm.
 
-    Unknowns of an arm are its b base parameters, then the logarithms of n drive gains over the nominal ones,
-    m = b + n together.
+    The m = b + n unknowns of an arm are its b base parameters and the logarithms of its n drive gains
+    relative to the nominal ones.
 
     Attributes:
-        model: As `fleet_model` gives it.
-        filtering: Filters of all runs, nothing left open.
+        model: Model of the type, from `fleet_model`.
+        filtering: Filters of all runs, fully specified.
         measures: "current" or "torque".
     """
 
@@ -40,73 +40,73 @@ class Kind:
 
     @classmethod
     def of(cls, recording: Recording) -> "Kind":
-        """The type that a recording is of, filters chosen from it.
+        """The type of a recording's arm, with filters chosen from the recording.
 
         Raises:
-            RecordingError: Too short to choose filters from.
+            RecordingError: If the recording is too short to choose filters from.
         """
         model = fleet_model(recording.model)
         return cls(model, choose(replace(recording, model=model), Filtering()), measures_of(recording))
 
     @cached_property
     def base(self) -> BaseParameters:
-        """Its base parameters."""
+        """Base parameters of the type."""
         return base_parameters(self.model)
 
     @property
     def body(self) -> np.ndarray:
-        """What the ten parameters of a body on the flange change in the base parameters, shape (b, 10)."""
+        """Change of the base parameters per parameter of a payload on the flange, shape (b, 10)."""
         return self.base.regrouping[:, self.model.inertias[-1]]
 
     @cached_property
     def gain(self) -> np.ndarray:
-        """Nominal torque per unit of what was measured, shape (n,)."""
+        """Nominal torque per unit of the measured effort, shape (n,)."""
         robot = self.model.robot
         return np.ones(robot.dof) if self.measures == "torque" else robot.drive_gain
 
     @property
     def names(self) -> list[str]:
-        """Unknowns of an arm, in order, m names."""
+        """Names of the m unknowns of an arm, in order."""
         return [*self.base.names, *(f"gain{joint + 1}" for joint in range(self.model.robot.dof))]
 
 
 def measures_of(recording: Recording) -> str:
-    """Which of the two a recording has; `prepare` takes the current where both were recorded."""
+    """The effort that a recording provides: "current", which `prepare` prefers if both exist, or "torque"."""
     return "current" if "current" in recording.signals else "torque"
 
 
 def fleet_model(model: Model) -> Model:
-    """The model as a fleet uses it: load apart, temperature from run to run, bodies on the flange left out.
+    """The model for a fleet: with load-dependent friction, and without temperature effects and payloads.
 
-    Without a column of its own, friction by load would count as dry friction and change with every payload.
-    In 20 s an arm does not warm up: how friction changes with temperature is seen between runs.
+    Without a separate column, load-dependent friction would count as dry friction and change with every
+    payload. An arm does not warm up within 20 s, so temperature effects are determined between runs.
     """
-    effects = tuple(e for e in model.effects if not (e.needs_temperature or e.payload))
+    effects = tuple(effect for effect in model.effects if not (effect.needs_temperature or effect.payload))
     if not any(effect.needs_load for effect in effects):
         effects += (LoadDependentFriction(),)
     return replace(model, effects=effects)
 
 
 def kind_key(recording: Recording) -> str:
-    """Name of the type a recording is of, fit for a file: arms of one have the same unknowns."""
+    """File name for the type of a recording's arm; arms of one type have the same unknowns."""
     model = fleet_model(recording.model)
     unknowns = "\n".join([measures_of(recording), *model.robot.joints, *model.names])
     return f"{file_stem(model.robot.name, 'arm')}-{crc32(unknowns.encode()):08x}"
 
 
 class Cause(NamedTuple):
-    """Something that may change.
+    """A parameter that may change.
 
     Attributes:
-        effect: Its name in the vocabulary of the diagnosis.
-        joint: On which it acts, from 0.
-        parameter: What changes.
-        unit: Unit of the amount; empty where it is a share of the value.
+        effect: Name of the effect in the vocabulary of the diagnosis.
+        joint: Index of the joint on which it acts, from 0.
+        parameter: Name of the parameter.
+        unit: Unit of the amount; empty if it is a share of the value.
         direction: Change of the unknowns of `Kind` for an amount of one, shape (m,).
-        place: Index of the unknown of whose value a change is a share; -1 where the amount is a share
-            itself, or there is none.
+        place: Index of the unknown that is the reference of relative changes; -1 if the amount is a share
+            itself, or there is no such unknown.
         thermal: Whether it depends on temperature.
-        plausible: Size of the amount, at most with 68 %, where nothing is stated.
+        plausible: Upper bound of the amount with 68 % probability, if no tolerance is stated.
     """
 
     effect: str
@@ -120,55 +120,57 @@ class Cause(NamedTuple):
 
     @property
     def scatters(self) -> bool:
-        """Whether it may differ from run to run: all but a tool."""
+        """Whether it may differ from run to run: all except a tool."""
         return self.effect != "payload"
 
     @property
     def wears(self) -> bool:
-        """Whether it may change on an arm by itself: links and tools do not."""
+        """Whether it may change by wear: links and tools do not."""
         return self.effect not in ("payload", "link_inertia")
 
 
 def causes(kind: Kind) -> list[Cause]:
-    """All: joint effects, drive gains where currents were recorded, a tool, base parameters of links."""
+    """All causes: joint effects, drive gains if currents were recorded, a tool, base parameters of links."""
     model, unknowns = kind.model, len(kind.names)
-    found: list[Cause] = []
-    for effect, own in zip(model.effects, model.columns, strict=True):
+    changing: list[Cause] = []
+    for effect, columns in zip(model.effects, model.columns, strict=True):
         if not effect.inertial:
-            found += _of_effect(kind, effect, own)
+            changing += _effect_causes(kind, effect, columns)
     if kind.measures == "current":
         directions = np.eye(unknowns)[len(kind.base.kept) :]
-        found += [Cause("drive_gain", joint, "gain", "", one) for joint, one in enumerate(directions)]
-    return found + _tool(kind) + _links(kind, {one.place for one in found})
+        changing += [
+            Cause("drive_gain", joint, "gain", "", direction) for joint, direction in enumerate(directions)
+        ]
+    return changing + _tool_causes(kind) + _link_causes(kind, {cause.place for cause in changing})
 
 
-def _of_effect(kind: Kind, effect: Effect, own: slice) -> list[Cause]:
-    """One a parameter, joint 0 where it has none; all together besides, as of a spring whose gas leaks."""
+def _effect_causes(kind: Kind, effect: Effect, columns: slice) -> list[Cause]:
+    """One cause for each parameter, with joint 0 if it has none, and one for all if they change together."""
     robot, name = kind.model.robot, name_of(effect)
     parameters, joints = effect.parameters(robot), [joint or 0 for joint in effect.parameter_joints(robot)]
-    found = [
+    separate = [
         Cause(
             name,
             joint,
             parameter.name,
             parameter.unit,
-            _direction(kind, own.start + k),
-            _place(kind, own.start + k),
+            _direction(kind, columns.start + k),
+            _place(kind, columns.start + k),
             effect.greased,
             effect.plausible,
         )
         for k, (parameter, joint) in enumerate(zip(parameters, joints, strict=True))
-        if np.any(kind.base.regrouping[:, own.start + k])
+        if np.any(kind.base.regrouping[:, columns.start + k])
     ]
     if effect.together:
-        values = kind.model.nominal_values[own]
-        whole = sum(value * _direction(kind, own.start + k) for k, value in enumerate(values))
-        found.append(Cause(name, joints[0], effect.together, "", np.asarray(whole)))
-    return found
+        values = kind.model.nominal_values[columns]
+        direction = sum(value * _direction(kind, columns.start + k) for k, value in enumerate(values))
+        separate.append(Cause(name, joints[0], effect.together, "", np.asarray(direction)))
+    return separate
 
 
-def _tool(kind: Kind) -> list[Cause]:
-    """What a tool adds to the last link: mass, first moments and inertia."""
+def _tool_causes(kind: Kind) -> list[Cause]:
+    """Contribution of a tool to the last link: mass, first moments and inertia."""
     last = kind.model.inertias[-1].start
     joint, units = kind.model.robot.dof - 1, {"M": "kg", "MX": "kg m", "MY": "kg m", "MZ": "kg m"}
     return [
@@ -178,13 +180,13 @@ def _tool(kind: Kind) -> list[Cause]:
     ]
 
 
-def _links(kind: Kind, taken: Collection[int]) -> list[Cause]:
-    """Base parameters of the links, as far as no effect is one: they stay as long as the arm is the same."""
+def _link_causes(kind: Kind, used: Collection[int]) -> list[Cause]:
+    """Base parameters of links, which no effect uses; they change only if the arm is exchanged."""
     base, size = kind.base, len(kind.names)
     return [
         Cause("link_inertia", -1, base.names[k], base.units[k], np.eye(size)[k], k)
         for k in range(len(base.kept))
-        if k not in taken
+        if k not in used
     ]
 
 
@@ -193,6 +195,6 @@ def _direction(kind: Kind, column: int) -> np.ndarray:
 
 
 def _place(kind: Kind, column: int) -> int:
-    """Where a parameter is an unknown by itself, or with others regrouped into it; -1 where it is not."""
+    """Index of the unknown that a parameter is, alone or with others regrouped into it; -1 if it is none."""
     [place] = [*np.flatnonzero(kind.base.kept == column), -1][:1]
     return int(place)

@@ -1,4 +1,4 @@
-"""What runs say of an arm when each has a deviation of its own: sums of small products, run by run."""
+"""Information of runs about an arm when each run deviates from the arm: small products, run by run."""
 
 from typing import NamedTuple
 
@@ -6,14 +6,15 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotri
 
 
-class Says(NamedTuple):
-    """What each run says of the arm's unknowns and changes, its own deviation allowed for.
+class Information(NamedTuple):
+    """Information of each run about the arm's unknowns and changes, with the run's deviation integrated out.
 
     Attributes:
-        inverse: Of the unit matrix and the run's normal matrix over its variances, shape (r, m, m).
-        normal: Shape (r, m, m), and
-        right: shape (r, m).
-        constant: Logarithm of the run's probability but for these, shape (r,).
+        inverse: Inverse of the unit matrix plus the run's normal matrix scaled by its variances, shape
+            (r, m, m).
+        normal: Normal matrix, shape (r, m, m).
+        right: Right-hand side, shape (r, m).
+        constant: Remaining part of the run's log-likelihood, shape (r,).
     """
 
     inverse: np.ndarray
@@ -22,51 +23,52 @@ class Says(NamedTuple):
     constant: np.ndarray
 
 
-def says(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Says:
-    """By normal matrices (r, m, m), right-hand sides and variances of runs' own deviations (r, m)."""
+def information(normal: np.ndarray, right: np.ndarray, variance: np.ndarray) -> Information:
+    """Information by normal matrices (r, m, m), right-hand sides and variances of deviations (r, m)."""
     root, size = np.sqrt(variance), np.eye(variance.shape[1])
     inverse, logarithm = _inverse(size + root[:, :, None] * normal * root[:, None, :])
     scaled = np.einsum("rmn,rn->rm", inverse, root * right)
     constant = 0.5 * np.sum(root * right * scaled, axis=1) - 0.5 * logarithm
-    return Says(inverse, (size - inverse) / root[:, :, None] / root[:, None, :], scaled / root, constant)
+    normal = (size - inverse) / root[:, :, None] / root[:, None, :]
+    return Information(inverse, normal, scaled / root, constant)
 
 
 def _inverse(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses of matrices (r, m, m) without eigenvalues below one, and logarithms of determinants (r,)."""
+    """Inverses of matrices (r, m, m) with eigenvalues of one or more, and log-determinants (r,)."""
     work, logarithms = matrices.copy(), np.empty(len(matrices))
-    for k, one in enumerate(work):  # LAPACK works in place: its lower triangle is the upper one of rows
-        dpotrf(one.T, lower=1, clean=0, overwrite_a=1)
-        logarithms[k] = 2.0 * np.sum(np.log(np.diagonal(one)))
-        dpotri(one.T, lower=1, overwrite_c=1)
+    for k, matrix in enumerate(work):  # LAPACK works in place; its lower triangle is the upper one of rows
+        dpotrf(matrix.T, lower=1, clean=0, overwrite_a=1)
+        logarithms[k] = 2.0 * np.sum(np.log(np.diagonal(matrix)))
+        dpotri(matrix.T, lower=1, overwrite_c=1)
     return np.triu(work) + np.swapaxes(np.triu(work, 1), 1, 2), logarithms
 
 
 class Sums(NamedTuple):
-    """Each run's products with the arm's columns, with a change of every unknown, and of both.
+    """Normal equations of each run for the arm's unknowns, and for a further change of every unknown.
 
     Attributes:
-        normal: Shape (r, d, d), and
-        right: shape (r, d), of the arm's unknowns and the changes so far.
-        across: Of these with a change of every unknown, shape (r, d, m).
-        own: Of changes with each other, shape (r, m, m), and
-        side: shape (r, m).
+        normal: Normal matrix of the arm's unknowns and the changes so far, shape (r, d, d).
+        right: Right-hand side of these, shape (r, d).
+        across: Products of these with a change of every unknown, shape (r, d, m).
+        change_normal: Normal matrix of a change of every unknown, shape (r, m, m).
+        change_right: Right-hand side of it, shape (r, m).
     """
 
     normal: np.ndarray
     right: np.ndarray
     across: np.ndarray
-    own: np.ndarray
-    side: np.ndarray
+    change_normal: np.ndarray
+    change_right: np.ndarray
 
     @classmethod
-    def of(cls, said: Says, columns: np.ndarray, factor: np.ndarray) -> "Sums":
-        """For columns (r, m, d), and changes of each unknown by a factor (r, m)."""
-        turned = np.swapaxes(columns, 1, 2)
-        weighted = turned @ said.normal
+    def of(cls, info: Information, columns: np.ndarray, factor: np.ndarray) -> "Sums":
+        """Sums for columns (r, m, d), and for changes of each unknown by a factor (r, m)."""
+        transposed = np.swapaxes(columns, 1, 2)
+        weighted = transposed @ info.normal
         return cls(
             weighted @ columns,
-            np.einsum("rdm,rm->rd", turned, said.right),
+            np.einsum("rdm,rm->rd", transposed, info.right),
             weighted * factor[:, None, :],
-            factor[:, :, None] * said.normal * factor[:, None, :],
-            factor * said.right,
+            factor[:, :, None] * info.normal * factor[:, None, :],
+            factor * info.right,
         )

@@ -1,6 +1,6 @@
-"""Strangers: single runs out of line, and whose runs they are.
+"""Strangers: outlier runs, and the arms that they may belong to.
 
-Such a run changes nothing of what is said of its arm; it is named by the one suspect that explains it best.
+Such a run does not affect the statements about its arm; it is described by the suspect that explains it best.
 """
 
 from collections.abc import Mapping
@@ -18,16 +18,16 @@ from .suspects import EXCHANGE, Suspect
 
 
 class Odd(NamedTuple):
-    """A run out of line.
+    """An outlier run.
 
     Attributes:
-        run: Place among the arm's runs.
-        day: When it was [d since 1970].
-        suspect: What explains it best, in this run only.
-        amounts: Of its causes, shape (k,), and
-        stds: their standard deviations.
-        beyond: Unknowns in which it is farther off than one in a hundred is.
-        like: Another arm whose run it may be; empty for none.
+        run: Index among the arm's runs.
+        day: Day of the run [d since 1970].
+        suspect: Suspect that explains it best, as a change in this run only.
+        amounts: Amounts of its causes, shape (k,).
+        stds: Standard deviations of the amounts, shape (k,).
+        beyond: Number of unknowns that deviate more than one in a hundred should.
+        like: Another arm that the run may belong to; empty for none.
     """
 
     run: int
@@ -42,38 +42,42 @@ class Odd(NamedTuple):
 def odd_runs(
     history: History, state: State, runs_allowed: float, levels: Mapping[str, np.ndarray]
 ) -> list[Odd]:
-    """Runs that of so many sound ones less than one would be.
+    """Outlier runs, of which fewer than one is expected among the allowed number of sound runs.
 
     Args:
-        history: Of an arm.
-        state: All its runs explained.
-        runs_allowed: Among so many runs one is named by chance.
+        history: History of an arm.
+        state: Explanation of all its runs.
+        runs_allowed: Number of runs among which one false outlier is allowed.
         levels: Unknowns of the other arms of the type.
     """
     chances = 2.0 * stats.t.sf(np.sqrt(state.deviations), history.scatter.tails)
     unknowns = chances.shape[1]
     beyond = np.sum((chances < RARE) & (state.seen > 0.5), axis=1)
-    many = stats.binom.sf(beyond - 1, unknowns, RARE)
-    found = []
-    for run in np.flatnonzero(np.minimum(many, unknowns * np.min(chances, axis=1)) < 1.0 / runs_allowed):
-        evidence = history.asked_of(state, int(run))
+    count_chance = stats.binom.sf(beyond - 1, unknowns, RARE)
+    odd = []
+    for run in np.flatnonzero(
+        np.minimum(count_chance, unknowns * np.min(chances, axis=1)) < 1.0 / runs_allowed
+    ):
+        evidence = history.evidence_in_run(state, int(run))
         suspect = history.suspects[int(np.argmax(evidence.gains(history.questions)))]
         like = like_arm(history, int(run), levels) if suspect.name == EXCHANGE else ""
         amounts, stds = _amounts(evidence, suspect)
         day = float(history.runs.days[run])
-        found.append(Odd(int(run), day, suspect, amounts, stds, int(beyond[run]), like))
-    return found
+        odd.append(Odd(int(run), day, suspect, amounts, stds, int(beyond[run]), like))
+    return odd
 
 
 def like_arm(history: History, run: int, levels: Mapping[str, np.ndarray]) -> str:
-    """The arm by whose unknowns a run is a usual one; empty if there is none."""
-    off = {arm: float(np.median(history.off(run, level))) for arm, level in levels.items()}
-    best = min(off, key=lambda arm: off[arm], default="")
-    return best if best and off[best] < ODD else ""
+    """The arm whose unknowns match a run; empty if there is none."""
+    deviations = {
+        arm: float(np.median(history.squared_deviations(run, level))) for arm, level in levels.items()
+    }
+    best = min(deviations, key=lambda arm: deviations[arm], default="")
+    return best if best and deviations[best] < ODD else ""
 
 
 def levels_of(learned: Learned) -> dict[str, np.ndarray]:
-    """Unknowns of each arm by the runs that are most alike, so that a stranger among them does not count."""
+    """Unknowns of each arm, by the half of its runs that agree best, so that outliers do not count."""
     return {arm: _level(learned, runs) for arm, runs in learned.arms.items()}
 
 
@@ -81,10 +85,10 @@ def _level(learned: Learned, runs: ArmRuns) -> np.ndarray:
     level, _ = learned.level(runs)
     scale = np.sqrt(learned.run_variance(runs))
     for _ in range(2):
-        left = runs.right - np.einsum("rmn,rnd,d->rm", runs.normal, runs.design, level)
-        solved = np.linalg.solve(runs.normal + np.diag(scale**-2.0), left[:, :, None])[:, :, 0]
-        off = np.median((solved / scale) ** 2, axis=1)
-        level, _ = learned.level(runs[off <= np.median(off)])
+        residual = runs.right - np.einsum("rmn,rnd,d->rm", runs.normal, runs.design, level)
+        solved = np.linalg.solve(runs.normal + np.diag(scale**-2.0), residual[:, :, None])[:, :, 0]
+        deviations = np.median((solved / scale) ** 2, axis=1)
+        level, _ = learned.level(runs[deviations <= np.median(deviations)])
     return level
 
 
@@ -95,9 +99,9 @@ def _amounts(evidence: Evidence, suspect: Suspect) -> tuple[np.ndarray, np.ndarr
 
 
 def exchanged_for(history: History, change: Change, levels: Mapping[str, np.ndarray]) -> str:
-    """The arm that was put in place of this one, if it is one of the fleet."""
+    """The arm that replaced this one, if it belongs to the fleet; empty if not."""
     runs = range(change.start, len(history.runs.days))
-    likes = [like_arm(history, run, levels) for run in runs]
-    named = [one for one in likes if one]
-    most = max(named, key=named.count, default="")
-    return most if 2 * named.count(most) > len(runs) else ""
+    matches = [like_arm(history, run, levels) for run in runs]
+    arms = [arm for arm in matches if arm]
+    most_frequent = max(arms, key=arms.count, default="")
+    return most_frequent if 2 * arms.count(most_frequent) > len(runs) else ""

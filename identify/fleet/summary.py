@@ -1,4 +1,4 @@
-"""Summary: what one run says about its arm, without its samples. All later questions are small solves."""
+"""Summary of one run without its samples, from which all later questions are small linear systems."""
 
 from dataclasses import dataclass, replace
 
@@ -17,23 +17,23 @@ from ..recordings.recording_checks import check, check_alive
 from .kind import Kind
 
 SPANNED = 1e-9
-"""Singular value, over the largest of columns of one length, below which a column is made up by others."""
+"""Relative singular value of normalized columns below which columns are linearly dependent."""
 
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """One run.
+    """Summary of one run.
 
     Attributes:
         factors: Triangular factor of each joint's rows of [regressor, known torque, current], shape
             (n, b + 2, b + 2); see `Compressed`.
-        counts: Rows of each joint, shape (n,).
-        noise: Standard deviation of the white noise that would leave values as uncertain as the coloured
-            residual does, shape (n,) [A] or [N m].
-        residual: Root mean square of the residual, shape (n,) [N m].
-        temperature: Mean of the run, shape (n,) [degC]; NaN where it was not measured.
-        payload: Name of the body carried; empty for none.
-        known: Whether all of that body is known.
+        counts: Number of rows of each joint, shape (n,).
+        noise: Standard deviation of white noise that gives the same uncertainty of values as the colored
+            residual, shape (n,) [A] or [N m].
+        residual: RMS residual, shape (n,) [N m].
+        temperature: Mean temperature of the run, shape (n,) [degC]; NaN if it was not measured.
+        payload: Name of the payload; empty for none.
+        known: Whether the payload is completely known.
         seconds: Duration [s].
     """
 
@@ -49,18 +49,19 @@ class Summary:
     def normal(self, kind: Kind, values: np.ndarray, gain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal matrix (m, m) and right-hand side (m,) of the unknowns of `Kind`.
 
-        Torque is a product of gains and values: it is linearised about values (b,) and gains (n,). A body
-        of which not all is known is found with these first, since gains scale its torque too; whatever its
-        ten parameters could make up then says nothing of the arm.
+        Torque is a product of gains and values, so it is linearized about values (b,) and gains (n,). A
+        payload that is not completely known is estimated with these first, because gains scale its torque
+        too. Then everything that its ten parameters can explain is projected out, since it gives no
+        information about the arm.
         """
         compressed, inverse = Compressed(tuple(self.factors), self.counts), 1.0 / gain
         rows, right = linearised(compressed, values, inverse, self.noise)
         if not self.known:
-            own = rows[:, : len(values)] @ kind.body
-            change = np.linalg.lstsq(own, right, rcond=None)[0]
+            of_payload = rows[:, : len(values)] @ kind.body
+            change = np.linalg.lstsq(of_payload, right, rcond=None)[0]
             rows, right = linearised(compressed, values + kind.body @ change, inverse, self.noise)
-            taken = _spanned(own)
-            rows, right = rows - taken @ (taken.T @ rows), right - taken @ (taken.T @ right)
+            basis = _spanned(of_payload)
+            rows, right = rows - basis @ (basis.T @ rows), right - basis @ (basis.T @ right)
         rows[:, len(values) :] *= -inverse  # from inverse gains to logarithms of gains
         reference = np.concatenate([values, np.log(gain / kind.gain)])
         normal = rows.T @ rows
@@ -68,17 +69,17 @@ class Summary:
 
 
 def summarised(recording: Recording, kind: Kind) -> Summary:
-    """Identify a run by what its robot file states, and keep what later questions need.
+    """Identify a run with the priors of its robot file, and reduce it to a summary.
 
     Raises:
-        RecordingError: A run that cannot be what it claims to be.
-        NotExcited: No motion to identify from.
+        RecordingError: If the signals of the run are implausible.
+        NotExcited: If there is no motion to identify from.
     """
     run = check_alive(check(recording))
     model = with_payloads(kind.model, [run])
     run = replace(run, model=model)
     prepared = prepare(run, kind.filtering)
-    known = all(not body.parameters(model.robot) for body in model.payloads.values())
+    known = all(not payload.parameters(model.robot) for payload in model.payloads.values())
     equations = held(assemble(model, kind.base, [prepared]), kind, known)
     if not known:
         carrying = _carrying(model, kind, equations)
@@ -90,7 +91,7 @@ def summarised(recording: Recording, kind: Kind) -> Summary:
 def reduced(
     equations: Equations, temperature: np.ndarray, payload: str, known: bool, seconds: float
 ) -> Summary:
-    """Summary of a run's equations; see its attributes for the rest."""
+    """Summary of a run's equations; the other arguments are attributes of the summary."""
     estimate = solvable(posterior)(equations)
     slow = slowness(equations, estimate.values, 1.0 / estimate.gain)
     compressed = Compressed.of(equations)
@@ -107,7 +108,7 @@ def reduced(
 
 
 def held(equations: Equations, kind: Kind, known: bool) -> Equations:
-    """Equations with the nominal values of the arm alone; an unknown body makes the last link unknown."""
+    """Equations with the arm's nominal values as prior, except for a last link with an unknown payload."""
     model = kind.model
     tolerance = np.array([prior.std for prior in model.priors])
     if not known:
@@ -116,21 +117,21 @@ def held(equations: Equations, kind: Kind, known: bool) -> Equations:
 
 
 def _carrying(model: Model, kind: Kind, equations: Equations) -> Model:
-    """The model whose last link is what the run shows of it and its body, so that gears bear that load."""
+    """The model with the last link and its payload as estimated from the run, for the load of the gears."""
     standard = solvable(posterior)(equations).standard
-    assert standard is not None  # that estimator finds them
+    assert standard is not None  # that estimator provides them
     last = kind.model.inertias[-1]
     link = {name: Prior(value) for name, value in zip(kind.model.names[last], standard[last], strict=True)}
     return replace(model, stated={**model.stated, **link})
 
 
 def _spanned(columns: np.ndarray) -> np.ndarray:
-    """Orthonormal columns that span these."""
+    """Orthonormal basis of the span of some columns."""
     size = np.linalg.norm(columns, axis=0)
-    left, values, _ = np.linalg.svd(columns / np.where(size > 0.0, size, 1.0), full_matrices=False)
-    return left[:, values > SPANNED * values[0]]
+    basis, values, _ = np.linalg.svd(columns / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    return basis[:, values > SPANNED * values[0]]
 
 
 def _square(factor: np.ndarray) -> np.ndarray:
-    """A factor with as many rows as columns: a joint that hardly moved has fewer."""
+    """A factor padded to a square: a joint that hardly moved has fewer rows."""
     return np.pad(factor, ((0, factor.shape[1] - len(factor)), (0, 0)))

@@ -1,5 +1,5 @@
-"""An arm in MuJoCo, in the user's own simulation.
+"""An identified arm in the user's own MuJoCo simulation.
 
-In: a compiled MJCF, a model with values.
-Out: forces that MJCF lacks, in every step.
+In: a compiled MJCF, a model with parameter values.
+Out: forces that MJCF cannot express, applied in every step.
 """

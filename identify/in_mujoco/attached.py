@@ -1,4 +1,4 @@
-"""Attached: what MJCF lacks of an arm, as forces in every step of MuJoCo's."""
+"""Attached: effects of an arm that MJCF cannot express, applied as forces in every step of MuJoCo."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ from .native import Native, possible, terms_of
 from .torques import Share, Torques
 
 READ = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
-PATCH = ". Write what was found into the file first: exidyn export FIT --to mjcf --patch ARM.xml"
+PATCH = ". Write the estimates into the file first: exidyn export FIT --to mjcf --patch ARM.xml"
 UNPATCHED = Remedy(PATCH, PATCH)
 WHERE = "the model"
 
@@ -28,34 +28,34 @@ Pair = tuple[Effect, np.ndarray]
 
 
 def lacking(model: Any, arm: Model, payload: str = "") -> tuple[Portable, list[Pair]]:
-    """The arm as MuJoCo has it, and its effects with their values (p,) that MuJoCo's model lacks.
+    """The arm as a portable model, and the effects that MuJoCo's model lacks, with their values (p,).
 
-    Dry friction is among them: MuJoCo's is another law.
+    Dry friction is among them, because MuJoCo models it by another law.
 
     Raises:
-        RobotError: The model is of another arm, or has other numbers; or an effect cannot be attached.
+        RobotError: If the model describes another arm or has other values, or an effect cannot be attached.
     """
     wanted = Portable.of(arm, payload)
-    kept, _ = accepted(wanted)
-    without = replace(kept, joints=replace(kept.joints, dry=np.zeros(arm.robot.dof)))
-    file = described(model, wanted, WHERE)
-    made = Portable.of(file).joints
-    require_same(without, _without_dry(file), WHERE, UNPATCHED)
+    held, _ = accepted(wanted)
+    without_dry = replace(held, joints=replace(held.joints, dry=np.zeros(arm.robot.dof)))
+    compiled = described(model, wanted, WHERE)
+    compiled_joints = Portable.of(compiled).joints
+    require_same(without_dry, _without_dry(compiled), WHERE, UNPATCHED)
     pairs = [
         pair for pair in wanted.model.shares(wanted.model.nominal_values) if _lacks(pair[0], wanted, pair[1])
     ]
-    offset = wanted.joints.constant - made.constant + _biases(model, arm.robot.joints)
-    # Where damping below zero was found, which MuJoCo is not given.
-    drag = wanted.joints.damping - kept.joints.damping
-    left = ((CurrentOffset(), offset), (ViscousFriction(), drag))
-    pairs += [(effect, own) for effect, own in left if own.any()]
+    offset = wanted.joints.constant - compiled_joints.constant + _motor_bias(model, arm.robot.joints)
+    # Negative damping estimates: MuJoCo is given zero instead.
+    damping = wanted.joints.damping - held.joints.damping
+    corrections = ((CurrentOffset(), offset), (ViscousFriction(), damping))
+    pairs += [(effect, values) for effect, values in corrections if values.any()]
     for effect, _ in pairs:
         _require_possible(effect, model)
     return wanted, pairs
 
 
-def _biases(model: Any, joints: Sequence[str]) -> np.ndarray:
-    """Constant torque that motors of the file add, as files of exidyn's export have it, shape (n,) [N m]."""
+def _motor_bias(model: Any, joints: Sequence[str]) -> np.ndarray:
+    """Constant torque of the motors in the file, where exidyn's export writes it, shape (n,) [N m]."""
     ids, torque = [int(model.joint(name).id) for name in joints], np.zeros(len(joints))
     kind = enum_of("mjtTrn", "mjTRN_JOINT")
     for actuator in range(model.nu):
@@ -65,14 +65,15 @@ def _biases(model: Any, joints: Sequence[str]) -> np.ndarray:
     return torque
 
 
-def _without_dry(file: Model) -> Model:
-    kept = tuple(effect for effect in file.effects if not getattr(effect, "dry", False))
-    names = replace(file, effects=kept, stated={}).names
-    return replace(file, effects=kept, stated={name: p for name, p in file.stated.items() if name in names})
+def _without_dry(compiled: Model) -> Model:
+    effects = tuple(effect for effect in compiled.effects if not getattr(effect, "dry", False))
+    names = replace(compiled, effects=effects, stated={}).names
+    stated = {name: value for name, value in compiled.stated.items() if name in names}
+    return replace(compiled, effects=effects, stated=stated)
 
 
 def _lacks(effect: Effect, wanted: Portable, values: np.ndarray) -> bool:
-    """Whether MJCF has no such effect, or has it by another law."""
+    """Whether MJCF lacks the effect, or models it by another law."""
     if effect.of_links or effect.payload or not values.any():
         return False
     form = effect.portable(wanted.robot, values)
@@ -80,52 +81,53 @@ def _lacks(effect: Effect, wanted: Portable, values: np.ndarray) -> bool:
 
 
 def _require_possible(effect: Effect, model: Any) -> None:
-    """Refuse what callbacks cannot hold.
+    """Refuse effects that callbacks cannot apply.
 
     Raises:
-        RobotError: Torque by acceleration, or a memory under an integrator that tries steps.
+        RobotError: If the torque depends on acceleration, or the effect has a memory and the integrator
+            evaluates trial steps.
     """
     if not effect.massless:
         raise RobotError(
-            f"{name_of(effect)} is torque by acceleration between joints, which MuJoCo's callbacks cannot "
-            "add to its inertia; simulate it with exidyn simulate"
+            f"{name_of(effect)} depends on acceleration across joints, which MuJoCo's callbacks cannot add "
+            "to the inertia; simulate the arm with exidyn simulate instead"
         )
     if not effect.pointwise and model.opt.integrator == enum_of("mjtIntegrator", "mjINT_RK4"):
         raise RobotError(
-            f"{name_of(effect)} remembers where the arm was, and RK4 tries places where it never is. Use "
-            'integrator="implicitfast"'
+            f"{name_of(effect)} depends on past positions, and RK4 evaluates positions that the arm never "
+            'reaches. Use integrator="implicitfast"'
         )
 
 
 def _require_callbacks(model: Any, data: Any) -> None:
-    """Refuse models of what steps elsewhere.
+    """Refuse models and data that MuJoCo itself does not step.
 
     Raises:
-        RobotError: It is of MJX or Warp.
+        RobotError: If they belong to MJX or Warp.
     """
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
         kinds = f"{type(model).__module__}.{type(model).__name__}"
         raise RobotError(
-            f"effects attach to mujoco.MjModel and MjData, not to {kinds}: MJX and Warp call nobody back in "
-            "their steps. What MJCF itself holds they take: exidyn export FIT --to mjcf --patch ARM.xml"
+            f"effects attach to mujoco.MjModel and MjData, not to {kinds}: MJX and Warp have no callbacks in "
+            "their steps. They do read parameters from MJCF: exidyn export FIT --to mjcf --patch ARM.xml"
         )
 
 
 class State(NamedTuple):
-    """Of the effects in one of MuJoCo's data.
+    """State of the effects for one `MjData`.
 
     Attributes:
-        address: Of the data.
-        torques: Effects on the motors' side of the gears.
-        transmitted: Those that the gears carry.
-        arrays: Of the data, by name.
-        pointer: To its positions, by which other data at the same address are told apart.
-        clock: Its time.
-        last: The time at which memories are, one number [s].
-        velocity: At that time, shape (n,) [rad/s].
-        acceleration: Over the step before it, shape (n,) [rad/s^2].
-        drag: Torque by velocity in this step, shape (n,) [N m s/rad].
+        address: Address of the `MjData`.
+        torques: Effects on the motor side of the gears.
+        transmitted: Effects whose torque the gears transmit.
+        arrays: Arrays of the `MjData`, by name.
+        pointer: Address of the positions, which distinguishes it from a later `MjData` at the same address.
+        clock: Simulation time of the `MjData`.
+        last: Time of the last update, a list of one number [s].
+        velocity: Velocity at that time, shape (n,) [rad/s].
+        acceleration: Mean acceleration over the preceding step, shape (n,) [rad/s^2].
+        drag: Damping coefficient in this step, shape (n,) [N m s/rad].
     """
 
     address: int
@@ -141,43 +143,44 @@ class State(NamedTuple):
 
 
 class Attached:
-    """Effects that act in every step of one model, with whichever data, until `detach`.
+    """Effects that act in every step of one model, with any of its data, until `detach`.
 
     Args:
-        model: MuJoCo's, an `MjModel`; its `dof_frictionloss` is zero while they are attached.
-        data: One `MjData` of it.
-        arm: The arm, what was found as its nominal values.
-        payload: Name of the payload that is part of its last link; empty for none.
-        temperature: Of the joints, where friction depends on it; `temperature` can be written later [degC].
+        model: An `MjModel`; its `dof_frictionloss` is zero while the effects are attached.
+        data: An `MjData` of the model.
+        arm: The arm, with the estimates as its nominal values.
+        payload: Name of the payload that is part of the last link; empty for none.
+        temperature: Joint temperature, one number or one per joint, used where friction depends on it; the
+            attribute `temperature` can be changed later [degC].
 
     Attributes:
-        effects: Names of those that are attached.
-        temperature: Shape (n,) [degC].
+        effects: Names of the attached effects.
+        temperature: Joint temperature, shape (n,) [degC].
 
     Raises:
-        RobotError: See `lacking`.
+        RobotError: If the model describes another arm or has other values, or an effect cannot be attached.
     """
 
     def __init__(self, model: Any, data: Any, arm: Model, payload: str = "", temperature: Any = 25.0) -> None:
         _require_callbacks(model, data)
         wanted, pairs = lacking(model, arm, payload)
         self._model, self._robot = model, wanted.robot
-        self._through = [pair for pair in pairs if pair[0].transmitted]
-        self._behind = [pair for pair in pairs if not pair[0].transmitted]
+        self._transmitted = [pair for pair in pairs if pair[0].transmitted]
+        self._motor_side = [pair for pair in pairs if not pair[0].transmitted]
         self.effects = tuple(dict.fromkeys(name_of(effect) for effect, _ in pairs))
         self.temperature = np.broadcast_to(np.asarray(temperature, float), (wanted.robot.dof,)).copy()
         inertia = "M" if hasattr(data, "M") else "qM"
         self._layout = Layout.of(data, (*READ, inertia))
         joints = [model.joint(name) for name in wanted.robot.joints]
         self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
-        self._places = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._qpos = np.array([int(joint.qposadr[0]) for joint in joints])
         ends = model.M_rowadr + model.M_rownnz - 1 if inertia == "M" else model.dof_Madr
         self._diagonal = ends[self._dofs]
         self._inertia, self._library, self._states = inertia, library(), dict[int, State]()
         self._bias = np.zeros(model.nv)
-        self._loaded = any(effect.needs_load for effect, _ in self._behind)
+        self._needs_load = any(effect.needs_load for effect, _ in self._motor_side)
         self._dry = model.dof_frictionloss[self._dofs].copy()
-        self._try(data)
+        self._evaluate_once(data)
         self._native = self._compiled(data)
         register(model, self, None if self._native is None else self._native.callbacks())
         if self._native is not None:
@@ -185,18 +188,19 @@ class Attached:
         model.dof_frictionloss[self._dofs] = 0.0
 
     def _compiled(self, data: Any) -> Native | None:
-        """The effects as machine code; None where an effect has no such form, or Numba is absent."""
-        pairs, model = [*self._behind, *self._through], self._model
+        """The effects as compiled callbacks; None if an effect cannot be compiled or Numba is missing."""
+        pairs, model = [*self._motor_side, *self._transmitted], self._model
         if not possible(pairs):
             return None
         places = [self._layout.time, *(self._layout.places[name] for name in (*READ, self._inertia))]
         return Native(
             int(model._address), step_address(model), self.temperature, places,
-            (self._dofs, self._places, self._diagonal), terms_of(self._robot, pairs), self._loaded, model.nv,
+            (self._dofs, self._qpos, self._diagonal), terms_of(self._robot, pairs), self._needs_load,
+            model.nv,
         )  # fmt: skip
 
-    def _try(self, data: Any) -> None:
-        """Ask all effects once, here, where what they raise is seen."""
+    def _evaluate_once(self, data: Any) -> None:
+        """Evaluate all effects once here, because an exception inside a callback would be lost."""
         state = self._state(int(data._address))
         self._torque(state)
         state.torques.forget()
@@ -209,44 +213,46 @@ class Attached:
         self.detach()
 
     def detach(self) -> None:
-        """Take them away; the model is as it was."""
+        """Remove the effects and restore the model."""
         if self._native is not None:
             self._native.release()
         release(self._model)
         self._model.dof_frictionloss[self._dofs] = self._dry
 
     def passive(self, data: int) -> None:
-        """Add forces; called by MuJoCo, and for a data that is new by what is compiled."""
+        """Add the forces; called by MuJoCo, or by the compiled callbacks for data they have not seen."""
         if self._native is not None:
             self._native.admit(data, self._layout.pointer(data, "qpos"))
             return
         state = self._state(data)
-        self._go_on(state)
+        self._update(state)
         torque, state.drag[:] = self._torque(state)
         state.arrays["qfrc_passive"][self._dofs] -= torque
 
     def control(self, data: int) -> None:
-        """Make friction implicit, as inertia that a step has to speed up besides; called by MuJoCo."""
-        if self._native is not None:  # after a data is new to it in `passive`
+        """Make friction implicit by adding step times drag to the inertia; called by MuJoCo."""
+        if self._native is not None:  # `passive` has already admitted new data
             return
         state = self._state(data)
         state.arrays[self._inertia][self._diagonal] += self._model.opt.timestep * state.drag
         self._library.mj_factorM(self._model._address, data)
 
     def _state(self, data: int) -> State:
-        """State of the effects in the data at an address."""
+        """State of the effects for the `MjData` at an address."""
         state = self._states.get(data)
         pointer = self._layout.pointer(data, "qpos")
         if state is None or state.pointer != pointer:
             arrays = {name: self._layout.array(data, name) for name in self._layout.places}
-            behind, through = (Torques(self._robot, pairs) for pairs in (self._behind, self._through))
-            clock, numbers = self._layout.clock(data), np.zeros((3, len(self._dofs)))
-            state = State(data, behind, through, arrays, pointer, clock, [np.inf], *numbers)
+            torques, transmitted = (
+                Torques(self._robot, pairs) for pairs in (self._motor_side, self._transmitted)
+            )
+            clock, zeros = self._layout.clock(data), np.zeros((3, len(self._dofs)))
+            state = State(data, torques, transmitted, arrays, pointer, clock, [np.inf], *zeros)
             self._states[data] = state
         return state
 
-    def _go_on(self, state: State) -> None:
-        """Remember where the arm is now, once a step; after a reset, begin anew."""
+    def _update(self, state: State) -> None:
+        """Store the current motion once per step; start over after a reset."""
         now, [last] = state.clock.value, state.last
         if now == last:
             return
@@ -254,32 +260,34 @@ class Attached:
         if now < last:
             state.torques.forget()
             state.acceleration[:] = state.arrays["qacc"][self._dofs]
-        else:  # qacc itself leaves out what an integrator makes implicit, as the damping of servos
+        else:  # qacc lacks what the integrator makes implicit, such as the damping of servos
             state.acceleration[:] = (velocity - state.velocity) / (now - last)
         state.velocity[:], state.last[0] = velocity, now
-        state.torques.remember(state.arrays["qpos"][self._places])
+        state.torques.remember(state.arrays["qpos"][self._qpos])
 
     def _torque(self, state: State) -> Share:
-        """Torque that all effects take."""
-        position, velocity = state.arrays["qpos"][self._places], state.arrays["qvel"][self._dofs]
+        """Torque of all effects."""
+        position, velocity = state.arrays["qpos"][self._qpos], state.arrays["qvel"][self._dofs]
         step, load = self._model.opt.timestep, np.zeros(len(velocity))
-        through = None
-        if self._through:
-            through = state.transmitted.at(position, velocity, step, load, self.temperature)
-        if self._loaded:
-            load = self._load(state) + (through.torque if through else 0.0)
-        own = state.torques.at(position, velocity, step, load, self.temperature)
-        return own if through is None else Share(own.torque + through.torque, own.drag + through.drag)
+        transmitted = None
+        if self._transmitted:
+            transmitted = state.transmitted.at(position, velocity, step, load, self.temperature)
+        if self._needs_load:
+            load = self._load(state) + (transmitted.torque if transmitted else 0.0)
+        motor_side = state.torques.at(position, velocity, step, load, self.temperature)
+        if transmitted is None:
+            return motor_side
+        return Share(motor_side.torque + transmitted.torque, motor_side.drag + transmitted.drag)
 
     def _load(self, state: State) -> np.ndarray:
-        """Torque that the gears carry, at the acceleration of the step before, shape (n,) [N m].
+        """Torque transmitted by the gears at the acceleration of the preceding step, shape (n,) [N m].
 
-        Where none was made to here, as in inverse dynamics, at that which is given.
+        Where no step led to this state, as in inverse dynamics, the acceleration is `qacc`.
         """
         arrays = state.arrays
-        given = arrays["qacc"][self._dofs]
+        qacc = arrays["qacc"][self._dofs]
         if np.array_equal(arrays["qvel"][self._dofs], state.velocity):
             arrays["qacc"][self._dofs] = state.acceleration
         self._library.mj_rne(self._model._address, state.address, 1, self._bias.ctypes.data)
-        arrays["qacc"][self._dofs] = given
+        arrays["qacc"][self._dofs] = qacc
         return (self._bias - arrays["qfrc_spring"] - arrays["qfrc_gravcomp"])[self._dofs]

@@ -1,7 +1,7 @@
-"""MuJoCo's callbacks, which are one for all models of a process: which arm each call is for.
+"""Dispatch of MuJoCo's callbacks, which a process shares between all models, to the arm of each model.
 
-A function of Python's given to MuJoCo is called for models that Python does not know too, as while another is
-compiled, and fails there. A function of C's is given addresses, and those of other models are left alone.
+MuJoCo calls a Python callback for every model, including one that is still being compiled, where it fails. A
+callback with a C signature receives addresses instead, and can ignore other models.
 """
 
 import os
@@ -15,21 +15,21 @@ from ..errors import RobotError
 from ..notebook import optional
 
 KIND = CFUNCTYPE(None, c_void_p, c_void_p)
-PURPOSE = "what exidyn found, in MuJoCo,"
+PURPOSE = "simulation in MuJoCo"
 
 
 class Forced(Protocol):
-    """What acts on one model, whichever data it is stepped with, by address."""
+    """Effects on one model; the address tells which `MjData` is stepped."""
 
     def passive(self, data: int) -> None:
-        """When passive forces have been added up."""
+        """Called after passive forces have been summed."""
 
     def control(self, data: int) -> None:
-        """Before actuators, in steps, and not in inverse dynamics."""
+        """Called before actuators, in steps but not in inverse dynamics."""
 
 
 ARMS: dict[int, Forced] = {}
-"""By the address of their model."""
+"""Effects by the address of their model."""
 
 
 def _calling(name: str) -> Any:
@@ -45,28 +45,28 @@ CALLS = {name: _calling(name) for name in ("passive", "control")}
 
 
 def register(model: Any, arm: Forced, calls: Mapping[str, Any] | None = None) -> None:
-    """Have an arm called for a model, by functions that may be compiled and call `CALLS` for all else.
+    """Register an arm for a model; compiled callbacks call `CALLS` for models that they do not handle.
 
     Raises:
-        RobotError: Somebody else has MuJoCo's callbacks, or the model has an arm already.
+        RobotError: If other code uses MuJoCo's callbacks, or the model has an arm already.
     """
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if model._address in ARMS:
-        raise RobotError("the model has such effects attached already; detach() those first")
+        raise RobotError("the model already has effects attached; call detach() on them first")
     for name in () if ARMS else CALLS:
         if getattr(mujoco, f"get_mjcb_{name}")() is not None:
             raise RobotError(
-                f"mjcb_{name} of MuJoCo is taken by another function of this process; there can be one. Set "
-                f"it to None: mujoco.set_mjcb_{name}(None)"
+                f"MuJoCo's callback mjcb_{name} is in use by another function, and a process can have only "
+                f"one. Clear it with mujoco.set_mjcb_{name}(None)"
             )
-    # What was compiled for other arms stays: it calls Python for arms that it does not know.
+    # Callbacks compiled for other arms stay: they call Python for models that they do not handle.
     for name, call in (calls or ({} if ARMS else CALLS)).items():
         getattr(mujoco, f"set_mjcb_{name}")(call)
     ARMS[model._address] = arm
 
 
 def release(model: Any) -> None:
-    """Have no arm called for a model, and nothing at all after the last."""
+    """Unregister the arm of a model, and clear the callbacks after the last one."""
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if ARMS.pop(model._address, None) is not None and not ARMS:
         for name in CALLS:
@@ -75,17 +75,17 @@ def release(model: Any) -> None:
 
 @cache
 def library() -> PyDLL:
-    """MuJoCo itself, whose functions take the addresses that a callback is given.
+    """MuJoCo's C library, whose functions take the addresses that a callback receives.
 
     Raises:
-        RobotError: It is not beside its Python package.
+        RobotError: If the folder of the Python package contains no library.
     """
     folder = os.path.dirname(optional("mujoco", PURPOSE, "mujoco").__file__)
     ending = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
     for name in sorted(os.listdir(folder)):
         if "mujoco" in name and not name.startswith("_") and ending in name:
             return _typed(PyDLL(os.path.join(folder, name)))
-    raise RobotError(f"{folder} has no library of MuJoCo's (*mujoco*{ending})")
+    raise RobotError(f"{folder} contains no MuJoCo library (*mujoco*{ending}); reinstall the package mujoco")
 
 
 def _typed(library: PyDLL) -> PyDLL:

@@ -1,4 +1,4 @@
-"""How far simulation and recording part: after some time from where both were alike, and in the whole run."""
+"""Distance between simulation and recording: some time after a common start, and over whole runs."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,22 +10,22 @@ from ..arm.robot import Robot
 from .replay import Run, Simulator
 
 HORIZONS = (0.1, 0.5, 2.0)
-"""After which both are compared [s]."""
+"""Times after a start at which both are compared [s]."""
 MOST = 40
-"""Starts in all runs together: of rms errors, which vary by their size, they leave a tenth open."""
+"""Maximum number of starts in all runs together: it leaves rms errors uncertain by a tenth."""
 
 
 class Distances(NamedTuple):
-    """Between simulation and recordings; n joints, h horizons, w starts.
+    """Distances between simulation and recordings; n joints, h horizons, w starts.
 
     Attributes:
-        ends: Simulated less recorded position after each horizon, shape (w, h, n) [rad]; infinite where
+        ends: Simulated minus recorded position after each horizon, shape (w, h, n) [rad]; infinite where
             the simulation has diverged.
-        tools: Distance of the tool points then, shape (w, h) [m].
-        whole: Root mean square over whole runs, shape (n,) [rad].
-        whole_tool: Of the tool points, [m].
-        traces: What each whole run did in simulation, (t, n) each [rad].
-        moved: How far the real joints have moved after each horizon, root mean square, shape (h, n) [rad].
+        tools: Distance between the tool points after each horizon, shape (w, h) [m].
+        whole: RMS position error over whole runs, shape (n,) [rad].
+        whole_tool: RMS distance between the tool points over whole runs [m].
+        traces: Simulated positions of each whole run, (t, n) each [rad].
+        moved: RMS motion of the real joints after each horizon, shape (h, n) [rad].
     """
 
     ends: np.ndarray
@@ -37,75 +37,76 @@ class Distances(NamedTuple):
 
     @property
     def telling(self) -> np.ndarray:
-        """The longest horizon, by place, after which each joint is still told from one at rest, shape (n,).
+        """Index of the longest horizon at which each joint's error is still informative, shape (n,).
 
-        Once a simulation is farther off than a joint that had stayed where it was, how far says nothing: so
-        it is with torque as the command, which holds no arm anywhere. The shortest, where none is.
+        An error is informative while it is smaller than the motion of the real joint, which is the error of
+        a simulation that stays at its start. Commanded torque, which holds no position, soon exceeds that.
+        If no horizon is informative, the index is that of the shortest.
         """
-        told = self.joints < self.moved
-        return np.where(told, np.arange(len(told))[:, None], 0).max(axis=0)
+        informative = self.joints < self.moved
+        return np.where(informative, np.arange(len(informative))[:, None], 0).max(axis=0)
 
     @property
     def joints(self) -> np.ndarray:
-        """Root mean square after each horizon, shape (h, n) [rad]."""
+        """RMS position error after each horizon, shape (h, n) [rad]."""
         return _rms(self.ends)
 
     @property
     def tool(self) -> np.ndarray:
-        """The same of the tool point, shape (h,) [m]."""
+        """RMS distance between the tool points after each horizon, shape (h,) [m]."""
         return _rms(self.tools)
 
 
 def horizons_of(runs: Sequence[Run]) -> tuple[float, ...]:
-    """Those that the shortest run has room for; its length where it has for none."""
+    """The horizons that fit into the shortest run, or its duration if none fits."""
     shortest = min(float(run.time[-1] - run.time[0]) for run in runs)
-    return tuple(one for one in HORIZONS if one <= shortest) or (shortest,)
+    return tuple(horizon for horizon in HORIZONS if horizon <= shortest) or (shortest,)
 
 
 def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distances:
-    """Simulate runs from starts evenly in them, and as a whole."""
+    """Simulate runs from evenly spaced starts, and as a whole."""
     horizons, ends, tools, moves = horizons_of(runs), [], [], []
     for run, first in _starts(runs, horizons[-1]):
         last = int(np.searchsorted(run.time, run.time[first] + horizons[-1], side="right")) - 1
-        seen = simulator.roll(run, first, last)
-        rows = [
-            int(np.searchsorted(run.time, run.time[first] + one, side="right")) - 1 - first
-            for one in horizons
+        simulated = simulator.roll(run, first, last)
+        offsets = [
+            int(np.searchsorted(run.time, run.time[first] + horizon, side="right")) - 1 - first
+            for horizon in horizons
         ]
-        places = np.maximum(rows, 1) - 1
-        real = run.position[first + 1 + places]
-        ends.append(seen[places] - real)
-        tools.append(_apart(robot, seen[places], real))
+        rows = np.maximum(offsets, 1) - 1
+        real = run.position[first + 1 + rows]
+        ends.append(simulated[rows] - real)
+        tools.append(_tool_distance(robot, simulated[rows], real))
         moves.append(real - run.position[first])
     traces = tuple(np.vstack([run.position[:1], simulator.roll(run, 0, len(run.time) - 1)]) for run in runs)
-    missed = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
-    far = [
-        _apart(robot, trace[::STRIDE], run.position[::STRIDE])
+    errors = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
+    tool_errors = [
+        _tool_distance(robot, trace[::STRIDE], run.position[::STRIDE])
         for trace, run in zip(traces, runs, strict=True)
     ]
     return Distances(
-        np.array(ends), np.array(tools), _rms(missed), float(_rms(np.concatenate(far))), traces,
+        np.array(ends), np.array(tools), _rms(errors), float(_rms(np.concatenate(tool_errors))), traces,
         _rms(np.array(moves)),
     )  # fmt: skip
 
 
 STRIDE = 10
-"""Samples from one to the next at which the tool point of a whole run is compared."""
+"""Spacing of the samples at which the tool point of a whole run is compared."""
 
 
 def _starts(runs: Sequence[Run], longest: float) -> list[tuple[Run, int]]:
-    """Runs and samples from which to simulate, no closer than a quarter of the longest horizon."""
+    """Runs and samples from which to simulate, at least a quarter of the longest horizon apart."""
     total = sum(float(run.time[-1] - run.time[0]) - longest for run in runs)
-    each = max(total / MOST, 0.25 * longest)
-    found = []
+    spacing = max(total / MOST, 0.25 * longest)
+    starts = []
     for run in runs:
-        moments = np.arange(run.time[0], run.time[-1] - longest + 1e-9, each)
-        found += [(run, int(np.searchsorted(run.time, moment))) for moment in moments]
-    return found
+        moments = np.arange(run.time[0], run.time[-1] - longest + 1e-9, spacing)
+        starts += [(run, int(np.searchsorted(run.time, moment))) for moment in moments]
+    return starts
 
 
-def _apart(robot: Robot, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Distance of the tool points at two positions (k, n), shape (k,) [m]."""
+def _tool_distance(robot: Robot, simulated: np.ndarray, recorded: np.ndarray) -> np.ndarray:
+    """Distance between the tool points at two series of positions (k, n), shape (k,) [m]."""
     data = robot.kinematics.createData()
     return np.array(
         [
@@ -115,7 +116,7 @@ def _apart(robot: Robot, one: np.ndarray, other: np.ndarray) -> np.ndarray:
             )
             if np.all(np.isfinite(a))
             else np.inf
-            for a, b in zip(one, other, strict=True)
+            for a, b in zip(simulated, recorded, strict=True)
         ]
     )
 

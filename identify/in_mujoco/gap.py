@@ -1,7 +1,7 @@
-"""The gap between a user's MuJoCo simulation and the real arm: how wide, and what each finding closes of it.
+"""The gap between a user's MuJoCo simulation and the real arm: its size, and how much each finding closes.
 
-Findings are added one after the other, each with all numbers fitted again. One stays if in the runs held out
-none of its joints is worse for it, and no joint at all worse than by the file as it was.
+Findings are added one after the other, and all parameters are fitted again each time. A finding is kept if,
+in the held-out runs, it makes none of its joints worse and leaves no joint worse than with the original file.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,19 +34,19 @@ from .servo_torque import with_servo_torque
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """What was found.
+    """The gap between simulation and recordings, and the findings that close it.
 
     Attributes:
-        diagnosis: Of the runs.
+        diagnosis: Diagnosis of the runs.
         commands: What was commanded, "position" or "torque".
-        horizons: [s].
-        runs: Those held out.
-        before: By the file as it was.
-        stages: In the order in which they were tried.
-        after: With all that is kept; `before` where nothing is.
-        kept: The arm with that; None where nothing is.
-        taken_out: What of the findings is of the measurement, and was taken out of the recordings, in words.
-        beyond: What no simulated arm holds, in words.
+        horizons: Times after a start at which both are compared [s].
+        runs: Held-out runs.
+        before: Distances with the original file.
+        stages: Findings in the order in which they were tried.
+        after: Distances with all findings that are kept; `before` if there are none.
+        kept: The arm with those findings; None if there are none.
+        taken_out: Findings about the measurement, which were removed from the recordings, in words.
+        beyond: Findings that a simulated arm cannot represent, in words.
     """
 
     diagnosis: Diagnosis
@@ -70,56 +70,60 @@ def gap(
     progress: Callable[[str], None] = lambda _: None,
     as_recorded: bool = False,
 ) -> Gap:
-    """Simulate, diagnose, write what was found, simulate again.
+    """Simulate, diagnose, write the findings into the file, and simulate again.
 
     Args:
         source: The MJCF.
-        model: What it describes, with the drive gains of the recordings.
-        recordings: Role and recording of each run; those of role "validate" judge.
-        commands: "position" or "torque"; what file and runs have, by default.
-        filtering: Filters; chosen from the data where none is given.
-        progress: Called with a sentence at each stage.
-        as_recorded: Take columns, units and signs as they are stated, without a check.
+        model: The arm that it describes, with the drive gains of the recordings.
+        recordings: Role and recording of each run; runs of role "validate" decide which findings are kept.
+        commands: "position" or "torque"; by default, what the file and the runs support.
+        filtering: Filters; by default, they are chosen from the data.
+        progress: Function that is called with a sentence at each stage.
+        as_recorded: Whether to skip the check of columns, units and signs.
 
     Raises:
-        RecordingError: No run is held out.
-        ExidynError: The runs cannot be used; the message gives the reason.
+        RecordingError: If no run is held out.
+        ExidynError: If the runs cannot be used; the message gives the reason.
     """
     if not any(role == HELD_OUT for role, _ in recordings):
-        raise RecordingError("no run judges what is gained: give one that is not fitted, --validate RUN")
+        raise RecordingError(
+            "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"
+        )
     compiled = _compiled(source)
     suspicions = [] if as_recorded else _suspicions(compiled, model, recordings)
-    as_recorded = as_recorded or any(is_servo_error(one.settings) for _, one in recordings)
-    recordings = [(role, with_servo_torque(compiled, one, model.robot.joints)) for role, one in recordings]
+    as_recorded = as_recorded or any(is_servo_error(run.settings) for _, run in recordings)
+    recordings = [(role, with_servo_torque(compiled, run, model.robot.joints)) for role, run in recordings]
     diagnosis = diagnosed(
         model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
     ).diagnosis
     diagnosis = replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions))
-    held, faults, beyond = _sorted(diagnosis)
+    of_arm, faults, beyond = _sorted(diagnosis)
     runs = tuple(
-        Run.of(_without(one, diagnosis, faults), filtering) for role, one in recordings if role == HELD_OUT
+        Run.of(_without(recording, diagnosis, faults), filtering)
+        for role, recording in recordings
+        if role == HELD_OUT
     )
     commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
-    progress(StageText("simulate", "simulate the file as it is"))
+    progress(StageText("simulate", "simulate the original file"))
     before = simulated(source, source.text, model, runs, commands, attach=False)
     ladder = Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
-    with threadpool_limits(limits=1):  # steps of one arm are small: threads would wait for one another
-        ladder.climb(held, progress)
+    with threadpool_limits(limits=1):  # the steps of one arm are too small for threads to pay off
+        ladder.climb(of_arm, progress)
     joints = diagnosis.joints
     return Gap(
         diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,
-        tuple(sentence(one, joints) for one in faults), tuple(sentence(one, joints) for one in beyond),
+        tuple(sentence(finding, joints) for finding in faults),
+        tuple(sentence(finding, joints) for finding in beyond),
     )  # fmt: skip
 
 
 def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
-    """What may be wrong with logs of commands alone.
+    """Doubts about logs that hold commands but no effort.
 
-    Asked of the torque that a servo in an arm gives: with what MuJoCo's steps make of its damping, a light
-    joint may have an inertia below zero, which is a mistake in an arm.
-
+    They are checked with the torque of a real servo: MuJoCo's steps change the effect of its damping so
+    much that a light joint can have a negative inertia, which in a real arm would be a mistake.
     """
-    if not any(is_servo_error(one.settings) for _, one in recordings):
+    if not any(is_servo_error(run.settings) for _, run in recordings):
         return []
     joints = model.robot.joints
     runs = [run for _, run in recordings]
@@ -130,8 +134,8 @@ def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, 
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:
-    """Findings that a simulated arm holds, those of the measurement, and those that neither is."""
-    held, faults, beyond = [], [], []
+    """Findings that a simulated arm can represent, findings about the measurement, and all others."""
+    of_arm, faults, beyond = [], [], []
     nominal = None if diagnosis.evidence is None else as_nominal(diagnosis.evidence)
     for finding in diagnosis.findings:
         kind = kind_of(finding.effect)
@@ -140,16 +144,16 @@ def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Fi
         elif kind.sensor:
             faults.append(finding)
         else:
-            held.append(finding)
-    return held, faults, beyond
+            of_arm.append(finding)
+    return of_arm, faults, beyond
 
 
 def _without(recording: Recording, diagnosis: Diagnosis, faults: Sequence[Finding]) -> Recording:
-    """The recording with a model that takes these findings out of it."""
+    """The recording with a model that removes these findings from it."""
     if diagnosis.evidence is None:
         return recording
-    held = as_found(diagnosis.evidence, faults).model.measurements
-    return replace(recording, model=replace(recording.model, measurements=held))
+    measurements = as_found(diagnosis.evidence, faults).model.measurements
+    return replace(recording, model=replace(recording.model, measurements=measurements))
 
 
 def _compiled(source: Source) -> object:

@@ -1,5 +1,5 @@
-"""Compiled callbacks of MuJoCo: what `Attached` does in a step, on the numbers that `Native` lays out."""
-# Numba takes these functions apart, and has types of its own.
+"""Compiled callbacks of MuJoCo: the computations of `Attached` on the arrays that `Native` lays out."""
+# Numba infers types itself, so these functions have no annotations.
 # ruff: noqa: ANN001, ANN202
 # mypy: ignore-errors
 
@@ -35,7 +35,7 @@ from .torques import SLOWEST
 _slid_here = njit(slid)
 ADDRESS = TABLE.ctypes.data
 _inline = njit(inline="always")
-"""Parts of one step: as calls, with their arrays, they take a fifth of it."""
+"""Inlining for the parts of one step: as calls with array arguments they would take a fifth of its time."""
 COLUMNS = TABLE.shape[1]
 
 
@@ -48,24 +48,24 @@ def _pointer(context, address):
 
 
 @njit
-def _numbers(address, count):
+def _floats(address, count):
     return carray(_pointer(address), count, np.float64)
 
 
 @njit
-def _whole(address, count):
+def _integers(address, count):
     return carray(_pointer(address), count, np.int64)
 
 
 @njit
-def _array(data, place, count):
-    """An array of the data whose pointer is at a place in its struct."""
-    return _numbers(_whole(data + place, 1)[0], count)
+def _array(data, offset, count):
+    """An array of an `MjData`, whose pointer is at an offset in the struct."""
+    return _floats(_integers(data + offset, 1)[0], count)
 
 
 @njit
 def _row_of(model):
-    models = _whole(ADDRESS, MODELS * COLUMNS)
+    models = _integers(ADDRESS, MODELS * COLUMNS)
     for row in range(MODELS):
         if models[row * COLUMNS + MODEL] == model:
             return row
@@ -74,13 +74,14 @@ def _row_of(model):
 
 @njit
 def _state_of(row, data):
-    """Place of a data's state; -1 for one that is new, or another at the same address."""
-    table = _whole(ADDRESS, MODELS * COLUMNS)
-    ints, keys = _whole(table[row * COLUMNS + INTS], BEFORE), _whole(table[row * COLUMNS + KEYS], 2 * DATA)
-    for place in range(DATA):
-        if keys[2 * place] == data:
-            return place if keys[2 * place + 1] == _whole(data + ints[5], 1)[0] else -1
-        if keys[2 * place] == 0:
+    """Index of the state of an `MjData`; -1 if it is new, or another one at the same address."""
+    table = _integers(ADDRESS, MODELS * COLUMNS)
+    ints = _integers(table[row * COLUMNS + INTS], BEFORE)
+    keys = _integers(table[row * COLUMNS + KEYS], 2 * DATA)
+    for slot in range(DATA):
+        if keys[2 * slot] == data:
+            return slot if keys[2 * slot + 1] == _integers(data + ints[5], 1)[0] else -1
+        if keys[2 * slot] == 0:
             return -1
     return -1
 
@@ -91,12 +92,12 @@ def _size(n, size, terms):
 
 
 class Arm(NamedTuple):
-    """What is known of an arm: counts, places in the struct of a data, and terms."""
+    """Numbers of an arm: counts, offsets in the struct of an `MjData`, and terms."""
 
     table: Any
     head: Any
     dofs: Any
-    places: Any
+    qpos: Any
     codes: Any
     joints: Any
     constants: Any
@@ -105,11 +106,11 @@ class Arm(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What is kept of one of its data: see `State` of `Attached`; `at` and `hold` are hysteresis'."""
+    """State for one `MjData`, see `State` of `Attached`; `at` and `hold` belong to hysteresis."""
 
     clock: Any
-    before: Any
-    speed: Any
+    velocity: Any
+    acceleration: Any
     drag: Any
     at: Any
     load: Any
@@ -118,7 +119,7 @@ class Memory(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """Arrays of a data, over all of its degrees of freedom."""
+    """Arrays of an `MjData`, over all of its degrees of freedom."""
 
     position: Any
     velocity: Any
@@ -128,26 +129,26 @@ class Moving(NamedTuple):
 
 @_inline
 def _arm(row):
-    table = _whole(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
-    head = _whole(table[INTS], BEFORE)
+    table = _integers(ADDRESS, MODELS * COLUMNS)[row * COLUMNS : (row + 1) * COLUMNS]
+    head = _integers(table[INTS], BEFORE)
     n, terms = head[0], head[1]
-    ints = _whole(table[INTS], BEFORE + 3 * n + 2 * terms)
+    ints = _integers(table[INTS], BEFORE + 3 * n + 2 * terms)
     codes, joints = ints[BEFORE + 3 * n : BEFORE + 3 * n + terms], ints[BEFORE + 3 * n + terms :]
-    floats = _numbers(table[FLOATS], 2 * CONSTANTS * terms)
-    dofs, places = ints[BEFORE : BEFORE + n], ints[BEFORE + n : BEFORE + 2 * n]
+    floats = _floats(table[FLOATS], 2 * CONSTANTS * terms)
+    dofs, qpos = ints[BEFORE : BEFORE + n], ints[BEFORE + n : BEFORE + 2 * n]
     constants, values = floats[: CONSTANTS * terms], floats[CONSTANTS * terms :]
-    return Arm(table, head, dofs, places, codes, joints, constants, values, _numbers(table[TEMPERATURE], n))
+    return Arm(table, head, dofs, qpos, codes, joints, constants, values, _floats(table[TEMPERATURE], n))
 
 
 @_inline
-def _memory(arm, place):
+def _memory(arm, slot):
     n, terms, size = arm.head[0], arm.head[1], arm.head[3]
     length = _size(n, size, terms)
-    state = _numbers(arm.table[STATES] + 8 * place * length, length)
-    kept = state[1:]
+    state = _floats(arm.table[STATES] + 8 * slot * length, length)
+    arrays = state[1:]
     return Memory(
-        state[:1], kept[:n], kept[n : 2 * n], kept[2 * n : 3 * n], kept[3 * n : 4 * n], kept[4 * n : 5 * n],
-        kept[5 * n : 5 * n + size], kept[5 * n + size :],
+        state[:1], arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n],
+        arrays[4 * n : 5 * n], arrays[5 * n : 5 * n + size], arrays[5 * n + size :],
     )  # fmt: skip
 
 
@@ -161,99 +162,106 @@ def _moving(arm, data):
 
 
 @_inline
-def _go_on(arm, memory, moving, now):
-    """Remember where the arm is now; after a reset, begin anew."""
+def _update(arm, memory, moving, now):
+    """Store the current motion; start over after a reset."""
     last = memory.clock[0]
-    again = now < last
+    reset = now < last
     for j in range(len(arm.dofs)):
         v = moving.velocity[arm.dofs[j]]
-        memory.speed[j] = moving.acceleration[arm.dofs[j]] if again else (v - memory.before[j]) / (now - last)
-        memory.before[j] = v
+        memory.acceleration[j] = (
+            moving.acceleration[arm.dofs[j]] if reset else (v - memory.velocity[j]) / (now - last)
+        )
+        memory.velocity[j] = v
     for k in range(len(arm.codes)):
         if arm.codes[k] == REMEMBERS:
             j = arm.joints[k]
-            way = moving.position[arm.places[j]] - memory.at[j]
-            memory.hold[k] = 0.0 if again else _slid_here(memory.hold[k], way, arm.constants[CONSTANTS * k])
+            displacement = moving.position[arm.qpos[j]] - memory.at[j]
+            memory.hold[k] = (
+                0.0 if reset else _slid_here(memory.hold[k], displacement, arm.constants[CONSTANTS * k])
+            )
     for j in range(len(arm.dofs)):
-        memory.at[j] = moving.position[arm.places[j]]
+        memory.at[j] = moving.position[arm.qpos[j]]
     memory.clock[0] = now
 
 
 @_inline
-def _carry(arm, memory, moving, model, data, place, rne):
-    """Torque that the gears carry, at the acceleration of the step before, or else as it is given."""
-    same = True
+def _update_load(arm, memory, moving, model, data, slot, rne):
+    """Compute the torque that the gears transmit, at the preceding step's acceleration or else at `qacc`."""
+    unchanged = True
     for j in range(len(arm.dofs)):
-        same = same and moving.velocity[arm.dofs[j]] == memory.before[j]
+        unchanged = unchanged and moving.velocity[arm.dofs[j]] == memory.velocity[j]
     for j in range(len(arm.dofs)):
         memory.load[j] = moving.acceleration[arm.dofs[j]]
-        if same:
-            moving.acceleration[arm.dofs[j]] = memory.speed[j]
+        if unchanged:
+            moving.acceleration[arm.dofs[j]] = memory.acceleration[j]
     n, terms, size = arm.head[0], arm.head[1], arm.head[3]
-    rne(model, data, 1, arm.table[STATES] + 8 * (place * _size(n, size, terms) + 1 + 5 * n))
-    spring, carried = _array(data, arm.head[9], size), _array(data, arm.head[10], size)
+    rne(model, data, 1, arm.table[STATES] + 8 * (slot * _size(n, size, terms) + 1 + 5 * n))
+    spring, gravity_compensation = _array(data, arm.head[9], size), _array(data, arm.head[10], size)
     for j in range(n):
         dof = arm.dofs[j]
         moving.acceleration[dof] = memory.load[j]
-        memory.load[j] = memory.bias[dof] - spring[dof] - carried[dof]
+        memory.load[j] = memory.bias[dof] - spring[dof] - gravity_compensation[dof]
 
 
 def _kernels(torque, rne, factor):
-    """What passive and control forces are, for a row of the table and a place of a state."""
+    """Functions for passive and control forces, for a row of the table and the index of a state."""
 
     @_inline
     def add(arm, memory, moving, step, k):
-        """Take the torque of a term, which is linear in speed over this step."""
+        """Subtract the torque of a term, which is linear in velocity over this step."""
         j = arm.joints[k]
-        v, q = moving.velocity[arm.dofs[j]], moving.position[arm.places[j]]
+        v, q = moving.velocity[arm.dofs[j]], moving.position[arm.qpos[j]]
         speed = v if abs(v) >= SLOWEST else SLOWEST
         constants = (arm.constants[CONSTANTS * k], arm.constants[CONSTANTS * k + 1])
         first, second = arm.values[CONSTANTS * k], arm.values[CONSTANTS * k + 1]
         if arm.codes[k] == REMEMBERS:
             here = _slid_here(memory.hold[k], q - memory.at[j], constants[0])
-            rest, there = first * here, first * _slid_here(here, step * speed, constants[0])
+            at_rest, in_motion = first * here, first * _slid_here(here, step * speed, constants[0])
         else:
-            load, warmth = memory.load[j], arm.temperature[j]
-            rest = torque(arm.codes[k], first, second, q, 0.0, load, warmth, constants)
-            there = torque(arm.codes[k], first, second, q, speed, load, warmth, constants)
-        secant = (there - rest) / speed
-        moving.forces[arm.dofs[j]] -= rest + secant * v
+            load, temperature = memory.load[j], arm.temperature[j]
+            at_rest = torque(arm.codes[k], first, second, q, 0.0, load, temperature, constants)
+            in_motion = torque(arm.codes[k], first, second, q, speed, load, temperature, constants)
+        secant = (in_motion - at_rest) / speed
+        moving.forces[arm.dofs[j]] -= at_rest + secant * v
         memory.drag[j] += secant
 
     @njit
-    def passive(row, place, model, data):
+    def passive(row, slot, model, data):
         arm = _arm(row)
-        memory, moving, now = _memory(arm, place), _moving(arm, data), _numbers(data + arm.head[4], 1)[0]
+        memory, moving, now = _memory(arm, slot), _moving(arm, data), _floats(data + arm.head[4], 1)[0]
         if now != memory.clock[0]:
-            _go_on(arm, memory, moving, now)
+            _update(arm, memory, moving, now)
         if arm.head[2]:
-            _carry(arm, memory, moving, model, data, place, rne)
+            _update_load(arm, memory, moving, model, data, slot, rne)
         memory.drag[:] = 0.0
         for k in range(len(arm.codes)):
-            add(arm, memory, moving, _numbers(arm.table[STEP], 1)[0], k)
+            add(arm, memory, moving, _floats(arm.table[STEP], 1)[0], k)
         for j in range(len(memory.drag)):
             memory.drag[j] = max(memory.drag[j], 0.0)
 
     @njit
-    def control(row, place, model, data):
+    def control(row, slot, model, data):
         arm = _arm(row)
-        memory, step = _memory(arm, place), _numbers(arm.table[STEP], 1)[0]
-        ints, pointer = _whole(arm.table[INTS], BEFORE + 3 * arm.head[0]), _whole(data + arm.head[11], 1)[0]
+        memory, step = _memory(arm, slot), _floats(arm.table[STEP], 1)[0]
+        ints, pointer = (
+            _integers(arm.table[INTS], BEFORE + 3 * arm.head[0]),
+            _integers(data + arm.head[11], 1)[0],
+        )
         for j in range(len(memory.drag)):
             diagonal = ints[BEFORE + 2 * arm.head[0] + j]
-            _numbers(pointer + 8 * diagonal, 1)[0] += step * memory.drag[j]
+            _floats(pointer + 8 * diagonal, 1)[0] += step * memory.drag[j]
         factor(model, data)
 
     return passive, control
 
 
-def _or(code, function, rest):
-    """A term's torque where its code is that of a function, else that of the rest."""
+def _dispatch(code, function, otherwise):
+    """Torque by a function for terms with its code, and by `otherwise` for all others."""
 
     @njit
-    def torque(which, first, second, position, velocity, load, temperature, constants):
-        if which != code:
-            return rest(which, first, second, position, velocity, load, temperature, constants)
+    def torque(term_code, first, second, position, velocity, load, temperature, constants):
+        if term_code != code:
+            return otherwise(term_code, first, second, position, velocity, load, temperature, constants)
         profiles = function(position, velocity, load, temperature, constants)
         total = first * profiles[0]
         if len(profiles) > 1:
@@ -264,13 +272,13 @@ def _or(code, function, rest):
 
 
 @njit
-def _none(which, first, second, position, velocity, load, temperature, constants):
+def _none(term_code, first, second, position, velocity, load, temperature, constants):
     return 0.0
 
 
 @cache
 def _jitable(function):
-    """A formula with the functions that it calls, each to be compiled with it."""
+    """A formula, after registering the functions that it calls for compilation."""
     for name in function.__code__.co_names:
         called = function.__globals__.get(name)
         if isinstance(called, FunctionType):
@@ -280,27 +288,27 @@ def _jitable(function):
 
 @cache
 def compiled(functions):
-    """Callbacks for arms whose terms have these functions, by name; others are Python's, as are new data."""
+    """Callbacks by name for arms whose terms use these functions; Python handles other arms and new data."""
     torque = _none
     for code, function in enumerate(functions):
-        torque = _or(code, njit(_jitable(function)), torque)
+        torque = _dispatch(code, njit(_jitable(function)), torque)
     return {
         name: _callback(kernel, CALLS[name])
-        for name, kernel in zip(("passive", "control"), _kernels(torque, *_of_mujoco()), strict=True)
+        for name, kernel in zip(("passive", "control"), _kernels(torque, *_mujoco_functions()), strict=True)
     }
 
 
-def _of_mujoco():
-    """Two of its functions, called without Python's lock."""
+def _mujoco_functions():
+    """MuJoCo's mj_rne and mj_factorM, called without holding Python's lock."""
     kinds = {"mj_rne": (c_size_t, c_size_t, c_int, c_size_t), "mj_factorM": (c_size_t, c_size_t)}
     return [
         CFUNCTYPE(None, *kind)(cast(getattr(library(), name), c_void_p).value) for name, kind in kinds.items()
     ]
 
 
-def _callback(kernel, told):
-    """A kernel as MuJoCo calls it."""
-    python = CFUNCTYPE(None, c_size_t, c_size_t)(cast(told, c_void_p).value)
+def _callback(kernel, fallback):
+    """A kernel as a C callback, with a Python callback as its fallback."""
+    python = CFUNCTYPE(None, c_size_t, c_size_t)(cast(fallback, c_void_p).value)
 
     @cfunc(void(uintp, uintp))
     def call(model, data):
@@ -308,13 +316,13 @@ def _callback(kernel, told):
         if row < 0:
             python(model, data)
             return
-        place = _state_of(row, data)
-        if place < 0:
+        slot = _state_of(row, data)
+        if slot < 0:
             python(model, data)
-            place = _state_of(row, data)
-        if place >= 0:
-            kernel(row, place, model, data)
+            slot = _state_of(row, data)
+        if slot >= 0:
+            kernel(row, slot, model, data)
 
-    made = KIND(call.address)
-    made.kept = call
-    return made
+    callback = KIND(call.address)
+    callback.compiled = call  # keeps the machine code alive
+    return callback

@@ -1,7 +1,7 @@
-"""Arrays of MuJoCo's data, by the address that callbacks of C are given.
+"""Arrays of an `MjData`, found by the address that C callbacks receive.
 
-A callback in C's form hands out two addresses. Where in the struct its arrays are is learned from one whose
-arrays Python knows, and is the same in all of one version of MuJoCo.
+A C callback receives two addresses. The offsets of the arrays in the struct are learned from an `MjData`
+whose arrays Python knows; they are the same for every `MjData` of one version of MuJoCo.
 """
 
 from ctypes import c_double, c_void_p, sizeof
@@ -12,18 +12,18 @@ import numpy as np
 from ..errors import RobotError
 
 FARTHEST = 1 << 20
-"""Bytes of the struct in which an array is looked for: it has warnings and timers before them."""
+"""Bytes of the struct that are searched for an array: warnings and timers come first."""
 MARK = 1.2345678e-99
-"""A time that no simulation has."""
+"""A time that does not occur in any simulation."""
 
 
 class Layout(NamedTuple):
-    """Where in the struct pointers to arrays are, and the time [byte]; and how long the arrays are.
+    """Offsets in the struct of an `MjData` [byte], and sizes of its arrays.
 
     Attributes:
-        places: Name -> place.
-        sizes: Name -> count of numbers.
-        time: Place of the time.
+        places: Name -> offset of the pointer to the array.
+        sizes: Name -> number of elements.
+        time: Offset of the time.
     """
 
     places: dict[str, int]
@@ -32,10 +32,10 @@ class Layout(NamedTuple):
 
     @classmethod
     def of(cls, data: Any, names: tuple[str, ...]) -> "Layout":
-        """Learn it from one of Python's.
+        """Learn the layout from an `MjData` of the Python package.
 
         Raises:
-            RobotError: This version of MuJoCo has it elsewhere.
+            RobotError: If this version of MuJoCo has an unknown layout.
         """
         start = int(data._address)
         arrays = {name: getattr(data, name) for name in names}
@@ -49,21 +49,21 @@ class Layout(NamedTuple):
         return cls(places, {name: array.size for name, array in arrays.items()}, time)
 
     def pointer(self, data: int, name: str) -> int:
-        """Address of an array of the data at an address."""
+        """Address of an array of the `MjData` at an address."""
         return c_void_p.from_address(data + self.places[name]).value or 0
 
     def array(self, data: int, name: str) -> np.ndarray:
-        """An array of the data at an address: the very memory that MuJoCo reads and writes."""
-        there = (c_double * self.sizes[name]).from_address(self.pointer(data, name))
-        return np.ctypeslib.as_array(there)
+        """An array of the `MjData` at an address, as a view of MuJoCo's own memory."""
+        view = (c_double * self.sizes[name]).from_address(self.pointer(data, name))
+        return np.ctypeslib.as_array(view)
 
     def clock(self, data: int) -> c_double:
-        """Its time, whose `value` goes on [s]."""
+        """Simulation time of the `MjData` at an address; `value` is always current [s]."""
         return c_double.from_address(data + self.time)
 
 
 def step_address(model: Any) -> int:
-    """Where the time step of a model is, one of Python's."""
+    """Address of the time step of an `MjModel` of the Python package."""
     before = model.opt.timestep
     model.opt.timestep = MARK
     try:
@@ -73,17 +73,19 @@ def step_address(model: Any) -> int:
 
 
 def number_bits(number: float) -> int:
-    """A number as its word in memory."""
+    """The bits of a float64 as an integer."""
     return int.from_bytes(np.float64(number).tobytes(), "little")
 
 
 def find(start: int, word: int, name: str) -> int:
-    """Where behind an address a word is [byte].
+    """Offset of a word behind an address [byte].
 
     Raises:
-        RobotError: Nowhere.
+        RobotError: If it is not within `FARTHEST`.
     """
-    for place in range(0, FARTHEST, sizeof(c_void_p)):
-        if c_void_p.from_address(start + place).value == word:
-            return place
-    raise RobotError(f"MuJoCo's data has no {name} where it is looked for; this version of it is not known")
+    for offset in range(0, FARTHEST, sizeof(c_void_p)):
+        if c_void_p.from_address(start + offset).value == word:
+            return offset
+    raise RobotError(
+        f"this version of MuJoCo is not supported: {name} is not in the first {FARTHEST} bytes of its struct"
+    )

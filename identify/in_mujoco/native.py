@@ -1,8 +1,8 @@
-"""Effects as machine code in MuJoCo's steps, by Numba: Python is not asked, and threads need not wait for it.
+"""Effects compiled by Numba for MuJoCo's steps, which run without Python and do not wait for its lock.
 
-The formulas are the effects' own functions, compiled for single numbers; what is done with them is what
-`Torques` and `Attached` do. Numbers of an arm, and of each of its data, lie in arrays that are found by
-addresses; a data that is new is told to Python once.
+The formulas are the effects' own functions, compiled for single numbers; they are applied as `Torques` and
+`Attached` do. The numbers of an arm and of each of its `MjData` lie in arrays that are found by address;
+Python is called once for each new `MjData`.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,28 +14,28 @@ from ..arm.robot import Robot
 from ..effects import EFFECTS, Effect, Hysteresis, JointEffect
 
 MODELS, DATA = 64, 1024
-"""Models at a time, and data of one: those of rollouts are as many as threads."""
+"""Maximum number of models at a time, and of `MjData` of each: a rollout uses one per thread."""
 CONSTANTS = 2
-"""Of a formula, at most; and profiles of one."""
+"""Maximum number of constants and of profiles in a formula."""
 REMEMBERS = -1
-"""Code of a term with hysteresis; others are the places of their functions."""
+"""Code of a term with hysteresis; the code of any other term is the index of its function."""
 MODEL, INTS, FLOATS, KEYS, STATES, STEP, TEMPERATURE = range(7)
-"""Columns of the table of models: addresses."""
+"""Columns of the table of models; each holds an address."""
 BEFORE = 12
-"""Whole numbers before those of joints: counts, then places in the struct of a data."""
+"""Number of integers before those of the joints: counts, then offsets in the struct of an `MjData`."""
 
 TABLE = np.zeros((MODELS, 7), np.int64)
-"""A row a model that is stepped by machine code; the address of a model is zero where a row is free."""
+"""One row for each model with compiled effects; the address of the model is zero in a free row."""
 
 
 class Terms(NamedTuple):
-    """Torque of joints, one row a joint of an effect.
+    """Joint torques, one row for each joint of each effect.
 
     Attributes:
-        code: Place of its function, or `REMEMBERS`, shape (k,).
-        joint: Shape (k,).
-        constants: Shape (k, 2).
-        values: Of its parameters, shape (k, 2).
+        code: Index of the function, or `REMEMBERS`, shape (k,).
+        joint: Index of the joint, shape (k,).
+        constants: Constants of the formula, shape (k, 2).
+        values: Parameter values, shape (k, 2).
     """
 
     code: np.ndarray
@@ -51,12 +51,12 @@ FUNCTIONS: list[Callable[..., Any]] = list(
         if issubclass(kind, JointEffect) and (form := kind().formula) is not None
     )
 )
-"""Of profiles; a code is a place among them. What is not here at first is put behind them: all are compiled
-together, once a process."""
+"""Functions of the profiles; a code is an index into them. New functions are appended, since all are compiled
+together, once per process."""
 
 
 def possible(effects: Sequence[tuple[Effect, np.ndarray]]) -> bool:
-    """Whether all effects have a form that can be compiled, Numba is there, and room for one more arm."""
+    """Whether all effects can be compiled, Numba is available, and the table has room for another arm."""
     room = bool(np.any(TABLE[:, MODEL] == 0))
     return room and all(_has_form(effect) for effect, _ in effects) and _numba()
 
@@ -70,7 +70,7 @@ def _has_form(effect: Effect) -> bool:
 
 
 def terms_of(robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> Terms:
-    """The rows of effects with their parameters (p,); functions that are new are put to the others."""
+    """Terms of effects with their parameters (p,); new functions are appended to `FUNCTIONS`."""
     rows: list[tuple[int, int, tuple[float, ...], np.ndarray]] = []
     for effect, values in effects:
         assert isinstance(effect, JointEffect)
@@ -83,27 +83,29 @@ def terms_of(robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> Term
             if function not in FUNCTIONS:
                 FUNCTIONS.append(function)
             code = FUNCTIONS.index(function)
-        own = values.reshape(len(columns), -1)
-        rows += [(code, joint, constants, one) for joint, one in zip(columns, own, strict=True)]
-    made = Terms(*(np.zeros(len(rows), np.int64) for _ in range(2)), *np.zeros((2, len(rows), CONSTANTS)))
-    for row, (code, joint, constants, own) in enumerate(rows):
-        made.code[row], made.joint[row] = code, joint
-        made.constants[row, : len(constants)], made.values[row, : len(own)] = constants, own
-    return made
+        per_joint = values.reshape(len(columns), -1)
+        rows += [(code, joint, constants, row) for joint, row in zip(columns, per_joint, strict=True)]
+    terms = Terms(*(np.zeros(len(rows), np.int64) for _ in range(2)), *np.zeros((2, len(rows), CONSTANTS)))
+    for index, (code, joint, constants, parameters) in enumerate(rows):
+        terms.code[index], terms.joint[index] = code, joint
+        terms.constants[index, : len(constants)] = constants
+        terms.values[index, : len(parameters)] = parameters
+    return terms
 
 
 class Native:
-    """An arm's numbers where compiled callbacks find them.
+    """The numbers of an arm, laid out for compiled callbacks.
 
     Args:
-        model: Address of MuJoCo's model.
+        model: Address of the `MjModel`.
         step: Address of its time step.
-        temperature: Of the joints, shape (n,) [degC], read in every step.
-        places: In the struct of a data [byte], in the order that `_kernels` reads.
-        addresses: Of each joint in velocities, in positions, and of its diagonal in the inertia, each (n,).
-        terms: What acts.
-        loaded: Whether any of it depends on load.
-        size: Count of the model's velocities.
+        temperature: Joint temperature, shape (n,) [degC], read in every step.
+        places: Offsets in the struct of an `MjData` [byte], in the order in which `_kernels` reads them.
+        addresses: Indices of each joint in the velocities, in the positions and of its diagonal element in
+            the inertia, each (n,).
+        terms: Terms of the effects.
+        loaded: Whether any effect depends on load.
+        size: Number of degrees of freedom of the model.
     """
 
     def __init__(
@@ -122,35 +124,35 @@ class Native:
         self._entry = model, *(a.ctypes.data for a in arrays), step, temperature.ctypes.data
 
     def begin(self) -> None:
-        """Have it found by compiled callbacks, from now on and until `release`."""
+        """Enter the arm into the table, where compiled callbacks find it until `release`."""
         self._row = int(np.flatnonzero(TABLE[:, MODEL] == 0)[0])
         TABLE[self._row] = self._entry
 
     def admit(self, data: int, pointer: int) -> None:
-        """Give a data of the model a place, at an address and with positions at a pointer."""
+        """Reserve a state for an `MjData` at an address, whose positions are at another address."""
         known = np.flatnonzero(self._keys[:, 0] == data)
         row = int(known[0]) if len(known) else self._next
         self._next = (self._next + (not len(known))) % DATA
-        # Its key comes last: other threads look through the keys meanwhile.
+        # The key is written last, because other threads search the keys meanwhile.
         self._states[row], self._states[row, 0] = 0.0, np.inf
         self._keys[row, 1] = pointer
         self._keys[row, 0] = data
 
     def callbacks(self) -> dict[str, Any]:
-        """What MuJoCo is to call, for all functions that there are."""
-        from .kernels import compiled  # Numba, and half a second: only who steps an arm needs it
+        """Compiled callbacks by name, for all functions."""
+        from .kernels import compiled  # imports Numba, which takes half a second
 
         return dict(compiled(tuple(FUNCTIONS)))
 
     def release(self) -> None:
-        """Have it found no more."""
+        """Remove the arm from the table."""
         TABLE[self._row] = 0
 
 
 def _numba() -> bool:
-    """Whether Numba is installed, and compiles."""
+    """Whether Numba is installed and its compiler is enabled."""
     try:
         import numba
-    except ImportError:  # absent, or made for another NumPy
+    except ImportError:  # missing, or built for another NumPy
         return False
     return not getattr(numba.config, "DISABLE_JIT", False)

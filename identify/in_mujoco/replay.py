@@ -1,4 +1,4 @@
-"""Replay: what a recording commanded, given to the arm in MuJoCo, from any of its moments on."""
+"""Replay: the commands of a recording, applied to the arm in MuJoCo from any sample onward."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -18,21 +18,21 @@ from .attached import Attached
 from .callbacks import PURPOSE, optional
 
 POSITION, TORQUE = "position", "torque"
-"""What is commanded: positions, which the file's servos follow; or the torque that was measured."""
+"""What is commanded: positions, which the servos of the file follow, or the measured torque."""
 
 
 class Run(NamedTuple):
-    """A recording as it is replayed; n joints.
+    """A recording, prepared for replay; n joints.
 
     Attributes:
-        name: Of the recording.
-        time: Shape (t,) [s].
-        position: Shape (t, n) [rad].
-        velocity: Shape (t, n) [rad/s].
-        effort: Current, or torque of the joint, shape (t, n) [A, N m].
-        current: Whether it is current.
-        command: Position that was commanded, shape (t, n) [rad]; None if it was not recorded.
-        noise: What the encoder adds, shape (n,) [rad].
+        name: Name of the recording.
+        time: Time, shape (t,) [s].
+        position: Position, shape (t, n) [rad].
+        velocity: Velocity, shape (t, n) [rad/s].
+        effort: Motor current or joint torque, shape (t, n) [A, N m].
+        current: Whether the effort is current.
+        command: Commanded position, shape (t, n) [rad]; None if it was not recorded.
+        noise: Encoder noise, shape (n,) [rad].
     """
 
     name: str
@@ -46,53 +46,59 @@ class Run(NamedTuple):
 
     @classmethod
     def of(cls, recording: Recording, filtering: Filtering) -> "Run":
-        """Its motion behind the filters of fits; what was commanded and its effort as they were.
+        """The run of a recording: its filtered motion, and its commands and effort as recorded.
 
         Raises:
-            RecordingError: It is too short, or has no effort.
+            RecordingError: If the recording is too short or has no effort.
         """
-        ready = prepare(check(recording), filtering)
-        time, command = ready.motion.time, recording.signals.get("command")
-        sent = None
+        prepared = prepare(check(recording), filtering)
+        time, command = prepared.motion.time, recording.signals.get("command")
+        commanded = None
         if command is not None:
-            sent = _between(time, command.time, command.values)
+            commanded = _between(time, command.time, command.values)
         return cls(
-            recording.name, time, ready.motion.position, ready.motion.velocity, ready.current,
-            ready.measures == "current", sent, ready.encoder_noise,
+            recording.name, time, prepared.motion.position, prepared.motion.velocity, prepared.current,
+            prepared.measures == "current", commanded, prepared.encoder_noise,
         )  # fmt: skip
 
     def torque(self, arm: Model) -> np.ndarray:
-        """Torque of the joints that its effort is on an arm, shape (t, n) [N m]."""
+        """Joint torque of the recorded effort on an arm, shape (t, n) [N m]."""
         if not self.current:
             return self.effort
         return self.effort * arm.robot.drive_gain @ arm.robot.coupling
 
 
-def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], asked: str = "") -> str:
-    """`POSITION` where all runs have commands and all joints servos that follow them, else `TORQUE`.
+def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], requested: str = "") -> str:
+    """The requested kind of command; by default `POSITION` if runs and file support it, else `TORQUE`.
+
+    Positions need commands in all runs and position servos for all joints.
 
     Raises:
-        RecordingError: Positions are asked for, and a run has none.
-        RobotError: Or the file has no servos.
+        RecordingError: If positions are requested and a run has no commanded positions.
+        RobotError: If positions are requested and the file has no servos.
     """
-    lacking = [run.name for run in runs if run.command is None]
-    followed = bool(servos(model, joints))
-    if asked == POSITION and lacking:
-        raise RecordingError(f"{lacking[0]} has no commanded positions; --commands torque takes its effort")
-    if asked == POSITION and not followed:
-        raise RobotError("the file has no position servo for every joint; --commands torque takes the effort")
-    return asked or (POSITION if followed and not lacking else TORQUE)
+    without_commands = [run.name for run in runs if run.command is None]
+    has_servos = bool(servos(model, joints))
+    if requested == POSITION and without_commands:
+        raise RecordingError(
+            f"{without_commands[0]} has no commanded positions; replay its effort with --commands torque"
+        )
+    if requested == POSITION and not has_servos:
+        raise RobotError(
+            "the file lacks position servos for some joints; replay the effort with --commands torque"
+        )
+    return requested or (POSITION if has_servos and not without_commands else TORQUE)
 
 
 class Simulator:
-    """The arm in MuJoCo, commanded as recordings were.
+    """The arm in MuJoCo, with the commands of recordings.
 
     Args:
-        text: Of the MJCF.
-        folder: In which its files lie.
-        arm: Its joints, and the drive gains by which current is torque.
+        text: Text of the MJCF.
+        folder: Folder of the files that it refers to.
+        arm: The arm, with the drive gains that convert current to torque.
         commands: `POSITION` or `TORQUE`.
-        attach: Whether what MJCF lacks of the arm acts too.
+        attach: Whether to attach the effects that MJCF cannot express.
     """
 
     def __init__(self, text: str, folder: str, arm: Model, commands: str, attach: bool) -> None:
@@ -101,7 +107,7 @@ class Simulator:
         self.model.opt.disableflags |= enum_of("mjtDisableBit", "mjDSBL_AUTORESET")
         self._data = self._mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in arm.robot.joints]
-        self._places = [int(joint.qposadr[0]) for joint in joints]
+        self._qpos = [int(joint.qposadr[0]) for joint in joints]
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
@@ -110,13 +116,13 @@ class Simulator:
         self._attached = Attached(self.model, self._data, arm) if attach else None
 
     def _twists_of(self, joints: Sequence[str]) -> list[tuple[int, int]]:
-        """Joints with a gear that gives way, by their place among all, and the numbers of their twists."""
+        """Index of each joint with an elastic gear, and MuJoCo's index of the joint for its twist."""
         names = [joint_name(self.model, joint) for joint in range(self.model.njnt)]
         twists = [TWIST.format(joint) for joint in joints]
-        return [(place, names.index(name)) for place, name in enumerate(twists) if name in names]
+        return [(index, names.index(name)) for index, name in enumerate(twists) if name in names]
 
     def _silence(self, joints: Sequence[int]) -> None:
-        """Take the file's actuators off these joints: what was measured acts in their place."""
+        """Disable the file's actuators on these joints, since the measured torque replaces them."""
         kind = enum_of("mjtTrn", "mjTRN_JOINT")
         for actuator in range(self.model.nu):
             if (
@@ -133,35 +139,35 @@ class Simulator:
             self._attached.detach()
 
     def roll(self, run: Run, first: int, last: int) -> np.ndarray:
-        """Positions at samples first + 1 to last of a run, from where it was at `first`, shape (k, n) [rad].
+        """Simulated positions at samples first + 1 to last of a run, shape (k, n) [rad].
 
-        Infinite from where the simulation has diverged.
+        The simulation starts in the state at sample `first`; positions are infinite once it has diverged.
         """
         mujoco, model, data = self._mujoco, self.model, self._data
         mujoco.mj_resetData(model, data)
-        data.qpos[self._places], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
         if self._twists:
             self._bend(run, first)
-        step, wanted = model.opt.timestep, run.time[first + 1 : last + 1] - run.time[first]
-        time = step * np.arange(int(np.ceil(wanted[-1] / step)) + 1)
-        commands = self._along(run, run.time[first] + time[:-1], step)
-        seen = np.full((len(time), len(self._places)), np.inf)
-        seen[0] = run.position[first]
+        step, sample_time = model.opt.timestep, run.time[first + 1 : last + 1] - run.time[first]
+        time = step * np.arange(int(np.ceil(sample_time[-1] / step)) + 1)
+        commands = self._commands_in_steps(run, run.time[first] + time[:-1], step)
+        positions = np.full((len(time), len(self._qpos)), np.inf)
+        positions[0] = run.position[first]
         for row, command in enumerate(commands):
             if self._servos:
                 data.ctrl[self._servos] = command
             else:
                 data.qfrc_applied[self._dofs] = command
             mujoco.mj_step(model, data)
-            position = data.qpos[self._places]
+            position = data.qpos[self._qpos]
             if not np.all(np.abs(position) < BEYOND):
                 break
-            seen[row + 1] = position
+            positions[row + 1] = position
         with np.errstate(invalid="ignore"):
-            return np.nan_to_num(_between(wanted, time, seen), nan=np.inf)
+            return np.nan_to_num(_between(sample_time, time, positions), nan=np.inf)
 
     def _bend(self, run: Run, row: int) -> None:
-        """Twist gears by what they carry at a sample of a run, as if they did not swing."""
+        """Set the twist of the gears to its static value under their load at a sample of a run."""
         model, data = self.model, self._data
         rows = slice(max(row - 1, 0), row + 2)
         data.qacc[:] = 0.0
@@ -174,8 +180,8 @@ class Simulator:
             data.qpos[place] = -load / stiffness if stiffness else -half * np.sign(load)
         data.qacc[:] = 0.0
 
-    def _along(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
-        """What is commanded in each step, on lines between samples: controllers interpolate; shape (k, n)."""
+    def _commands_in_steps(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
+        """Command in each step, linear between samples because controllers interpolate, shape (k, n)."""
         if self._servos:
             assert run.command is not None
             return self.model.actuator_gear[self._servos, 0] * _between(time, run.time, run.command)
@@ -183,9 +189,9 @@ class Simulator:
 
 
 def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (t, n) at other times (k,), on lines between them, shape (k, n)."""
+    """Values (t, n) interpolated linearly at other times (k,), shape (k, n)."""
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)
 
 
 BEYOND = 1e3
-"""Position at which a simulation counts as diverged [rad, m]: a hundred turns and more."""
+"""Position beyond which a simulation counts as diverged [rad, m]: more than a hundred turns."""

@@ -1,9 +1,9 @@
-r"""Torque of effects in a state, cut into what a step may take as it is and what it has to make implicit.
+r"""Torque of effects in a state, with the damping that a simulation step must treat implicitly.
 
-Dry friction that reverses over some mrad/s is stiffer than any step of a simulation allows. Of each joint's
-torque :math:`f(q, \dot q)` the part that moving adds is written as :math:`D \dot q`, by the secant
-:math:`D = (f(q, \dot q) - f(q, 0)) / \dot q`. A step that makes :math:`D` implicit is stable whatever the
-friction and the step, has the formula's torque where it comes to rest, and no friction that drives.
+Dry friction that reverses within a few mrad/s is too stiff for the steps of a simulation. So the part of each
+joint's torque :math:`f(q, \dot q)` that depends on velocity is written as :math:`D \dot q`, with the secant
+:math:`D = (f(q, \dot q) - f(q, 0)) / \dot q`. A step that treats :math:`D` implicitly is stable for any
+friction and step size, settles at the torque of the formula, and never lets friction drive the joint.
 """
 
 from collections.abc import Sequence
@@ -16,22 +16,22 @@ from ..arm.robot import Robot
 from ..effects import Effect, JointEffect
 
 SLOWEST = 1e-5
-"""Speed below which the secant is that of this speed [rad/s]: a tenth of the most abrupt reversal."""
+"""Minimum speed at which the secant is evaluated [rad/s]: a tenth of the most abrupt friction reversal."""
 
 
 class Share(NamedTuple):
-    """Torque that it takes (n,) [N m], and its part by velocity (n,) [N m s/rad]."""
+    """Torque of effects (n,) [N m], and its damping coefficient (n,) [N m s/rad]."""
 
     torque: np.ndarray
     drag: np.ndarray
 
 
 class Torques:
-    """Effects with their values, those with a memory at one arm's place in time.
+    """Effects with their values, and the memory of those that have one.
 
     Args:
         robot: The arm.
-        effects: Pairs of an effect, without inertia, and its parameters (p,).
+        effects: Pairs of an effect without inertia and its parameters (p,).
     """
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> None:
@@ -39,9 +39,9 @@ class Torques:
         self.loaded = any(effect.needs_load for effect, _ in effects)
         self._of_joints = [pair for pair in effects if isinstance(pair[0], JointEffect)]
         self._others = [pair for pair in effects if not isinstance(pair[0], JointEffect)]
-        self._dated = [effect for effect, _ in effects if not effect.pointwise]
+        self._with_memory = [effect for effect, _ in effects if not effect.pointwise]
         self._memory: dict[Effect, Any] = {}
-        # Rows: there at rest; there as it moves. And where those with a memory are at the end of the step.
+        # Rows: at rest, and in motion. `_end` is at the end of the step, for effects with a memory.
         self._here, self._end, self._now = (_motion(rows, n) for rows in (2, 2, 1))
 
     def at(
@@ -52,29 +52,29 @@ class Torques:
         load: np.ndarray,
         temperature: np.ndarray,
     ) -> Share:
-        """Torque at positions, velocities, loads and temperatures (n,), before a step of some length [s]."""
+        """Torque at positions, velocities, loads and temperatures (n,), for a step of some duration [s]."""
         moving = np.where(np.abs(velocity) < SLOWEST, SLOWEST, velocity)
-        for motion in (self._here, self._end, self._now) if self._dated else (self._here, self._now):
+        for motion in (self._here, self._end, self._now) if self._with_memory else (self._here, self._now):
             motion.position[:], motion.load[:], motion.temperature[:] = position, load, temperature
             motion.velocity[-1] = velocity
         self._here.velocity[1] = self._end.velocity[1] = moving
         self._end.position[1] += step * moving
-        rest, there = self._sum(self._of_joints, self._here, self._end)
-        secant = (there - rest) / moving
-        torque = rest + secant * velocity
+        at_rest, in_motion = self._sum(self._of_joints, self._here, self._end)
+        secant = (in_motion - at_rest) / moving
+        torque = at_rest + secant * velocity
         if self._others:
             torque += self._sum(self._others, self._now, self._now)[0]
         return Share(torque, np.maximum(secant, 0.0))
 
     def remember(self, position: np.ndarray) -> None:
-        """Go on to a position (n,) [rad], in what has a memory."""
-        if self._dated:
+        """Move the effects that have a memory on to a position (n,) [rad]."""
+        if self._with_memory:
             self._now.position[0] = position
-        for effect in self._dated:
+        for effect in self._with_memory:
             _, self._memory[effect] = effect.continued(self._robot, self._now, self._memory.get(effect))
 
     def forget(self) -> None:
-        """Begin anew, as after a reset."""
+        """Clear the memory, as after a reset."""
         self._memory.clear()
 
     def _sum(self, effects: Sequence[tuple[Effect, np.ndarray]], here: Motion, end: Motion) -> np.ndarray:

@@ -1,5 +1,5 @@
 """Simulation.
 
-In: a model with values, and motions.
-Out: torques, recordings, and how they differ from what was recorded.
+In: a model with parameter values, and motions.
+Out: torques, recordings, and their differences from real recordings.
 """

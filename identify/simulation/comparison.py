@@ -1,4 +1,4 @@
-"""Where two recordings of one motion differ behind the same filters, by joint and by region of the motion."""
+"""Differences between two recordings of one motion after the same filters, by joint and region."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,19 +14,19 @@ from ..schema import Number, check, check_different, check_length, check_rows
 from ..schema import Size as SizeNumber
 
 THIRDS = 3
-"""Regions of each kind, with as many samples each: low, middle and high."""
-SMOOTH = "it was smoothed before it was recorded, so that the noise of the motion is not known"
+"""Number of regions along each axis, low, middle and high, with equal numbers of samples."""
+SMOOTH = "the signal was smoothed before recording, so its noise is unknown"
 NAMES = ("low", "middle", "high")
-"""Of the regions."""
+"""Names of the regions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Mismatch of one quantity in thirds of what the recorded arm did.
+    """Mismatch of one quantity in thirds of the recorded motion.
 
     Attributes:
         edges: Bounds of the thirds, shape (n, 4); speed [rad/s], position [rad], effort [A] or [N m].
-        rms: In each third, shape (n, 3).
+        rms: RMS difference in each third, shape (n, 3).
     """
 
     edges: np.ndarray
@@ -35,16 +35,16 @@ class Regions:
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
-    """How far two recordings differ in one quantity, root mean squares.
+    """Difference between two recordings in one quantity.
 
     Attributes:
         quantity: "position", "velocity", "current" or "torque".
-        units: One a joint.
-        rms: Root mean square of simulated less recorded, shape (n,).
-        mean: Mean of simulated less recorded, shape (n,).
-        size: Size of what was recorded, about its mean, shape (n,).
-        noise: Noise of both recordings together behind the filter, shape (n,); NaN where it is not known.
-        regions: "speed", "position" and "load", the size of the recorded effort.
+        units: Unit of each joint.
+        rms: RMS of simulated minus recorded, shape (n,).
+        mean: Mean of simulated minus recorded, shape (n,).
+        size: Standard deviation of the recorded quantity over time, shape (n,).
+        noise: Combined noise of both recordings after the filter, shape (n,); NaN where it is unknown.
+        regions: Mismatch by "speed", "position" and "load", the magnitude of the recorded effort.
     """
 
     quantity: str
@@ -68,17 +68,17 @@ class Mismatch:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Two recordings beside each other.
+    """Comparison of two recordings.
 
     Attributes:
-        simulated: Name of the first.
-        recorded: Name of the second, which is the reference.
-        joints: Names.
-        offset: What was added to the time of the first [s].
-        duration: How long both go on [s].
-        filter_hz: Cut-off frequency of the low-pass behind which both are compared [Hz].
-        mismatch: Position, velocity, and current or torque, by the name of the quantity.
-        warnings: What else differs, in sentences.
+        simulated: Name of the simulated recording.
+        recorded: Name of the real recording, which is the reference.
+        joints: Joint names.
+        offset: Offset added to the time of the simulated recording [s].
+        duration: Duration of the overlap [s].
+        filter_hz: Cut-off frequency of the low-pass filter applied to both [Hz].
+        mismatch: Differences in position, velocity, and current or torque, by the name of the quantity.
+        warnings: Other differences, in sentences.
     """
 
     simulated: str
@@ -107,41 +107,43 @@ class Comparison:
 def compare(
     simulated: Recording, recorded: Recording, offset: float = 0.0, fit: Fit | None = None
 ) -> Comparison:
-    """Compare two recordings behind the same filters, those and the noise level of a fit if it is given.
+    """Compare two recordings after the same filters, using those and the noise level of a fit if passed.
 
-    Effort is compared while a joint slides: what holds one that sticks is unknown. The offset [s] is added to
-    the time of the first.
+    Effort is compared only while a joint slides, since static friction at rest is unknown. The offset [s] is
+    added to the time values_of the simulated recording.
 
     Raises:
-        DifferentRobot: Not the same joints.
-        RecordingError: No time in common, or too short for filters.
+        DifferentRobot: If the recordings have different joints.
+        RecordingError: If they do not overlap, or the overlap is too short for the filters.
     """
-    effort, theirs, ours = _side_by_side(simulated, recorded, offset, fit)
-    unknown = np.full(ours.noise.shape, np.nan)
-    smoothed = ours.noise_source in SMOOTHED_SOURCES
-    noise = unknown if smoothed else np.hypot(theirs.noise, ours.noise)
-    slides = ours.weight > 0
-    everywhere = np.ones_like(slides)
+    effort, simulated_run, recorded_run = _side_by_side(simulated, recorded, offset, fit)
+    unknown = np.full(recorded_run.noise.shape, np.nan)
+    smoothed = recorded_run.noise_source in SMOOTHED_SOURCES
+    noise = unknown if smoothed else np.hypot(simulated_run.noise, recorded_run.noise)
+    sliding = recorded_run.weight > 0
+    everywhere = np.ones_like(sliding)
     axes = {
-        "speed": np.abs(ours.decimation.apply(ours.motion.velocity)),
-        "position": ours.decimation.apply(ours.motion.position),
-        "load": np.abs(ours.decimated_current),
+        "speed": np.abs(recorded_run.decimation.apply(recorded_run.motion.velocity)),
+        "position": recorded_run.decimation.apply(recorded_run.motion.position),
+        "load": np.abs(recorded_run.decimated_current),
     }
     series: tuple[tuple[str, Callable[[Prepared], np.ndarray], np.ndarray, np.ndarray], ...] = (
         ("position", lambda run: run.decimation.apply(run.motion.position), everywhere, unknown),
         ("velocity", lambda run: run.decimation.apply(run.motion.velocity), everywhere, unknown),
-        (effort, lambda run: run.decimated_current, slides, noise),
+        (effort, lambda run: run.decimated_current, sliding, noise),
     )
     return Comparison(
         simulated=simulated.name,
         recorded=recorded.name,
         joints=recorded.robot.joints,
         offset=offset,
-        duration=float(np.ptp(ours.motion.time)),
-        filter_hz=ours.decimation.cutoff,
+        duration=float(np.ptp(recorded_run.motion.time)),
+        filter_hz=recorded_run.decimation.cutoff,
         mismatch={
-            name: _mismatch(name, recorded, of(theirs), of(ours), kept, floor, axes)
-            for name, of, kept, floor in series
+            name: _mismatch(
+                name, recorded, values_of(simulated_run), values_of(recorded_run), mask, level, axes
+            )
+            for name, values_of, mask, level in series
         },
         warnings=(
             *_warnings(simulated, recorded, effort),
@@ -153,30 +155,30 @@ def compare(
 def _side_by_side(
     simulated: Recording, recorded: Recording, offset: float, fit: Fit | None
 ) -> tuple[str, Prepared, Prepared]:
-    """Two recordings on the time axis of the second, where both go on, and what effort both have.
+    """The effort to compare, and two recordings in their overlap on the time axis of the recorded one.
 
-    That is "current" where both were recorded with it, else "torque", by nominal drive gains where there is
-    only current.
+    The effort is "current" if both recordings have it, else "torque", computed with nominal drive gains if
+    there is only current.
     """
     if simulated.robot.joints != recorded.robot.joints:
         raise DifferentRobot(
-            f"{simulated.name} is of {', '.join(simulated.robot.joints)}, {recorded.name} of "
+            f"{simulated.name} has joints {', '.join(simulated.robot.joints)}, {recorded.name} has "
             f"{', '.join(recorded.robot.joints)}; give the joints the same names in the same order"
         )
     common = next((name for name in EFFORT if name in simulated.signals and name in recorded.signals), None)
     effort = common or "torque"
-    # Velocities are made from positions, by one filter for both.
-    left_out = {"velocity"} | (set(EFFORT) - {common} if common else set())
-    runs = [_without(simulated, left_out, offset), _without(recorded, left_out)]
+    # Velocities are differentiated from positions with the same filter for both.
+    excluded = {"velocity"} | (set(EFFORT) - {common} if common else set())
+    runs = [_without(simulated, excluded, offset), _without(recorded, excluded)]
     filtering = fit.filtering if fit else _narrower(runs)
-    theirs, ours = (_as_effort(prepare(run, filtering), run, effort) for run in runs)
+    simulated_run, recorded_run = (_as_effort(prepare(run, filtering), run, effort) for run in runs)
     if fit and (level := fit.noise_of(effort)) is not None:
-        ours = replace(ours, noise=level, noise_source=fit.noise_source)
-    return effort, *_together(theirs, ours)
+        recorded_run = replace(recorded_run, noise=level, noise_source=fit.noise_source)
+    return effort, *_overlapping(simulated_run, recorded_run)
 
 
 def _without(recording: Recording, names: set[str], offset: float = 0.0) -> Recording:
-    """The recording without some signals, later by an offset [s]."""
+    """The recording without some signals, delayed by an offset [s]."""
     signals = {
         name: replace(signal, time=signal.time + offset)
         for name, signal in recording.signals.items()
@@ -186,88 +188,98 @@ def _without(recording: Recording, names: set[str], offset: float = 0.0) -> Reco
 
 
 def _narrower(runs: Sequence[Recording]) -> Filtering:
-    """Cut-offs that all can have: what one of them is too slow for is no mismatch."""
+    """Cut-offs that suit all runs: frequencies beyond the sampling of one run are no mismatch."""
     chosen = [choose(run, Filtering()) for run in runs]
     return Filtering(
-        position_cutoff=min(one.position_cutoff or np.inf for one in chosen),
-        torque_cutoff=min(one.torque_cutoff or np.inf for one in chosen),
+        position_cutoff=min(filtering.position_cutoff or np.inf for filtering in chosen),
+        torque_cutoff=min(filtering.torque_cutoff or np.inf for filtering in chosen),
     )
 
 
 def _as_effort(run: Prepared, recording: Recording, effort: str) -> Prepared:
-    """The run with joint torque [N m] in place of its current, where torque is asked for."""
+    """The run, with its current converted to joint torque [N m] if torque is compared."""
     if run.measures == effort:
         return run
     torque = (run.current * run.gain) @ recording.robot.coupling
     return replace(run, current=torque, noise=np.abs(run.gain) * run.noise, measures=effort)
 
 
-def _together(theirs: Prepared, ours: Prepared) -> tuple[Prepared, Prepared]:
-    """Both on our time axis, where both go on."""
-    time = ours.motion.time
-    first, last = theirs.motion.time[[0, -1]]
-    both = (time >= first) & (time <= last)
-    if np.count_nonzero(both) < 2 * len(ours.decimation.taps):
+def _overlapping(simulated: Prepared, recorded: Prepared) -> tuple[Prepared, Prepared]:
+    """Both runs in their overlap, on the time axis of the recorded one."""
+    time = recorded.motion.time
+    first, last = simulated.motion.time[[0, -1]]
+    overlap = (time >= first) & (time <= last)
+    rate = recorded.decimation.rate
+    if np.count_nonzero(overlap) < 2 * len(recorded.decimation.taps):
         raise RecordingError(
-            f"{theirs.name} and {ours.name} have {np.count_nonzero(both) / ours.decimation.rate:.2f} s in "
-            f"common, filters at {ours.decimation.cutoff:.3g} Hz need "
-            f"{2 * len(ours.decimation.taps) / ours.decimation.rate:.1f} s; state how far apart their clocks "
-            "are (--offset)"
+            f"{simulated.name} and {recorded.name} overlap for {np.count_nonzero(overlap) / rate:.2f} s, but "
+            f"filters at {recorded.decimation.cutoff:.3g} Hz need "
+            f"{2 * len(recorded.decimation.taps) / rate:.1f} s; state the offset "
+            "between their clocks with --offset"
         )
-    ours = replace(ours, motion=ours.motion[both], current=ours.current[both], sliding=ours.sliding[both])
+    recorded = replace(
+        recorded,
+        motion=recorded.motion[overlap],
+        current=recorded.current[overlap],
+        sliding=recorded.sliding[overlap],
+    )
 
-    def there(values: np.ndarray) -> np.ndarray:
-        return CubicSpline(theirs.motion.time, values)(time[both])
+    def interpolate(values: np.ndarray) -> np.ndarray:
+        return CubicSpline(simulated.motion.time, values)(time[overlap])
 
     motion = replace(
-        ours.motion, position=there(theirs.motion.position), velocity=there(theirs.motion.velocity)
+        recorded.motion,
+        position=interpolate(simulated.motion.position),
+        velocity=interpolate(simulated.motion.velocity),
     )
-    current = there(theirs.current)
-    return replace(ours, name=theirs.name, motion=motion, current=current, noise=theirs.noise), ours
+    current = interpolate(simulated.current)
+    return replace(
+        recorded, name=simulated.name, motion=motion, current=current, noise=simulated.noise
+    ), recorded
 
 
 def _mismatch(
     quantity: str,
     recording: Recording,
-    theirs: np.ndarray,
-    ours: np.ndarray,
-    kept: np.ndarray,
+    simulated: np.ndarray,
+    reference: np.ndarray,
+    mask: np.ndarray,
     noise: np.ndarray,
     axes: Mapping[str, np.ndarray],
 ) -> Mismatch:
-    difference = np.where(kept, theirs - ours, np.nan)
-    ours = np.where(kept, ours, np.nan)
+    difference = np.where(mask, simulated - reference, np.nan)
+    reference = np.where(mask, reference, np.nan)
     return Mismatch(
         quantity=quantity,
         units=recording.robot.units(SIGNALS[quantity]),
         rms=_rms(difference),
         mean=_mean(difference),
-        size=_rms(ours - _mean(ours)),
+        size=_rms(reference - _mean(reference)),
         noise=noise,
         regions={name: _regions(difference, axis) for name, axis in axes.items()},
     )
 
 
 def _regions(difference: np.ndarray, axis: np.ndarray) -> Regions:
-    """Thirds of an axis (r, n), and the root mean square of a difference (r, n) in each."""
+    """Thirds of an axis (r, n), and the RMS of a difference (r, n) in each."""
     n = difference.shape[1]
     edges, rms = np.full((n, THIRDS + 1), np.nan), np.full((n, THIRDS), np.nan)
     for joint in range(n):
         known = np.isfinite(difference[:, joint]) & np.isfinite(axis[:, joint])
         if np.count_nonzero(known) < THIRDS:
             continue
-        values, along = difference[known, joint, None], axis[known, joint]
-        edges[joint] = np.quantile(along, np.linspace(0.0, 1.0, THIRDS + 1))
-        place = np.searchsorted(edges[joint, 1:-1], along, side="right")
-        rms[joint] = [_rms(values[place == third])[0] for third in range(THIRDS)]
+        values, coordinates = difference[known, joint, None], axis[known, joint]
+        edges[joint] = np.quantile(coordinates, np.linspace(0.0, 1.0, THIRDS + 1))
+        region = np.searchsorted(edges[joint, 1:-1], coordinates, side="right")
+        rms[joint] = [_rms(values[region == third])[0] for third in range(THIRDS)]
     return Regions(edges, rms)
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    """Mean of what is known, shape (n,); NaN where nothing is."""
-    known = np.isfinite(values)
-    count = known.sum(axis=0)
-    return np.where(count, np.where(known, values, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
+    """Mean of the finite values, shape (n,); NaN where there are none."""
+    finite = np.isfinite(values)
+    count = finite.sum(axis=0)
+    return np.where(count, np.where(finite, values, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
 
 
 def _rms(values: np.ndarray) -> np.ndarray:
@@ -275,17 +287,17 @@ def _rms(values: np.ndarray) -> np.ndarray:
 
 
 def _warnings(simulated: Recording, recorded: Recording, effort: str) -> list[str]:
-    """What else differs."""
+    """Warnings about other differences."""
     warnings = []
     if simulated.payload != recorded.payload:
         words = [
-            "nothing"
+            "no payload"
             if run.payload is None
             else ", ".join([run.payload.name, *(f"{name} {value:g}" for name, value in run.payload.known)])
             for run in (simulated, recorded)
         ]
-        warnings.append(f"{simulated.name} carries {words[0]}, {recorded.name} carries {words[1]}")
+        warnings.append(f"{simulated.name} carries {words[0]}, but {recorded.name} carries {words[1]}")
     for run in (simulated, recorded):
         if effort == "torque" and "torque" not in run.signals and np.all(run.robot.drive_gain == 1.0):
-            warnings.append(f"{run.name} has currents, and no drive gain that converts them to torque")
+            warnings.append(f"{run.name} has currents, but no drive gain that converts them to torque")
     return warnings

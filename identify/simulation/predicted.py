@@ -1,4 +1,4 @@
-"""Predicted: a fit that was read from its file, beside recordings again."""
+"""Predictions of recordings by a fit that was read from a file."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -15,35 +15,34 @@ from ..recordings.recording_checks import check
 
 Known = tuple[tuple[str, float], ...]
 SAME = 1e-6
-"""Share up to which two masses or moments are the same: numbers that were written and read."""
+"""Relative tolerance at which masses or moments count as equal after being written and read."""
 
 
 def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
-    """The fit with what it predicts of recordings; those that it was not made from count as held out.
+    """The fit with its predictions of recordings; recordings that it was not fitted to count as held out.
 
-    What a model made, a jog, and what carries a body of which the fit knows nothing, is predicted too, and
-    judges nothing.
+    Simulated recordings, jogs, and runs with an unknown payload are predicted too, but do not judge the fit.
 
     Raises:
-        DifferentRobot: Of other joints.
-        RecordingError: One that is too short for the fit's filters.
+        DifferentRobot: If a recording has other joints.
+        RecordingError: If a recording is too short for the fit's filters.
     """
     of_these_joints(fit.model, recordings)
-    known = [_with_its_body(fit, recording) for recording in recordings]
-    for body in [run.payload for run in known if run.payload]:
-        # A body that the fit lacks and of which all is known adds no unknowns.
-        if body.name not in fit.model.payloads and set(INERTIAL) <= {name for name, _ in body.known}:
-            fit = replace(fit, model=fit.model + Payload(body.name, body.known))
-    reasons = {run.name: reason for run in known if (reason := _judges_nothing(fit, run))}
+    named = [_with_payload_of_fit(fit, recording) for recording in recordings]
+    for payload in [run.payload for run in named if run.payload]:
+        # A payload that is new to the fit, but completely known, adds no unknowns.
+        if payload.name not in fit.model.payloads and set(INERTIAL) <= {name for name, _ in payload.known}:
+            fit = replace(fit, model=fit.model + Payload(payload.name, payload.known))
+    reasons = {run.name: reason for run in named if (reason := _why_not_judging(fit, run))}
     words = tuple(
-        f"{name}: {reason}; it is shown, and does not judge the fit" for name, reason in reasons.items()
+        f"{name}: {reason}; it is shown, but does not judge the fit" for name, reason in reasons.items()
     )
-    shown = beside(fit, prepared(fit, known), tuple(reasons))
+    shown = beside(fit, prepared(fit, named), tuple(reasons))
     return replace(shown, warnings=(*fit.warnings, *words))
 
 
 def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
-    """Recordings behind the filters of the fit, with its noise level."""
+    """Recordings prepared with the filters of the fit and its noise level."""
     runs = [prepare(check(replace(recording, model=fit.model)), fit.filtering) for recording in recordings]
     if fit.noise is None:
         return pooled_noise(runs) if runs else []
@@ -56,19 +55,19 @@ def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
 
 
 def beside(fit: Fit, runs: Sequence[Prepared], apart: Collection[str] = ()) -> Fit:
-    """The fit with what it predicts of prepared runs; those `apart`, by name, do not judge it."""
-    shown = [fit.agree(run) for run in runs]
-    judging = [one for one in shown if one.run not in apart]
+    """The fit with its predictions of prepared runs; runs named in `apart` do not judge it."""
+    agreements = [fit.agree(run) for run in runs]
+    judging = [agreement for agreement in agreements if agreement.run not in apart]
     return replace(
         fit,
-        agreement=tuple(one for one in judging if one.run in fit.runs),
-        validation=tuple(one for one in judging if one.run not in fit.runs),
-        apart=tuple(one for one in shown if one.run in apart),
+        agreement=tuple(agreement for agreement in judging if agreement.run in fit.runs),
+        validation=tuple(agreement for agreement in judging if agreement.run not in fit.runs),
+        apart=tuple(agreement for agreement in agreements if agreement.run in apart),
     )
 
 
 def as_nominal(fit: Fit) -> Fit:
-    """The same model with the values and drive gains that were nominal before the data."""
+    """The fit with nominal parameter values and drive gains in place of its estimates."""
     base, model = fit.structure or fit.base, fit.model
     values = base.regrouping @ model.nominal_values
     size = len(values) + model.robot.dof
@@ -78,33 +77,37 @@ def as_nominal(fit: Fit) -> Fit:
     return replace(fit, base=base, estimate=estimate, structure=None, dropped={})
 
 
-def _with_its_body(fit: Fit, recording: Recording) -> Recording:
-    """The recording, its body called as the fit calls it; with that of the run used, if it brings none."""
-    body = recording.payload
-    bodies = {name: effect.known for name, effect in fit.model.payloads.items()}
-    own = fit.carried.get(recording.name, "")
-    if own in bodies and (body is None or not body.known) and not recording.simulated:
-        return replace(recording, payload=KnownPayload(own, bodies[own]))
-    if body is None:
+def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:
+    """The recording with its payload named as in the fit, and with the fit's values if it has none."""
+    payload = recording.payload
+    known_of = {name: effect.known for name, effect in fit.model.payloads.items()}
+    fitted = fit.carried.get(recording.name, "")
+    if fitted in known_of and (payload is None or not payload.known) and not recording.simulated:
+        return replace(recording, payload=KnownPayload(fitted, known_of[fitted]))
+    if payload is None:
         return recording
-    same = [name for name, known in bodies.items() if known == body.known]
-    same += [name for name, known in bodies.items() if name == body.name and _agree(known, body.known)]
-    name = same[0] if same else body.name if body.name not in bodies else f"another {body.name}"
-    return replace(recording, payload=replace(body, name=name))
+    matches = [name for name, known in known_of.items() if known == payload.known]
+    matches += [
+        name for name, known in known_of.items() if name == payload.name and _agree(known, payload.known)
+    ]
+    name = (
+        matches[0] if matches else payload.name if payload.name not in known_of else f"another {payload.name}"
+    )
+    return replace(recording, payload=replace(payload, name=name))
 
 
-def _agree(one: Known, other: Known) -> bool:
-    """Whether what is known of two bodies may be of one."""
-    values = dict(other)
-    return all(np.isclose(value, values.get(name, value), rtol=SAME) for name, value in one)
+def _agree(first: Known, second: Known) -> bool:
+    """Whether the known values of two payloads may describe the same one."""
+    values = dict(second)
+    return all(np.isclose(value, values.get(name, value), rtol=SAME) for name, value in first)
 
 
-def _judges_nothing(fit: Fit, recording: Recording) -> str:
+def _why_not_judging(fit: Fit, recording: Recording) -> str:
     """Why a recording does not judge a fit; empty if it does."""
     if recording.simulated and not fit.simulations:
         return "simulated by a model"
     if JOG in recording.settings and recording.name not in fit.runs:
-        return "a jog, in which one joint moves slowly and all others stand"
+        return "a jog, in which one joint moves slowly and all others stand still"
     if recording.payload and recording.payload.name not in fit.model.payloads:
-        return f"carries '{recording.payload.name}', of which the fit knows nothing, and is predicted without"
+        return f"carries '{recording.payload.name}', which is unknown to the fit, and is predicted without it"
     return ""

@@ -1,4 +1,4 @@
-"""Simulated recordings, of a model that follows a motion exactly or of a plant that is commanded along it."""
+"""Simulated recordings of a model that follows a motion exactly, or of a plant that is commanded to."""
 
 from dataclasses import dataclass, replace
 from zlib import crc32
@@ -17,10 +17,10 @@ from .plant.plant import Watched
 
 @dataclass(frozen=True)
 class Sensors:
-    """What the measurement adds.
+    """Noise and resolution of the measurement.
 
     Attributes:
-        current_noise: Standard deviation of white current noise over each joint's rms current [-].
+        current_noise: Standard deviation of white current noise relative to each joint's RMS current [-].
         encoder_noise: Standard deviation of position noise [rad].
         encoder_step: Resolution of position [rad]; zero for none.
     """
@@ -44,21 +44,21 @@ def simulate(
     """Record a motion that a plant follows exactly.
 
     Args:
-        plant: What the arm really is, with any payload as one of its effects.
-        values: Its parameters, shape (p,).
-        gain: Its drive gains, shape (n,) [N m/A].
-        motion: What the joints do.
-        nominal: The model that the recording holds.
-        sensors: What they add.
-        payload: That the recording names; None for none.
+        plant: Model of the real arm, with any payload as one of its effects.
+        values: Parameters of the plant, shape (p,).
+        gain: Drive gains of the plant, shape (n,) [N m/A].
+        motion: Motion of the joints.
+        nominal: Nominal model to store in the recording.
+        sensors: Noise and resolution of the sensors.
+        payload: Payload to store in the recording; None for none.
         name: Name of the recording.
         seed: Seed of the noise.
     """
     random = np.random.default_rng(seed)
-    carried = replace(motion, payload=payload.name if payload else "")
-    current = exact_current(plant, values, gain, carried)
-    usual = np.sqrt(np.mean(current**2, axis=0))
-    current = current + sensors.current_noise * usual * random.normal(size=current.shape)
+    with_payload = replace(motion, payload=payload.name if payload else "")
+    current = exact_current(plant, values, gain, with_payload)
+    rms = np.sqrt(np.mean(current**2, axis=0))
+    current = current + sensors.current_noise * rms * random.normal(size=current.shape)
     position = motion.position + sensors.encoder_noise * random.normal(size=current.shape)
     if sensors.encoder_step:
         position = np.round(position / sensors.encoder_step) * sensors.encoder_step
@@ -72,7 +72,7 @@ def simulate(
 
 
 def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Motion) -> np.ndarray:
-    """Motor current without noise as it is recorded, shape (t, n) [A], formed in pieces to spare memory."""
+    """Recorded motor current without noise, shape (t, n) [A], computed in pieces to save memory."""
     torque = np.concatenate([columns @ values + known for columns, known in plant.pieces(motion)])
     torque = torque + plant.at(values).gear_torque(motion)[0]
     current = plant.recorded(torque @ plant.robot.to_motors.T) / gain
@@ -80,25 +80,26 @@ def exact_current(plant: Model, values: np.ndarray, gain: np.ndarray, motion: Mo
 
 
 USUAL = 0.1
-"""Relative deviation of values without a stated tolerance: what data sheets of drive gains are off by."""
+"""Relative tolerance of values that state none: a typical error of drive gains in data sheets."""
 MOST = 0.1
-"""Largest relative change: limits and monitors of the nominal arm still fit."""
+"""Maximum relative change, so that the limits and monitors of the nominal arm still fit."""
 
 
 def as_built(model: Model) -> Model:
-    """The same effects with other values, drawn within the tolerances of the nominal ones.
+    """The model with values drawn within the tolerances of its nominal values.
 
-    The same model always gives the same arm, whatever else is added to it: each value is drawn by its name.
-    Masses change with all moments of their link, so that every body can exist.
+    The random number of each value depends only on its name, so the same model always gives the same arm,
+    even after other effects were added. Mass and moments of a link scale by one
+    factor, so that every body stays physically consistent.
     """
     stated = {
-        name: Prior(prior.value * _factor(name, _share(prior)), prior.std)
+        name: Prior(prior.value * _factor(name, _relative_std(prior)), prior.std)
         for name, prior in model.stated.items()
     }
-    return replace(model, robot=_robot(model.robot), stated=stated)
+    return replace(model, robot=_robot_as_built(model.robot), stated=stated)
 
 
-def _robot(robot: Robot) -> Robot:
+def _robot_as_built(robot: Robot) -> Robot:
     tolerances = zip(robot.joints, robot.drive_gain_tolerance, strict=True)
     factors = [_factor(f"gain {joint}", tolerance) for joint, tolerance in tolerances]
     kinematics = robot.kinematics.copy()
@@ -110,30 +111,30 @@ def _robot(robot: Robot) -> Robot:
     return replace(robot, kinematics=kinematics, drive_gain=np.array(factors) * robot.drive_gain)
 
 
-def _share(prior: Prior) -> float:
-    """Relative deviation of a prior."""
+def _relative_std(prior: Prior) -> float:
+    """Relative standard deviation of a prior."""
     return prior.std / abs(prior.value) if prior.value and np.isfinite(prior.std) else USUAL
 
 
 def _factor(name: str, tolerance: float) -> float:
-    """One, less or more by up to the tolerance; the same for the same name."""
+    """A factor within the tolerance of one, determined by the name."""
     drawn = np.random.default_rng(crc32(name.encode())).uniform(-1.0, 1.0)
     return 1.0 + drawn * min(tolerance, MOST)
 
 
 def follow(
-    plant: Plant, position: np.ndarray, velocity: np.ndarray, tick: float, watched: Watched = iter
+    plant: Plant, position: np.ndarray, velocity: np.ndarray, period: float, watched: Watched = iter
 ) -> dict[str, Signal]:
     """Signals of a run as a controller would have measured them, keys from `SIGNALS`.
 
-    The plant stands where the motion begins. Positions (t, n) [rad] and velocities (t, n) [rad/s] are
-    commanded one a tick [s], each reached at its own time; `watched` hands them on one by one, and may show
-    how far that is.
+    The plant stands at the start of the motion. Positions (t, n) [rad] and velocities (t, n) [rad/s] are
+    commanded once per sampling period [s], and each is reached at its own time. `watched` wraps the iteration
+    over samples, for example to show progress.
     """
-    seen = [plant.measure()]
+    measurements = [plant.measure()]
     if len(position) > 1:
-        seen.append(plant.follow(position[1:], velocity[1:], tick, watched))
-    measured = zip(Measured._fields, map(np.vstack, zip(*seen, strict=True)), strict=True)
-    every = dict(measured) | {"command": position, "command_velocity": velocity}
-    time = tick * np.arange(len(position))
-    return {name: Signal(time, values) for name, values in every.items()}
+        measurements.append(plant.follow(position[1:], velocity[1:], period, watched))
+    measured = zip(Measured._fields, map(np.vstack, zip(*measurements, strict=True)), strict=True)
+    signals = dict(measured) | {"command": position, "command_velocity": velocity}
+    time = period * np.arange(len(position))
+    return {name: Signal(time, values) for name, values in signals.items()}

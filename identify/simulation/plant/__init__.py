@@ -1,4 +1,4 @@
-"""A simulated arm with its drives: what any model does when commanded, and what its sensors measure."""
+"""A simulated arm with its drives: the response of any model to commands, as its sensors measure it."""
 
 from .drives import DriveControl
 from .gears import Thermal, Transmission

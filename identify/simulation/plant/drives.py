@@ -1,9 +1,9 @@
-"""Drives: their way from command to command, the cascade that nearly all have, and the arm's motion under it.
+"""Drives: the path between commands, the usual cascade of control loops, and the arm's motion under it.
 
-A position loop with proportional gain gives a velocity, to which the command's is added; a velocity loop with
-proportional and integral gain gives the torque. The current loop and the drive's own cycle, some hundred
-microseconds, are much faster than both and left out. The equations of motion go on by a fraction of a
-millisecond at a time.
+A proportional position loop outputs a velocity, to which the commanded velocity is added; a velocity loop
+with proportional and integral gain outputs the torque. The current loop and the drive's own cycle of some
+hundred microseconds are much faster than both, and are left out. The equations of motion are integrated in
+steps of a fraction of a millisecond.
 """
 
 from collections.abc import Callable
@@ -18,22 +18,22 @@ from . import steps
 from .steps import Cascade, Elastic, Forces, Moved, compiled
 
 SERVO_LAG = 1e-4
-"""Time by which a cascade that stands for a servo without damping brakes [s]: what is left of its velocity
-loop, a tenth of a step."""
+"""Lag of a cascade that represents a servo without damping [s]: a tenth of a step, so that the velocity loop
+has hardly any effect."""
 
 
 class Cut(NamedTuple):
-    """How a tick is cut, and what position and velocity are there out of both ends'.
+    """Division of a command period into blocks and steps, with the interpolation between its two ends.
 
     Attributes:
-        seconds: Length of a tick [s].
-        step: [s].
-        steps: Steps a block.
-        blocks: Blocks a tick.
-        position: Shape (rows, 4): means of both ends of each step, so that the torque at those ends is what
-            acted in between; then middles of the blocks; then their ends. Out of position and velocity at
-            the start, and at the end.
-        velocity: Shape (rows, 4).
+        seconds: Command period [s].
+        step: Duration of a step [s].
+        steps: Number of steps per block.
+        blocks: Number of blocks per period.
+        position: Matrix, shape (rows, 4), that maps position and velocity at the start and at the end of the
+            period to positions. Its rows are the steps, each the mean of both its ends, so that it matches
+            the torque in between; then the middles of the blocks; then their ends.
+        velocity: Matrix of shape (rows, 4) for velocities at the same times.
     """
 
     seconds: float
@@ -45,7 +45,7 @@ class Cut(NamedTuple):
 
     @classmethod
     def of(cls, seconds: float, longest_step: float, longest_block: float) -> "Cut":
-        """The fewest equal blocks and steps of a tick that are short enough."""
+        """The division into the smallest number of equal blocks and steps that are short enough."""
         blocks = _fewest(seconds, longest_block)
         steps = _fewest(seconds / blocks, longest_step)
         s = np.linspace(0.0, 1.0, blocks * steps + 1)
@@ -62,20 +62,20 @@ class Cut(NamedTuple):
         return cls(seconds, seconds / (blocks * steps), steps, blocks, *rows)
 
     def split(self, block: int) -> tuple[slice, slice, int]:
-        """Rows of a block: its steps, its middle as a piece of one, its end."""
+        """Rows of a block: its steps, its middle as a slice of one row, and its end."""
         first, middle = block * self.steps, self.blocks * self.steps + block
         return slice(first, first + self.steps), slice(middle, middle + 1), middle + self.blocks
 
 
-def _fewest(length: float, longest: float) -> int:
-    return max(int(np.ceil(length / longest - 1e-6)), 1)
+def _fewest(duration: float, longest: float) -> int:
+    return max(int(np.ceil(duration / longest - 1e-6)), 1)
 
 
 class CommandPath:
-    """Cubics from command to command, along which position and velocity are continuous.
+    """Cubic polynomials between commands, with continuous position and velocity.
 
     Args:
-        start: Where the arm stands, shape (n,) [rad].
+        start: Position at which the arm stands, shape (n,) [rad].
     """
 
     def __init__(self, start: np.ndarray) -> None:
@@ -85,13 +85,14 @@ class CommandPath:
     def along(
         self, position: np.ndarray, velocity: np.ndarray | None, cut: Cut
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and velocities on the way to the next commands (t, n), each (t, rows of the cut, n).
+        """Positions and velocities on the path to the next commands (t, n), each (t, rows of the cut, n).
 
-        Without velocities they are taken from the last three positions, as drives do that get positions only.
+        Without commanded velocities, they are differentiated from the last three positions, as in drives that
+        receive only positions.
         """
         if velocity is None:
-            places = np.concatenate([[self._before, self._position], position])
-            velocity = (1.5 * places[2:] - 2.0 * places[1:-1] + 0.5 * places[:-2]) / cut.seconds
+            positions = np.concatenate([[self._before, self._position], position])
+            velocity = (1.5 * positions[2:] - 2.0 * positions[1:-1] + 0.5 * positions[:-2]) / cut.seconds
         ends = np.empty((len(position), 4, position.shape[1]))
         ends[0, 0], ends[1:, 0] = self._position, position[:-1]
         ends[0, 1], ends[1:, 1] = self._velocity, velocity[:-1]
@@ -102,17 +103,17 @@ class CommandPath:
 
 @dataclass(frozen=True, eq=False)
 class DriveControl:
-    """Gains of each motor's cascade, and what its amplifier can do; motors are seen from the joints.
+    """Gains of each motor's cascade and limits of its amplifier, all on the joint side.
 
     Attributes:
         position_gain: Velocity per position error, shape (n,) [1/s].
         velocity_gain: Torque per velocity error, shape (n,) [N m s/rad].
         integral_gain: Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s];
             zero for none.
-        feed_forward: Share of the commanded velocity that is added to the position loop's [-].
-        current_limit: Largest current, shape (n,) [A].
-        saturation: Current at which iron is so saturated that the torque per current has fallen to 71 %,
-            shape (n,) [A]; infinite for a constant gain.
+        feed_forward: Share of the commanded velocity that is added to the output of the position loop [-].
+        current_limit: Maximum current, shape (n,) [A].
+        saturation: Current at which magnetic saturation has reduced the torque per current to 71 %, shape
+            (n,) [A]; infinite for a constant gain.
     """
 
     position_gain: np.ndarray
@@ -125,10 +126,10 @@ class DriveControl:
     def __post_init__(self) -> None:
         for name in ("position_gain", "velocity_gain", "integral_gain", "current_limit", "saturation"):
             value = np.asarray(getattr(self, name), float)
-            enough = np.all(value >= 0.0) if name == "integral_gain" else np.all(value > 0.0)
-            if value.shape != np.shape(self.position_gain) or not enough:
+            valid = np.all(value >= 0.0) if name == "integral_gain" else np.all(value > 0.0)
+            if value.shape != np.shape(self.position_gain) or not valid:
                 raise RobotError(
-                    f"drive control: {name} is {value}; expected one number a joint, all above 0"
+                    f"drive control: {name} is {value}; expected one number per joint, all above 0"
                 )
             object.__setattr__(self, name, value)
 
@@ -141,10 +142,10 @@ class DriveControl:
         feed_forward: float = 0.95,
         saturation: np.ndarray | None = None,
     ) -> "DriveControl":
-        """A cascade for joints of given inertia, each loop five times as fast as the one around it.
+        """A cascade for joints of some inertia, each loop five times as fast as the one around it.
 
-        The inertia is what each motor moves, seen from its joint, shape (n,) [kg m^2]; the bandwidth that of
-        the velocity loop [Hz]; current limit and saturation, none by default, are (n,) [A].
+        The inertia is what each motor moves, on the joint side, shape (n,) [kg m^2]. The bandwidth is that of
+        the velocity loop [Hz]. Current limit and saturation are (n,) [A]; there is no saturation by default.
         """
         speed = np.full(len(inertia), 2 * np.pi * bandwidth)
         saturation = np.full(len(inertia), np.inf) if saturation is None else saturation
@@ -152,25 +153,26 @@ class DriveControl:
 
     @classmethod
     def position_servo(cls, stiffness: np.ndarray, current_limit: np.ndarray) -> "DriveControl":
-        """Torque by the error of position alone: stiffness (n,) [N m/rad] up to a current limit (n,) [A].
+        """A servo with stiffness (n,) [N m/rad] against position errors, up to a current limit (n,) [A].
 
-        What such a servo has of damping is part of the joint's viscous friction.
+        Any damping of such a servo is part of the joint's viscous friction.
         """
         n = len(stiffness)
-        per = np.full(n, 1.0 / SERVO_LAG)
-        return cls(per, stiffness * SERVO_LAG, np.zeros(n), 0.0, current_limit, np.full(n, np.inf))
+        position_gain = np.full(n, 1.0 / SERVO_LAG)
+        infinite = np.full(n, np.inf)
+        return cls(position_gain, stiffness * SERVO_LAG, np.zeros(n), 0.0, current_limit, infinite)
 
     @cached_property
     def _saturates(self) -> bool:
         return bool(np.any(np.isfinite(self.saturation)))
 
     def torque_limit(self, gain: np.ndarray) -> np.ndarray:
-        """Largest torque of each motor, seen from its joint, shape (n,) [N m]."""
+        """Maximum torque of each motor, on the joint side, shape (n,) [N m]."""
         tightness = np.hypot(1.0 / self.current_limit, 1.0 / self.saturation)
-        return np.abs(gain) / np.maximum(tightness, 1e-200)  # no limit at all is a very large one
+        return np.abs(gain) / np.maximum(tightness, 1e-200)  # no limit is represented by a very large one
 
     def current(self, torque: np.ndarray, gain: np.ndarray) -> np.ndarray:
-        r"""Current that makes a torque, :math:`\tau = K i / \sqrt{1 + (i / i_s)^2}`, shape (n,) [A]."""
+        r"""Current that produces a torque, :math:`\tau = K i / \sqrt{1 + (i / i_s)^2}`, shape (n,) [A]."""
         linear = torque / gain
         if not self._saturates:
             return linear
@@ -178,13 +180,13 @@ class DriveControl:
 
 
 class Servo:
-    """Linear in position, velocity and integral up to the torque limit, so that a step can be implicit in it.
+    """The cascade, linear in position, velocity and integral up to its torque limit, for implicit steps.
 
     Args:
-        control: Gains.
+        control: Gains and limits.
         gain: Torque per current, shape (n,) [N m/A].
-        coupling: Motors' motion out of the joints', shape (n, n) [-].
-        motors: Joint positions, as the motors have them, out of the plant's coordinates, shape (n, x).
+        coupling: Matrix that maps joint motion to motor motion, shape (n, n) [-].
+        motors: Matrix that maps the plant's coordinates to motor positions on the joint side, shape (n, x).
     """
 
     def __init__(
@@ -199,51 +201,51 @@ class Servo:
         self._torque, self._now = compiled(steps.torque), tuple(self.over(0.0))
 
     def over(self, step: float) -> Cascade:
-        """What it is to a step of some length [s]."""
+        """The cascade over a step of some duration [s]."""
         stiff = self.velocity_gain * (1.0 + 0.5 * step * self.integral_gain)
         lag = 0.5 * step + 0.25 * step**2 * self.position_gain
-        back = self.turns.T.copy()
+        transposed = self.turns.T.copy()
         return Cascade(
             turns=self.turns,
-            back=back,
+            transposed=transposed,
             by_position=self.position_gain[:, None] * self.turns,
             stiff=stiff,
-            kept=self.velocity_gain * self.integral_gain,
+            integral_stiffness=self.velocity_gain * self.integral_gain,
             lag=lag,
-            held=(back * (stiff * lag)) @ self.turns,
+            added_inertia=(transposed * (stiff * lag)) @ self.turns,
             limit=self.limit,
         )
 
     def release(self) -> None:
-        """Take the torque away."""
+        """Switch off the torque."""
         self.velocity_gain = np.zeros_like(self.velocity_gain)
         self._now = tuple(self.over(0.0))
 
     def reference(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What the loops are to follow, in one number a motor, for commands (t, n); shape (t, n) [rad/s]."""
+        """Reference of the loops, one number per motor, for commands (t, n), shape (t, n) [rad/s]."""
         return velocity @ self._by_velocity + position @ self._by_position
 
     def torque(self, reference: np.ndarray, moved: Moved) -> np.ndarray:
-        """Torque of each motor at one instant, seen from its joint, shape (n,) [N m]."""
+        """Torque of each motor at one instant, on the joint side, shape (n,) [N m]."""
         torque: np.ndarray = self._torque(self._now, reference, tuple(moved))
         return torque
 
     def integral_for(self, torque: np.ndarray) -> np.ndarray:
-        """The integral with which the motors hold a torque (n,) [N m] when nothing is in error."""
+        """Integral at which the motors hold a torque (n,) [N m] without position or velocity error."""
         gain = self.velocity_gain * self.integral_gain
         return np.divide(torque, gain, out=np.zeros_like(torque), where=gain > 0.0)
 
     def error_for(self, torque: np.ndarray) -> np.ndarray:
-        """The error of position (n,) [rad] by which motors without integral hold a torque (n,) [N m]."""
+        """Position error (n,) [rad] at which motors without integral gain hold a torque (n,) [N m]."""
         stiffness = self.velocity_gain * self.position_gain
         return np.where(self.integral_gain > 0.0, 0.0, torque / stiffness)
 
 
 class State(NamedTuple):
-    """Of the arm in the plant's coordinates, and of its servo.
+    """State of the arm in the plant's coordinates, and of its servo.
 
-    Position (x,) [rad], velocity (x,) [rad/s], acceleration over the last step (x,) [rad/s^2], and the
-    integral of each motor's velocity error (n,) [rad].
+    It holds position (x,) [rad], velocity (x,) [rad/s], acceleration over the last step (x,) [rad/s^2], and
+    the integral of each motor's velocity error (n,) [rad].
     """
 
     position: np.ndarray
@@ -256,11 +258,11 @@ Steps = Callable[[State, np.ndarray, Forces, Forces, np.ndarray], State]
 
 
 def stepping(servo: Servo, springs: Elastic, step: float) -> Steps:
-    """Function that makes steps of some length [s], and gives the state after them.
+    """Function that makes steps of some duration [s] and returns the state after them.
 
-    Its arguments are the state that they begin with, the inertia (x, x) [kg m^2], forces around that state
-    and around another, which was foreseen, between which they change evenly, and the servo's reference in the
-    middle of each step, shape (k, n) [rad/s]. An arm without inertia raises `RobotError`.
+    Its arguments are the initial state, the inertia (x, x) [kg m^2], the forces around that state and around
+    a predicted final state, between which they are interpolated, and the servo's reference in the middle of
+    each step, shape (k, n) [rad/s]. It raises `RobotError` for an arm without inertia.
     """
     through, constants = compiled(steps.through), (step, tuple(servo.over(step)), tuple(springs))
 

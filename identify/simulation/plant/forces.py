@@ -1,7 +1,7 @@
-"""What all effects of a model ask for, in the plant's coordinates, quickly enough for every tick.
+"""Forces of all effects of a model in the plant's coordinates, fast enough for every command period.
 
-Rigid bodies are left to Pinocchio, which takes microseconds; all others are asked for their columns. What
-passes through the gears acts on the links, the rest on the motors.
+Pinocchio computes rigid bodies in microseconds; all other effects are evaluated by their regressors. Torque
+that the gears transmit acts on the links, all other torque on the motors.
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from .gears import Transmission
 from .steps import Forces
 
 SHIFT = 1e-5
-"""By which velocities are shifted to find slopes [rad/s]: a tenth of the most abrupt reversal there is."""
+"""Velocity difference for slopes [rad/s]: a tenth of the most abrupt friction reversal."""
 
 
 class Joints(NamedTuple):
-    """How joints move, each of shape (n,) or (x,)."""
+    """Motion of the joints, each of shape (n,) or (x,)."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -32,8 +32,8 @@ class Joints(NamedTuple):
 class LinearSum(NamedTuple):
     """Torque of effects that are linear in velocity and acceleration.
 
-    A constant (n,) [N m], by velocity (n, n) [N m s/rad], its slope where all joints become faster alike
-    (n,), and inertia (n, n) [kg m^2].
+    It holds a constant (n,) [N m], damping by velocity (n, n) [N m s/rad], the slope when all velocities grow
+    equally (n,), and the inertia (n, n) [kg m^2].
     """
 
     constant: np.ndarray
@@ -43,26 +43,26 @@ class LinearSum(NamedTuple):
 
     @classmethod
     def of(cls, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> "LinearSum":
-        """Ask each effect about rest, each joint's velocity alone, and each joint's acceleration alone."""
+        """Evaluate each effect at rest, and at unit velocity and unit acceleration of each joint."""
         n = robot.dof
         motion = _motion_at_rest(1 + 2 * n, n, "")
         motion.velocity[1 : n + 1] = motion.acceleration[n + 1 :] = np.eye(n)
-        none = np.zeros(motion.position.shape)
-        torque = sum((effect.regressor(robot, motion) @ own for effect, own in effects), none)
+        zero = np.zeros(motion.position.shape)
+        torque = sum((effect.regressor(robot, motion) @ values for effect, values in effects), zero)
         constant, (drag, inertia) = torque[0], np.split((torque[1:] - torque[0]).T, 2, axis=1)
         return cls(constant, drag, drag.sum(axis=1), inertia)
 
 
 class EffectSum:
-    """Some effects with their values, and the motions that they are asked about.
+    """Sum of effects with their values, and the motions at which they are evaluated.
 
-    Motions are written anew instead of made anew: their checks, and those arrays, would take longer than the
-    effects do.
+    Motions are overwritten instead of created, because their arrays and checks would take longer than the
+    effects.
 
     Args:
         robot: The arm.
         effects: Pairs of an effect and its parameters (p,).
-        payload: Name of the body that is carried.
+        payload: Name of the payload.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
@@ -73,25 +73,25 @@ class EffectSum:
         self._effects = [pair for pair in effects if not pair[0].linear]
         self._heavy = [pair for pair in self._effects if not pair[0].massless]
         self._memory: dict[Effect, Any] = {}
-        # Rows: as it is; all joints a little faster.
+        # Rows: the current motion; all joints a little faster.
         self._here = _motion_at_rest(2, n, payload)
-        # Rows: somewhat later; there with one joint accelerating.
+        # Rows: the later position; the same with one joint accelerating.
         self._later = _motion_at_rest(1 + n, n, payload)
         self._later.acceleration[1:] = np.eye(n)
 
     def at(
         self, joints: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Torque without acceleration, its slope by each joint's velocity, and inertia somewhat later.
+        """Torque without acceleration, its slope by velocity, and inertia at a later position.
 
         Args:
-            joints: Where the arm is; without acceleration.
-            later: Where the inertia is wanted, shape (n,) [rad].
-            load: Shape (n,) [N m]; None where no effect needs it.
-            temperature: Shape (n,) [degC].
+            joints: Motion of the joints; their acceleration is ignored.
+            later: Position at which the inertia is computed, shape (n,) [rad].
+            load: Gear load, shape (n,) [N m]; None if no effect needs it.
+            temperature: Joint temperature, shape (n,) [degC].
 
         Returns:
-            Shapes (n,) [N m], (n,) [N m s/rad], (n, n) [kg m^2].
+            Torque (n,) [N m], slope (n,) [N m s/rad] and inertia (n, n) [kg m^2].
         """
         linear = self._linear
         force, slope, inertia = (
@@ -111,7 +111,7 @@ class EffectSum:
         return force, slope, inertia
 
     def remember(self, position: np.ndarray) -> None:
-        """Go on to a position (n,) [rad], in what has a memory."""
+        """Move the effects that have a memory on to a position (n,) [rad]."""
         for effect, _ in self._effects:
             if not effect.pointwise:
                 still = _motion_at_rest(1, len(position), self._here.payload)
@@ -139,7 +139,7 @@ def _write(
     load: np.ndarray | None,
     temperature: np.ndarray,
 ) -> None:
-    """The same in every row, each (n,)."""
+    """Write the same values (n,) into every row of a motion."""
     motion.position[:], motion.velocity[:], motion.temperature[:] = position, velocity, temperature
     if load is not None:
         motion.load[:] = load
@@ -151,13 +151,13 @@ def _motion_at_rest(rows: int, joints: int, payload: str) -> Motion:
 
 
 class ArmForces:
-    """The sum of a model's effects, for one state after the other.
+    """Sum of a model's effects, evaluated at successive states.
 
     Args:
-        model: The arm as it is.
-        values: Its parameters, shape (p,).
-        payload: Name of the body that is carried; empty for none.
-        transmission: What is between motors and links.
+        model: Model of the real arm.
+        values: Parameters of the model, shape (p,).
+        payload: Name of the payload; empty for none.
+        transmission: Gears between motors and links.
     """
 
     def __init__(self, model: Model, values: np.ndarray, payload: str, transmission: Transmission) -> None:
@@ -165,30 +165,30 @@ class ArmForces:
         self._links, self._motors = transmission.links, transmission.motors
         self._kinematics, others = model.bodies_apart(values, payload)
         groups: dict[bool, list[tuple[Effect, np.ndarray]]] = {True: [], False: []}
-        for effect, own in others:
-            groups[effect.transmitted].append((effect, own))
+        for effect, parameters in others:
+            groups[effect.transmitted].append((effect, parameters))
         self._data = self._kinematics.createData()
         self._on_links, self._on_motors = (EffectSum(model.robot, groups[t], payload) for t in (True, False))
         self.loaded = any(effect.needs_load for effect, _ in groups[False])
-        self._none, self._massless = np.zeros(model.robot.dof), np.zeros((model.robot.dof,) * 2)
-        self.friction = self._none
+        self._zero, self._massless = np.zeros(model.robot.dof), np.zeros((model.robot.dof,) * 2)
+        self.friction = self._zero
 
     def at(self, state: Joints, later: np.ndarray, temperature: np.ndarray) -> tuple[Forces, np.ndarray]:
-        """Forces in a state, and inertia (x, x) [kg m^2] somewhat later.
+        """Forces in a state, and inertia (x, x) [kg m^2] at a later position.
 
-        Sets `friction`, the torque on the motors' side of the gears, shape (n,) [N m].
+        Sets `friction`, the torque on the motor side of the gears, shape (n,) [N m].
 
         Args:
-            state: In the plant's coordinates; its acceleration matters to the load of the gears only.
-            later: Where the inertia is wanted, shape (x,) [rad].
-            temperature: Shape (n,) [degC].
+            state: State in the plant's coordinates; its acceleration affects only the load of the gears.
+            later: Position at which the inertia is computed, shape (x,) [rad].
+            temperature: Joint temperature, shape (n,) [degC].
         """
         if self._rigid:
             force, slope, inertia, load = self._link_side(state, later, temperature)
             self.friction, steep, mass = self._motor_side(state, later, load, temperature)
             return Forces(force + self.friction, slope + steep, state.velocity), inertia + mass
         links, motors = self._links, self._motors
-        link, motor = (Joints(*(side @ one for one in state)) for side in (links, motors))
+        link, motor = (Joints(*(side @ values for values in state)) for side in (links, motors))
         force, slope, inertia, load = self._link_side(link, links @ later, temperature)
         self.friction, steep, mass = self._motor_side(motor, motors @ later, load, temperature)
         force, slope = links.T @ force + motors.T @ self.friction, links.T @ slope + motors.T @ steep
@@ -197,22 +197,22 @@ class ArmForces:
     def holding(
         self, links: np.ndarray, motors: np.ndarray, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Torque on links and on motors that it takes to stand there, each (n,) [N m]."""
-        none = self._none
-        load = self._link_side(Joints(links, none, none), links, temperature)[0]
-        return load, self._motor_side(Joints(motors, none, none), motors, load, temperature)[0]
+        """Torque on links and on motors that holds the arm at rest, each (n,) [N m]."""
+        zero = self._zero
+        load = self._link_side(Joints(links, zero, zero), links, temperature)[0]
+        return load, self._motor_side(Joints(motors, zero, zero), motors, load, temperature)[0]
 
     def remember(self, position: np.ndarray) -> None:
-        """Go on to a position (x,) [rad], in what has a memory: where the arm has really come to."""
-        for side, where in ((self._on_links, self._links), (self._on_motors, self._motors)):
+        """Move the effects that have a memory on to the position (x,) [rad] that the arm has reached."""
+        for side, matrix in ((self._on_links, self._links), (self._on_motors, self._motors)):
             if not side.forgets:
-                side.remember(where @ position)
+                side.remember(matrix @ position)
 
     def _link_side(
         self, link: Joints, later: np.ndarray, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-        """Torque, slope and inertia of what the gears carry, and their load where it is needed."""
-        inertia, slope = pin.crba(self._kinematics, self._data, later), self._none
+        """Torque, slope and inertia on the link side of the gears, and their load if an effect needs it."""
+        inertia, slope = pin.crba(self._kinematics, self._data, later), self._zero
         force = pin.nonLinearEffects(self._kinematics, self._data, link.position, link.velocity)
         if not self._on_links.empty:
             more, slope, mass = self._on_links.at(link, later, None, temperature)
@@ -223,5 +223,5 @@ class ArmForces:
         self, motor: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         if self._on_motors.empty:
-            return self._none, self._none, self._massless
+            return self._zero, self._zero, self._massless
         return self._on_motors.at(motor, later, load, temperature)

@@ -1,4 +1,4 @@
-"""Gears that give way and have play, and joints that warm up from what motors and gears lose."""
+"""Elastic gears with backlash, and joints that warm up by the losses of motors and gears."""
 
 from dataclasses import dataclass
 from math import exp
@@ -12,19 +12,19 @@ from .link_size import link_size
 from .steps import Elastic
 
 TINY = 1e-9
-"""Least inertia of a link [kg m^2]."""
+"""Minimum inertia of a link [kg m^2]."""
 LIGHT = 0.01
-"""Inertia of a motor to which the model gives none, over that of its link [-]: too little to be seen in a
-torque, and enough to move apart from the link."""
+"""Inertia of a motor that has none in the model, relative to that of its link [-]: too small to be visible in
+a torque, but enough for the motor to move separately."""
 
 
 @dataclass(frozen=True, eq=False)
 class Transmission:
-    """A spring and a damper between each motor and its link, both seen from the joint.
+    """A spring and a damper between each motor and its link, both on the joint side.
 
     Attributes:
-        stiffness: Infinite for a rigid gear, shape (n,) [N m/rad].
-        damping: Shape (n,) [N m s/rad].
+        stiffness: Stiffness, shape (n,) [N m/rad]; infinite for a rigid gear.
+        damping: Damping coefficient, shape (n,) [N m s/rad].
         backlash: Width of the play in which neither spring nor damper is in contact, shape (n,) [rad].
     """
 
@@ -37,7 +37,7 @@ class Transmission:
             value = np.asarray(getattr(self, name), float)
             if value.shape != np.shape(self.stiffness) or np.any(np.isnan(value)) or np.any(value < 0):
                 raise RobotError(
-                    f"transmission: {name} is {value}; expected one number a joint, none below 0"
+                    f"transmission: {name} is {value}; expected one number per joint, none below 0"
                 )
             object.__setattr__(self, name, value)
         if np.any(self.stiffness == 0.0):
@@ -47,59 +47,59 @@ class Transmission:
 
     @classmethod
     def rigid(cls, joints: int) -> "Transmission":
-        """Gears that do not give way."""
+        """Rigid gears."""
         return cls(np.full(joints, np.inf), np.zeros(joints), np.zeros(joints))
 
     @classmethod
     def of(cls, model: Model) -> "Transmission":
-        """Gears of a model."""
+        """The gears of a model."""
         gears = cls.rigid(model.robot.dof)
         inertia = link_size(model)[0] if model.gears else ()
         for gear in model.gears:
             joint = model.robot.index(gear.joint)
-            place = np.arange(model.robot.dof) == joint
+            mask = np.arange(model.robot.dof) == joint
             spring = gear.spring(max(float(inertia[joint]), TINY))
             gears = gears.softened(
-                np.where(place, spring.stiffness, np.inf), place * spring.damping, place * spring.backlash
+                np.where(mask, spring.stiffness, np.inf), mask * spring.damping, mask * spring.backlash
             )
         return gears
 
     def softened(self, stiffness: np.ndarray, damping: np.ndarray, backlash: np.ndarray) -> "Transmission":
-        """These gears with other springs in series, and the larger damping and play of both, each (n,)."""
+        """Gears with other springs (n,) in series, and the larger damping and backlash of both."""
         with np.errstate(divide="ignore"):
             series = 1.0 / (1.0 / self.stiffness + 1.0 / np.asarray(stiffness))
         return Transmission(series, np.maximum(self.damping, damping), np.maximum(self.backlash, backlash))
 
     @property
     def elastic(self) -> np.ndarray:
-        """Joints whose motor can move without their link, shape (m,)."""
+        """Joints whose motor can move without the link, shape (m,)."""
         return np.flatnonzero(np.isfinite(self.stiffness))
 
     @property
     def links(self) -> np.ndarray:
-        """Links' positions out of the plant's coordinates: all links, then the motors that are apart."""
+        """Matrix from the plant's coordinates, all links and then the elastic joints' motors, to links."""
         return np.eye(len(self.stiffness), len(self.stiffness) + len(self.elastic))
 
     @property
     def motors(self) -> np.ndarray:
-        """Motors' positions, seen from the joints, out of the same, shape (n, n + m)."""
-        n, out = len(self.stiffness), self.links
-        out[self.elastic] = 0.0
-        out[self.elastic, n + np.arange(len(self.elastic))] = 1.0
-        return out
+        """Matrix that maps the plant's coordinates to motor positions on the joint side, shape (n, n + m)."""
+        n, matrix = len(self.stiffness), self.links
+        matrix[self.elastic] = 0.0
+        matrix[self.elastic, n + np.arange(len(self.elastic))] = 1.0
+        return matrix
 
     def twist(self, torque: np.ndarray) -> np.ndarray:
-        """How far motors are ahead of their links when they hold a torque (n,) [N m], shape (n,) [rad]."""
+        """Lead of the motors over their links when they hold a torque (n,) [N m], shape (n,) [rad]."""
         return torque / self.stiffness + 0.5 * self.backlash * np.sign(torque)
 
     @property
     def springs(self) -> Elastic:
-        """Its springs in the plant's coordinates."""
+        """Springs of the gears in the plant's coordinates."""
         joints = self.elastic
         stretch = (self.motors - self.links)[joints]
         return Elastic(
             stretch=stretch,
-            back=stretch.T.copy(),
+            transposed=stretch.T.copy(),
             stiffness=self.stiffness[joints],
             damping=self.damping[joints],
             play=0.5 * self.backlash[joints],
@@ -107,7 +107,7 @@ class Transmission:
 
 
 def with_motors(model: Model, values: np.ndarray, elastic: np.ndarray) -> tuple[Model, np.ndarray]:
-    """The model and its values (p,) with light motors on elastic joints whose motors have no inertia."""
+    """The model and its values (p,), with light motors added to elastic joints without motor inertia."""
     stated = dict(zip(model.names, map(float, values), strict=True))
     lacking = [joint for joint in elastic.tolist() if not stated.get(f"Ia{joint + 1}", 0.0) > 0.0]
     if not lacking:
@@ -122,13 +122,13 @@ def with_motors(model: Model, values: np.ndarray, elastic: np.ndarray) -> tuple[
 
 @dataclass(frozen=True, eq=False)
 class Thermal:
-    r"""First order, each joint alone: :math:`t_c \dot T = T_a + R_{th} (r i^2 + P_f) - T`.
+    r"""First-order warming, independent for each joint: :math:`t_c \dot T = T_a + R_{th} (r i^2 + P_f) - T`.
 
     Attributes:
-        ambient: Temperature :math:`T_a` around it, and at the start [degC].
-        rise: Temperature above it per lost power :math:`R_{th}`, shape (n,) [K/W]; zero for none.
-        resistance: Resistance of the winding :math:`r`, shape (n,) [ohm].
-        time_constant: :math:`t_c` [s].
+        ambient: Ambient and initial temperature :math:`T_a` [degC].
+        rise: Thermal resistance :math:`R_{th}`, shape (n,) [K/W]; zero for no warming.
+        resistance: Winding resistance :math:`r`, shape (n,) [ohm].
+        time_constant: Time constant :math:`t_c` [s].
     """
 
     ambient: float
@@ -138,12 +138,12 @@ class Thermal:
 
     @classmethod
     def constant(cls, joints: int, ambient: float = 25.0) -> "Thermal":
-        """Joints that stay as warm as they are."""
+        """Joints at constant temperature."""
         return cls(ambient, np.zeros(joints), np.zeros(joints))
 
     def after(
         self, temperature: np.ndarray, current: np.ndarray, friction: np.ndarray, seconds: float
     ) -> np.ndarray:
-        """Temperature (n,) [degC] after some time with current [A] and lost power of friction [W]."""
-        end = self.ambient + self.rise * (self.resistance * current**2 + friction)
-        return end + (temperature - end) * exp(-seconds / self.time_constant)
+        """Temperature (n,) [degC] after some time [s] at a current [A] and a friction loss [W]."""
+        final = self.ambient + self.rise * (self.resistance * current**2 + friction)
+        return final + (temperature - final) * exp(-seconds / self.time_constant)

@@ -1,4 +1,4 @@
-"""Size of each link: what its gear bears."""
+"""Typical inertia and load of each joint, which determine the size of its gear."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,11 +6,11 @@ import pinocchio as pin
 from ...model import Model
 
 POSES = 64
-"""Over which the inertia of a link is averaged."""
+"""Number of poses over which inertia and load are averaged."""
 
 
 def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia [kg m^2] and load of gravity and 1 rad/s^2 [N m] of each joint, means over poses, each (n,)."""
+    """Inertia [kg m^2] and load by gravity and 1 rad/s^2 [N m] of each joint, means over poses, each (n,)."""
     kinematics, _ = model.bodies_apart(model.nominal_values, "")
     data, limits = kinematics.createData(), model.robot.limits
     lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)

@@ -1,4 +1,4 @@
-"""Plant: an arm of any model that follows commands as a real one does."""
+"""Plant: a simulated arm of any model that follows commands like a real arm."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -16,21 +16,22 @@ from .sensors import Past, Readings, Sensors
 from .steps import solve, springs
 
 ROUNDS = 5
-"""In which friction by load and acceleration agree: each leaves a tenth, its coefficient, of the gap."""
+"""Iterations between load-dependent friction and acceleration: each reduces the error to about a tenth, the
+friction coefficient."""
 
 Watched = Callable[[np.ndarray], Iterable[np.ndarray]]
-"""Hands on rows one by one."""
+"""Wrapper of an iteration over rows, for example to show progress."""
 
 
 class Measured(NamedTuple):
-    """What the sensors measure, each of shape (n,).
+    """Sensor measurements, each of shape (n,).
 
     Attributes:
-        position: Position of the motors, seen from the joints [rad].
-        velocity: As the drives estimate it from the position [rad/s].
-        current: [A].
-        temperature: [degC].
-        link_position: Position of the links behind the gears, as a second encoder has it [rad].
+        position: Motor positions on the joint side [rad].
+        velocity: Velocity that the drives estimate from the position [rad/s].
+        current: Motor current [A].
+        temperature: Joint temperature [degC].
+        link_position: Link positions behind the gears, as a second encoder measures them [rad].
     """
 
     position: np.ndarray
@@ -42,31 +43,31 @@ class Measured(NamedTuple):
 
 @dataclass(frozen=True)
 class Integration:
-    """How finely time is cut: longest step of the equations of motion, and block of one inertia [s]."""
+    """Maximum step of the equations of motion, and maximum duration of a block with constant inertia [s]."""
 
     step: float = 1e-3
     block: float = 2e-3
 
 
 class Plant:
-    """A simulated arm with its drives, at rest in equilibrium to begin with.
+    """A simulated arm with its drives, initially at rest in equilibrium.
 
     Args:
-        model: The arm as it is; every effect of it acts, and its measurements are those of the sensors.
-        values: Its parameters, shape (p,).
-        gain: Its drive gains, shape (n,) [N m/A].
-        start: Position of the motors, seen from the joints, shape (n,) [rad].
+        model: Model of the real arm; all of its effects act, and its measurement effects act on the sensors.
+        values: Parameters of the model, shape (p,).
+        gain: Drive gains, shape (n,) [N m/A].
+        start: Initial motor positions on the joint side, shape (n,) [rad].
         control: Gains and limits of the drives.
-        sensors: What they add; nothing by default.
-        transmission: That of the model by default.
-        thermal: As warm as it is by default.
-        payload: Name of the body that is carried; empty for none.
-        integration: Steps.
+        sensors: Noise and resolution of the sensors; exact by default.
+        transmission: Gears; those of the model by default.
+        thermal: Thermal model; a constant temperature by default.
+        payload: Name of the payload; empty for none.
+        integration: Maximum steps of the integration.
         seed: Seed of the noise.
 
     Raises:
-        WrongShape: Values or a start that do not fit the model.
-        RobotError: An arm that cannot move.
+        WrongShape: If values or the start do not fit the model.
+        RobotError: If the arm cannot move, for lack of inertia.
     """
 
     def __init__(
@@ -84,7 +85,9 @@ class Plant:
         seed: int = 0,
     ) -> None:
         robot, n = model.robot, model.robot.dof
-        gain, start = (_one_a_joint(model, what, a) for what, a in (("gain", gain), ("start", start)))
+        gain, start = (
+            _one_per_joint(model, name, array) for name, array in (("gain", gain), ("start", start))
+        )
         sensors, thermal = sensors or Sensors.exact(n), thermal or Thermal.constant(n)
         transmission = transmission or Transmission.of(model)
         model, values = with_motors(model, values, transmission.elastic)
@@ -97,25 +100,27 @@ class Plant:
         self._servo = Servo(control, gain, robot.coupling, self._motors)
         self._springs, self._steppings = transmission.springs, dict[float, tuple[Steps, Steps]]()
         self._state, holding = self._at_rest(start, transmission, robot.to_motors)
-        asked = start + np.linalg.solve(robot.coupling, self._servo.error_for(holding))
-        self._path = CommandPath(asked)
-        self._reference = self._servo.reference(asked, np.zeros(n))
-        self._make_ready()
+        commanded = start + np.linalg.solve(robot.coupling, self._servo.error_for(holding))
+        self._path = CommandPath(commanded)
+        self._reference = self._servo.reference(commanded, np.zeros(n))
+        self._compile_steps()
         limit = np.minimum(sensors.current_limit, model.current_limit)
-        late = sensors.current_delay + model.delay
-        older = max(0.0, -float(np.min(late)))  # by which positions are shown later than the newest current
-        self._past = Past(np.append(np.full(len(self._state.position), older), late + older), self._now())
+        current_delay = sensors.current_delay + model.delay
+        # A negative delay of the current is a delay of the positions.
+        position_delay = max(0.0, -float(np.min(current_delay)))
+        delays = np.append(np.full(len(self._state.position), position_delay), current_delay + position_delay)
+        self._past = Past(delays, self._now())
         self._readings = Readings(replace(sensors, current_limit=limit), start, self._motor_current(), seed)
-        seen, link = self._readings, self._links @ self._state.position
-        warm = seen.warmth(self._temperature)
-        self._measured = Measured(seen.position, seen.velocity, seen.current, warm, link)
+        readings, link = self._readings, self._links @ self._state.position
+        temperature = readings.round_temperature(self._temperature)
+        self._measured = Measured(readings.position, readings.velocity, readings.current, temperature, link)
 
     def _at_rest(
         self, start: np.ndarray, transmission: Transmission, to_motors: np.ndarray
     ) -> tuple[State, np.ndarray]:
-        """Standing still with the motors at the start, and the torque (n,) [N m] by which they hold that."""
+        """State at rest with the motors at the start, and the torque (n,) [N m] that holds them there."""
         links = start
-        for _ in range(100):  # half of what is missing each time: gears that bend shift what they bear
+        for _ in range(100):  # half a correction each time, because the twist of a gear changes its load
             on_links, on_motors = self._forces.holding(links, start, self._temperature)
             links = links + 0.5 * (start - transmission.twist(on_links) - links)
         holding = to_motors @ (on_links + on_motors)
@@ -124,92 +129,95 @@ class Plant:
         self._forces.remember(position)
         state = Joints(position, still, still)
         self._here, self._inertia = self._forces.at(state, position, self._temperature)
-        solve(self._inertia, position)  # raises where there is nothing to accelerate
+        solve(self._inertia, position)  # raises if there is no inertia
         return State(position, still, still, self._servo.integral_for(holding)), holding
 
-    def _make_ready(self) -> None:
-        """Make a step that does not count: where steps are compiled, now, and not in a tick of real time."""
-        one = stepping(self._servo, self._springs, self._integration.step)
-        one(self._state, self._inertia, self._here, self._here, self._reference[None])
+    def _compile_steps(self) -> None:
+        """Make a discarded step, so that compilation happens now and not during real-time control."""
+        make_steps = stepping(self._servo, self._springs, self._integration.step)
+        make_steps(self._state, self._inertia, self._here, self._here, self._reference[None])
 
     def measure(self) -> Measured:
-        """What its sensors measure now."""
+        """Current sensor measurements."""
         return self._measured
 
     def step(self, position: np.ndarray, velocity: np.ndarray | None, seconds: float) -> None:
-        """Follow a command (n,) [rad], [rad/s], which is reached at the end of these seconds.
+        """Follow a command (n,) [rad], [rad/s] that is to be reached after some seconds.
 
-        Without a velocity the drives take it from successive positions.
+        Without a commanded velocity, the drives differentiate successive positions.
         """
         self.follow(position[None], None if velocity is None else velocity[None], seconds)
 
     def follow(
         self, position: np.ndarray, velocity: np.ndarray | None, seconds: float, watched: Watched = iter
     ) -> Measured:
-        """Follow commands (t, n) one after the other, as if by `step`; what its sensors measure, each (t, n).
+        """Follow commands (t, n) one by one, as if by `step`, and return the measurements, each (t, n).
 
-        It is faster, for what is before and behind the arm's motion is done for all commands at once.
-        `watched` hands on what to follow, tick by tick, and may show how far that is.
+        It is faster than `step`, because command paths and sensors are computed for all commands at once.
+        `watched` wraps the iteration over commands, for example to show progress.
         """
         cut = self._cut(seconds)
         references = self._servo.reference(*self._path.along(position, velocity, cut))
         ticks = [self._tick(reference, cut) for reference in watched(references)]
         arm, current, temperature = (np.array(rows) for rows in zip(*ticks, strict=True))
-        seen = self._readings.see(arm @ self._motors.T, current, seconds)
-        measured = Measured(*seen, self._readings.warmth(temperature), arm @ self._links.T)
+        readings = self._readings.see(arm @ self._motors.T, current, seconds)
+        measured = Measured(*readings, self._readings.round_temperature(temperature), arm @ self._links.T)
         self._measured = Measured(*(values[-1] for values in measured))
         return measured
 
     def release(self) -> None:
-        """Take the drives' torque away for good; without brakes, the arm drops."""
+        """Switch off the drives' torque permanently; without brakes, the arm drops."""
         self._servo.release()
         self._cuts.clear()
 
     def truth(self) -> Motion:
-        """How the motors really move now, a motion of one sample: no sensor measures it."""
+        """True current motion of the motors, without sensor errors, as a motion of one sample."""
         temperature, joints = self._temperature, Joints(*self._state[:3])
         spring = springs(self._springs, joints.position, joints.velocity, 0.0)[0]
         pull = self._servo.turns.T @ self._torque() - spring
         for _ in range(ROUNDS if self._forces.loaded else 1):
             here, inertia = self._forces.at(joints, joints.position, temperature)
             joints = joints._replace(acceleration=np.linalg.solve(inertia, pull - here.force))
-        position, velocity, acceleration = ((self._motors @ one)[None] for one in joints)
-        now, warm = np.zeros(1), temperature[None]
-        return Motion.of(now, position, velocity, acceleration, None, warm, self._payload)
+        position, velocity, acceleration = ((self._motors @ values)[None] for values in joints)
+        time, temperatures = np.zeros(1), temperature[None]
+        return Motion.of(time, position, velocity, acceleration, None, temperatures, self._payload)
 
     def _tick(self, references: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Make all steps of a tick; its coordinates then, current in the sensors, and temperature."""
+        """Make all steps of a command period; return sensed coordinates, sensed current, and temperature."""
         for block in range(cut.blocks):
             steps, middle, end = cut.split(block)
             self._advance(references[steps], references[middle], cut)
             self._reference = references[end]
             self._past.add(self._now(), cut.steps * cut.step)
-        heat, place = self._forces.friction * (self._motors @ self._state.velocity), len(self._state.position)
-        current = self._past.newest[place:]
+        heat, coordinates = (
+            self._forces.friction * (self._motors @ self._state.velocity),
+            len(self._state.position),
+        )
+        current = self._past.newest[coordinates:]
         self._temperature = self._thermal.after(self._temperature, current, heat, cut.seconds)
-        position, current = np.split(self._past.delayed(), [place])
+        position, current = np.split(self._past.delayed(), [coordinates])
         return position, current, self._temperature
 
     def _advance(self, reference: np.ndarray, middle: np.ndarray, cut: Cut) -> None:
         """Make the steps of one block with references (k, n), and with one in their middle (1, n).
 
-        Foresee its end, then go there: effects are asked once a block, where it was foreseen to end, and
-        linearly from there where it ended.
+        The end of the block is predicted first. Effects are evaluated once per block, at the predicted end,
+        and extrapolated linearly to the actual end.
         """
-        state, here, (steps, whole) = self._state, self._here, self._steppings[cut.seconds]
-        foreseen = whole(state, self._inertia, here, here, middle)
-        later = 1.5 * foreseen.position - 0.5 * state.position
-        end, inertia = self._forces.at(Joints(*foreseen[:3]), later, self._temperature)
+        state, here, (steps, block_step) = self._state, self._here, self._steppings[cut.seconds]
+        predicted = block_step(state, self._inertia, here, here, middle)
+        later = 1.5 * predicted.position - 0.5 * state.position
+        end, inertia = self._forces.at(Joints(*predicted[:3]), later, self._temperature)
         self._state = steps(state, self._inertia, here, end, reference)
         self._forces.remember(self._state.position)
         self._here, self._inertia = end.moved(self._state.velocity), inertia
 
     def _torque(self) -> np.ndarray:
-        """Torque of the motors at this instant, seen from the joints, shape (n,) [N m]."""
+        """Current motor torque on the joint side, shape (n,) [N m]."""
         return self._servo.torque(self._reference, self._state)
 
     def _now(self) -> np.ndarray:
-        """Its coordinates [rad] and the currents of its motors [A], shape (x + n,)."""
+        """Current coordinates [rad] and motor currents [A], shape (x + n,)."""
         return np.append(self._state.position, self._motor_current())
 
     def _motor_current(self) -> np.ndarray:
@@ -218,14 +226,16 @@ class Plant:
     def _cut(self, seconds: float) -> Cut:
         if seconds not in self._cuts:
             cut = Cut.of(seconds, self._integration.step, self._integration.block)
-            lengths = (cut.step, cut.step * cut.steps)
-            one, whole = (stepping(self._servo, self._springs, length) for length in lengths)
-            self._cuts[seconds], self._steppings[seconds] = cut, (one, whole)
+            durations = (cut.step, cut.step * cut.steps)
+            steps, block_step = (stepping(self._servo, self._springs, duration) for duration in durations)
+            self._cuts[seconds], self._steppings[seconds] = cut, (steps, block_step)
         return self._cuts[seconds]
 
 
-def _one_a_joint(model: Model, what: str, given: np.ndarray) -> np.ndarray:
-    array, n = np.array(given, float), model.robot.dof
+def _one_per_joint(model: Model, name: str, values: np.ndarray) -> np.ndarray:
+    array, n = np.array(values, float), model.robot.dof
     if array.shape != (n,) or not np.all(np.isfinite(array)):
-        raise WrongShape(f"{model.robot.name}: {what} is {given}; expected {n} numbers, one a joint")
+        raise WrongShape(
+            f"{model.robot.name}: {name} is {values}; expected {n} finite numbers, one per joint"
+        )
     return array

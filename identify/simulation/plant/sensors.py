@@ -1,4 +1,4 @@
-"""Sensors: what encoders, current sensors and thermometers make of the truth."""
+"""Sensors: errors of encoders, current sensors and thermometers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,25 +9,25 @@ import numpy as np
 from .steps import compiled, fading
 
 FINEST = 1e-12
-"""What a step of zero is beside others that are not."""
+"""Resolution of a sensor without rounding, if other joints have rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """Resolution and noise; zero for none of it.
+    """Resolution and noise of the sensors; zero for none.
 
     Attributes:
-        encoder_step: Resolution of the motor encoder, seen from the joint, shape (n,) [rad].
-        encoder_noise: Standard deviation of its white noise, shape (n,) [rad].
+        encoder_step: Resolution of the motor encoder on the joint side, shape (n,) [rad].
+        encoder_noise: Standard deviation of the white encoder noise, shape (n,) [rad].
         current_step: Resolution of the current, shape (n,) [A].
-        current_noise: Standard deviation of its white noise, shape (n,) [A].
-        current_drift: Standard deviation of its noise that lasts, shape (n,) [A].
-        drift_time: How long that lasts: time after which 37 % of it is left [s].
-        velocity_cutoff: Cut-off of the low-pass that the drive puts behind differences of position [Hz].
-        temperature_step: [K].
-        current_delay: By how much currents are older than the positions they come with, one number or shape
-            (n,) [s]; below zero, positions are older.
-        current_limit: Largest current that is shown, one number or shape (n,) [A].
+        current_noise: Standard deviation of the white current noise, shape (n,) [A].
+        current_drift: Standard deviation of the correlated current noise, shape (n,) [A].
+        drift_time: Correlation time of that noise, after which 37 % remain [s].
+        velocity_cutoff: Cut-off of the drive's low-pass filter for differences of position [Hz].
+        temperature_step: Resolution of the temperature [K].
+        current_delay: Delay of currents behind the positions of the same sample, one number or shape (n,)
+            [s]; if negative, positions are delayed.
+        current_limit: Maximum measurable current, one number or shape (n,) [A].
     """
 
     encoder_step: np.ndarray
@@ -43,17 +43,17 @@ class Sensors:
 
     @classmethod
     def exact(cls, joints: int, current_delay: float = 0.0) -> "Sensors":
-        """Sensors that add nothing."""
+        """Sensors without errors."""
         none = np.zeros(joints)
         return cls(none, none, none, none, none, temperature_step=0.0, current_delay=current_delay)
 
 
 class Past:
-    """What sensors that are late have yet to show.
+    """Buffer of past values, for sensors with a delay.
 
     Args:
-        delay: Delay of each number, shape (k,) [s].
-        values: What has been so far, shape (k,).
+        delay: Delay of each value, shape (k,) [s].
+        values: Initial values, shape (k,).
     """
 
     def __init__(self, delay: np.ndarray, values: np.ndarray) -> None:
@@ -61,55 +61,60 @@ class Past:
 
     @property
     def newest(self) -> np.ndarray:
-        """What is now, shape (k,)."""
+        """Newest values, shape (k,)."""
         return self._values[-1]
 
     def add(self, values: np.ndarray, seconds: float) -> None:
-        """Some time has gone by."""
+        """Add new values after some time [s]."""
         self._ages = [*(age + seconds for age in self._ages), 0.0]
         self._values.append(values)
         while len(self._ages) > 1 and self._ages[1] >= self._longest:
             del self._ages[0], self._values[0]
 
     def delayed(self) -> np.ndarray:
-        """What is shown, shape (k,), between moments that are remembered."""
+        """Delayed values, shape (k,), interpolated between the stored ones."""
         if len(self._ages) == 1:
             return self._values[0]
         ages, values = np.negative(self._ages), np.array(self._values).T
         pairs = zip(self._delay, values, strict=True)
-        return np.array([np.interp(-delay, ages, own) for delay, own in pairs])
+        return np.array([np.interp(-delay, ages, history) for delay, history in pairs])
 
 
 class Readings:
-    """Sensors at work, with all that they remember. Every tick draws the same count of random numbers.
+    """Sensors with their state. Every sample draws the same number of random numbers.
 
     Args:
-        sensors: What they are.
-        position: At the start, shape (n,) [rad].
-        current: At the start, shape (n,) [A].
+        sensors: Resolution and noise of the sensors.
+        position: Initial position, shape (n,) [rad].
+        current: Initial current, shape (n,) [A].
         seed: Seed of the noise.
 
     Attributes:
-        position: As last measured, shape (n,) [rad]; so `velocity` [rad/s] and `current` [A].
+        position: Last measured position, shape (n,) [rad].
+        velocity: Last measured velocity, shape (n,) [rad/s].
+        current: Last measured current, shape (n,) [A].
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
         self._sensors, self._random, self._fading = sensors, np.random.default_rng(seed), compiled(fading)
         self._quiet = not np.any((sensors.encoder_noise, sensors.current_noise, sensors.current_drift))
         n = len(position)
-        self._counts = _rounding(sensors.encoder_step)
-        self._samples = _rounding(sensors.current_step)
-        self.warmth = _rounding(np.full(n, sensors.temperature_step))
+        self._round_position = _rounding(sensors.encoder_step)
+        self._round_current = _rounding(sensors.current_step)
+        self.round_temperature = _rounding(np.full(n, sensors.temperature_step))
         white = self._random.normal(size=(3, n))
         self._drift = sensors.current_drift * white[0]
-        self.position, self.velocity = self._counts(position + sensors.encoder_noise * white[1]), np.zeros(n)
+        self.position, self.velocity = (
+            self._round_position(position + sensors.encoder_noise * white[1]),
+            np.zeros(n),
+        )
         self.current = self._current(current + self._drift + sensors.current_noise * white[2])
-        self._fading(0.0, self._drift, white)  # does not count, but compiles it: not in a tick of real time
+        self._fading(0.0, self._drift, white)  # discarded: compiles the function before real-time control
 
     def see(
         self, position: np.ndarray, current: np.ndarray, seconds: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Position [rad], velocity [rad/s] and current [A], each (t, n), of what is so some seconds apart."""
+        """Measured position [rad], velocity [rad/s] and current [A], each (t, n), at a period [s]."""
         sensors, fading = self._sensors, self._fading
         if not self._quiet:
             white = self._random.normal(size=(len(position), 3, position.shape[1]))
@@ -118,7 +123,7 @@ class Readings:
             position = position + sensors.encoder_noise * white[:, 0]
             current = current + drift + sensors.current_noise * white[:, 2]
             self._drift = drift[-1]
-        position, current = self._counts(position), self._current(current)
+        position, current = self._round_position(position), self._current(current)
         before = np.concatenate([self.position[None], position[:-1]])
         share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
         velocity = fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
@@ -126,14 +131,14 @@ class Readings:
         return position, velocity, current
 
     def _current(self, current: np.ndarray) -> np.ndarray:
-        """What the sensor shows of a current, any shape [A]."""
+        """Measured current for a true current of any shape [A]."""
         limit = self._sensors.current_limit
-        return np.clip(self._samples(current), -limit, limit)
+        return np.clip(self._round_current(current), -limit, limit)
 
 
 def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Function that rounds to multiples of steps (n,), where they are not zero."""
+    """Function that rounds to multiples of the nonzero steps (n,)."""
     if not np.any(step):
         return lambda value: value
-    fine = np.where(step == 0.0, FINEST, step)
-    return lambda value: np.rint(value / fine) * fine
+    resolution = np.where(step == 0.0, FINEST, step)
+    return lambda value: np.rint(value / resolution) * resolution

@@ -1,12 +1,11 @@
-"""Steps: the inner loops of the plant, of numbers and arrays only, so that they can be compiled.
+"""Steps: the inner loops of the plant, with numbers and arrays only, so that they can be compiled.
 
-Tuples that have names are handed over without them, which takes half as long.
+Named tuples are passed as plain tuples, which takes half the time.
 
 Over a step the acceleration is constant and the equations hold in its middle (Newmark's average
-acceleration), which is of second order and stable for any stiffness. Servo, springs and damping enter it
-implicitly. Friction that reverses abruptly would, with the plain middle, make the velocity jump from side to
-side; it is weighted towards the end of the step the more, the more abrupt it is, as an exact solution of a
-linear equation would be.
+acceleration), which is of second order and stable for any stiffness. Servo, springs and damping are implicit.
+Friction that reverses abruptly would make the velocity oscillate if it were evaluated in the middle. The more
+abrupt it is, the closer to the end of the step it is evaluated, as in the exact solution of linear equations.
 """
 
 from collections.abc import Callable
@@ -19,51 +18,52 @@ from scipy.linalg.lapack import dposv
 from ...errors import RobotError
 
 NO_INERTIA = (
-    "the simulated arm has directions in which its inertia is not above zero, and cannot be simulated. "
-    "Nominal parameters: give every joint a rotor inertia, and every link a mass. Fitted ones: these runs "
-    "do not determine them; a longer or faster motion does, and `--estimator consistent` keeps them physical"
+    "the arm cannot be simulated, because its inertia is not positive definite. "
+    "If the parameters are nominal, give every joint a rotor inertia and every link a mass. If they are "
+    "fitted, the runs do not determine them: record a longer or faster motion, or fit with "
+    "`--estimator consistent`"
 )
 
 
 class Elastic(NamedTuple):
-    """Springs of gears that give way, in the plant's coordinates x; m of them.
+    """Springs of m elastic gears, in the plant's x coordinates.
 
     Attributes:
-        stretch: Twist of each spring out of the coordinates, shape (m, x) [-].
-        back: Its transpose, shape (x, m) [-].
-        stiffness: Shape (m,) [N m/rad].
-        damping: Shape (m,) [N m s/rad].
-        play: To either side, shape (m,) [rad].
+        stretch: Matrix that maps the coordinates to the twist of each spring, shape (m, x) [-].
+        transposed: Transpose of `stretch`, shape (x, m) [-].
+        stiffness: Stiffness, shape (m,) [N m/rad].
+        damping: Damping coefficient, shape (m,) [N m s/rad].
+        play: Play to either side, half the backlash, shape (m,) [rad].
     """
 
     stretch: np.ndarray
-    back: np.ndarray
+    transposed: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     play: np.ndarray
 
 
 class Cascade(NamedTuple):
-    """The servo of n motors over a step of given length.
+    """The servo of n motors over a step of some duration.
 
     Attributes:
-        turns: Motors' positions out of the coordinates, shape (n, x) [-].
-        back: Its transpose, shape (x, n) [-].
-        by_position: Velocity that the position loop asks for, shape (n, x) [1/s].
-        stiff: Torque per velocity error, its integral over half the step included, shape (n,) [N m s/rad].
-        kept: Torque per integral, shape (n,) [N m/rad].
-        lag: By which acceleration shows in the velocity error, shape (n,) [s].
-        held: What all that adds to the inertia, shape (x, x) [kg m^2].
-        limit: Limit of the motors' torque, shape (n,) [N m].
+        turns: Matrix that maps the coordinates to motor positions, shape (n, x) [-].
+        transposed: Transpose of `turns`, shape (x, n) [-].
+        by_position: Velocity from the position loop per coordinate, shape (n, x) [1/s].
+        stiff: Torque per velocity error, including its integral over half the step, shape (n,) [N m s/rad].
+        integral_stiffness: Torque per integral of the velocity error, shape (n,) [N m/rad].
+        lag: Velocity error per acceleration, shape (n,) [s].
+        added_inertia: Contribution of the servo to the inertia, shape (x, x) [kg m^2].
+        limit: Limit of the motor torque, shape (n,) [N m].
     """
 
     turns: np.ndarray
-    back: np.ndarray
+    transposed: np.ndarray
     by_position: np.ndarray
     stiff: np.ndarray
-    kept: np.ndarray
+    integral_stiffness: np.ndarray
     lag: np.ndarray
-    held: np.ndarray
+    added_inertia: np.ndarray
     limit: np.ndarray
 
 
@@ -71,8 +71,8 @@ class Forces(NamedTuple):
     """Forces around a state, linear in velocity.
 
     Attributes:
-        force: That it takes to go on without acceleration, shape (x,) [N m].
-        slope: By each velocity, shape (x,) [N m s/rad].
+        force: Force needed to move on without acceleration, shape (x,) [N m].
+        slope: Derivative of the force by each velocity, shape (x,) [N m s/rad].
         velocity: Velocity of the state, shape (x,) [rad/s].
     """
 
@@ -81,7 +81,7 @@ class Forces(NamedTuple):
     velocity: np.ndarray
 
     def moved(self, velocity: np.ndarray) -> "Forces":
-        """The same around a state with other velocities (x,) [rad/s]."""
+        """Linear extrapolation of the forces to other velocities (x,) [rad/s]."""
         return Forces(self.force + self.slope * (velocity - self.velocity), self.slope, velocity)
 
 
@@ -99,16 +99,16 @@ def through(
     end: Forces,
     reference: np.ndarray,
 ) -> Moved:
-    r"""Make a step for each reference (k, n), with forces that change evenly from start to end.
+    r"""Make a step for each reference (k, n), with forces that change linearly from start to end.
 
-    Friction adds :math:`\theta h D` to the inertia of each joint, with :math:`\theta` from a half, the
-    middle, to one, the end of the step: nearly :math:`1 / (1 - e^{-z}) - 1 / z`, :math:`z = h D / M`, which
-    is exact for a constant slope D.
+    Friction adds :math:`\theta h D` to the inertia of each joint, with :math:`\theta` between a half, the
+    middle of the step, and one, its end. It approximates :math:`1 / (1 - e^{-z}) - 1 / z` with
+    :math:`z = h D / M`, which is exact for a constant slope D.
 
     Raises:
-        RobotError: An arm without inertia.
+        RobotError: If the arm has no inertia.
     """
-    turns, back, by_position, stiff, kept_share, lag, held, limit = cascade
+    turns, transposed, by_position, stiff, integral_stiffness, lag, added_inertia, limit = cascade
     start_force, start_slope, start_velocity = start
     end_force, end_slope, end_velocity = end
     position, velocity, acceleration, integral = moved
@@ -116,8 +116,8 @@ def through(
     for k in range(len(reference)):
         share = (k + 0.5) / len(reference)
         slope = start_slope + share * (end_slope - start_slope)
-        usual = start_velocity + share * (end_velocity - start_velocity)
-        force = start_force + share * (end_force - start_force) + slope * (velocity - usual)
+        nominal_velocity = start_velocity + share * (end_velocity - start_velocity)
+        force = start_force + share * (end_force - start_force) + slope * (velocity - nominal_velocity)
         drag = step * slope
         steep = np.maximum(drag, 0.0)
         heavier = inertia + np.diag((0.5 + steep / (twelvefold + 2.0 * steep)) * drag)
@@ -126,61 +126,64 @@ def through(
             torque, weight = springs(elastic, middle, velocity, step)
             force, heavier = force + torque, heavier + weight
         error = reference[k] - turns @ velocity - by_position @ middle
-        kept = kept_share * integral
-        acceleration = solve(heavier + held, back @ (stiff * error + kept) - force)
-        left = error - lag * (turns @ acceleration)
-        torque = stiff * left + kept
-        beyond = np.abs(torque) > limit
-        if beyond.any():
-            pull = back @ np.where(beyond, np.copysign(limit, torque), stiff * error + kept)
-            free = (back * np.where(beyond, 0.0, stiff * lag)) @ turns
+        integral_torque = integral_stiffness * integral
+        acceleration = solve(heavier + added_inertia, transposed @ (stiff * error + integral_torque) - force)
+        velocity_error = error - lag * (turns @ acceleration)
+        torque = stiff * velocity_error + integral_torque
+        at_limit = np.abs(torque) > limit
+        if at_limit.any():
+            pull = transposed @ np.where(
+                at_limit, np.copysign(limit, torque), stiff * error + integral_torque
+            )
+            free = (transposed * np.where(at_limit, 0.0, stiff * lag)) @ turns
             acceleration = solve(heavier + free, pull - force)
-            left = np.where(beyond, 0.0, error - lag * (turns @ acceleration))
+            velocity_error = np.where(at_limit, 0.0, error - lag * (turns @ acceleration))
         velocity = velocity + step * acceleration
         position = middle + 0.5 * step * velocity
-        integral = integral + step * left
+        integral = integral + step * velocity_error
     return position, velocity, acceleration, integral
 
 
 def springs(
     elastic: Elastic, position: np.ndarray, velocity: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What springs add to a step: force in its middle without acceleration (x,), and to the inertia (x, x).
+    """Contribution of springs to a step: force in its middle without acceleration (x,), and inertia (x, x).
 
-    They are linear as long as no tooth lifts or lands. The position (x,) [rad] is that in the middle of the
-    step [s] without acceleration, the velocity (x,) [rad/s] that at its start.
+    Springs are linear unless a tooth gains or loses contact. The position (x,) [rad] is the one in the middle
+    of the step [s] without acceleration, the velocity (x,) [rad/s] the one at its start.
     """
-    stretch, back, stiffness, damping, play = elastic
+    stretch, transposed, stiffness, damping, play = elastic
     twist = stretch @ position
     in_contact = np.abs(twist) >= play
     stiffness, damping = stiffness * in_contact, damping * in_contact
     torque = stiffness * (twist - play * np.sign(twist)) + damping * (stretch @ velocity)
     weight = 0.25 * step**2 * stiffness + 0.5 * step * damping
-    return back @ torque, (back * weight) @ stretch
+    return transposed @ torque, (transposed * weight) @ stretch
 
 
 def torque(cascade: Cascade, reference: np.ndarray, moved: Moved) -> np.ndarray:
-    """Torque (n,) [N m] of the motors at one instant, seen from their joints, by the cascade over no time."""
-    turns, _, by_position, stiff, kept, _, _, limit = cascade
+    """Motor torque (n,) [N m] at one instant, on the joint side, by the cascade over a step of zero."""
+    turns, _, by_position, stiff, integral_stiffness, _, _, limit = cascade
     position, velocity, _, integral = moved
-    asked = stiff * (reference - turns @ velocity - by_position @ position) + kept * integral
-    return np.minimum(np.maximum(asked, -limit), limit)
+    error = reference - turns @ velocity - by_position @ position
+    unlimited = stiff * error + integral_stiffness * integral
+    return np.minimum(np.maximum(unlimited, -limit), limit)
 
 
-def fading(kept: float, last: np.ndarray, news: np.ndarray) -> np.ndarray:
-    """What is left of news (t, n) if a share of it is kept from row to row, `last` (n,) before the first."""
-    left = news.copy()
-    left[0] += kept * last
-    for row in range(1, len(news)):
-        left[row] += kept * left[row - 1]
-    return left
+def fading(share: float, last: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """Sum of inputs (t, n) of which a share remains from row to row, starting with `last` (n,)."""
+    total = inputs.copy()
+    total[0] += share * last
+    for row in range(1, len(inputs)):
+        total[row] += share * total[row - 1]
+    return total
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution of equations with a positive definite matrix.
 
     Raises:
-        RobotError: It is not.
+        RobotError: If the matrix is not positive definite.
     """
     _, solution, failed = dposv(matrix, right)
     if failed:
@@ -189,24 +192,24 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def solve_by_hand(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The same by Cholesky's decomposition, for a compiler: Python would take a hundred times as long."""
+    """Solution by Cholesky decomposition, written to be compiled: Python takes a hundred times as long."""
     n = len(right)
     lower, solution = np.zeros((n, n)), np.empty(n)
     for row in range(n):
         for column in range(row + 1):
-            rest = matrix[row, column]
+            remainder = matrix[row, column]
             for k in range(column):
-                rest -= lower[row, k] * lower[column, k]
+                remainder -= lower[row, k] * lower[column, k]
             if row != column:
-                lower[row, column] = rest / lower[column, column]
-            elif rest > 0.0:
-                lower[row, row] = np.sqrt(rest)
+                lower[row, column] = remainder / lower[column, column]
+            elif remainder > 0.0:
+                lower[row, row] = np.sqrt(remainder)
             else:
                 raise RobotError(NO_INERTIA)
-        rest = right[row]
+        remainder = right[row]
         for k in range(row):
-            rest -= lower[row, k] * solution[k]
-        solution[row] = rest / lower[row, row]
+            remainder -= lower[row, k] * solution[k]
+        solution[row] = remainder / lower[row, row]
     for row in range(n - 1, -1, -1):
         for k in range(row + 1, n):
             solution[row] -= lower[k, row] * solution[k]
@@ -216,22 +219,22 @@ def solve_by_hand(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 @cache
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """One of these functions as machine code, ten times as fast, if Numba is installed; else as it is."""
+    """A function compiled by Numba, ten times as fast; the function itself if Numba is not installed."""
     compiler = _compiler()
     if compiler is None:
         return function
     try:
         return compiler(cache=True)(function)
-    except RuntimeError:  # there is no folder to keep it in from process to process
+    except RuntimeError:  # there is no writable folder for the cache
         return compiler(function)
 
 
 @cache
 def _compiler() -> Callable[..., Any] | None:
-    try:  # half a second, and only who simulates needs it
+    try:  # takes half a second, and only simulations need it
         from numba import njit
         from numba.extending import overload, register_jitable
-    except ImportError:  # absent, or made for another NumPy
+    except ImportError:  # missing, or built for another NumPy
         return None
     overload(solve, strict=False)(lambda matrix, right: solve_by_hand)
     register_jitable(springs)

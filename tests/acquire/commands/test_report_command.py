@@ -240,9 +240,10 @@ def test_bodies_are_known_by_what_is_known_of_them():
     fit = known_fit()
     [known] = [body.known for body in fit.model.payloads.values()]
     loaded = replace(recordings()[0], payload=KnownPayload("other name", known))
-    assert not any("knows nothing" in warning for warning in predicted(fit, [loaded]).warnings)
+    assert not any("unknown to the fit" in warning for warning in predicted(fit, [loaded]).warnings)
     strange = replace(loaded, payload=KnownPayload("tool", (("M", 77.0),)))
-    assert any("carries 'tool', of which the fit" in one for one in predicted(fit, [strange]).warnings)
+    warnings = predicted(fit, [strange]).warnings
+    assert any("carries 'tool', which is unknown to the fit" in warning for warning in warnings)
 
 
 def test_a_diagnosis_with_an_undecided_finding_has_a_report(files, tmp_path):

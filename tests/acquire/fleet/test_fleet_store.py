@@ -122,7 +122,7 @@ def test_the_command_prints_writes_and_compares(recordings, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "two joints: 2 arms, 10 runs" in printed
     assert "cannot be used: arm 1/2026-01-03 broken.mcap: " in printed
-    assert "how often alarms are false is not known" in printed  # of five runs an arm
+    assert "rate of false alarms unknown" in printed  # of five runs an arm
     assert main(["fleet", "compare", "arm 1@2026-01-01", "arm 1@2026-01-15", "-o", str(out)]) == 0
     assert "do not differ" in capsys.readouterr().out
     assert main(["fleet", "compare", "arm 1", "arm 9", "-o", str(out)]) != 0

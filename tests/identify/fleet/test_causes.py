@@ -100,8 +100,8 @@ def test_sound_arms_have_no_changes(report):
 def test_the_bound_is_printed_only_where_scatter_obeys_its_law(report):
     sound = replace(report, scatter=report.scatter._replace(seen=LEAST_SEEN, beyond=5))
     wild = replace(report, scatter=report.scatter._replace(seen=LEAST_SEEN, beyond=50))
-    assert bound_words([sound], RATE) == "false alarms: at most 1 an arm and 10 years"
-    assert "not known" in bound_words([sound, wild], RATE)
+    assert bound_words([sound], RATE) == "false alarms: at most 1 per 10 arm-years"
+    assert "unknown" in bound_words([sound, wild], RATE)
 
 
 @pytest.mark.parametrize(("tails", "low", "high"), [(3.0, 2.0, 4.0), (np.inf, 10.0, 50.0)])

@@ -196,21 +196,23 @@ def test_what_cannot_be_attached_is_refused(attached):
     model = arm(StribeckFriction())
     made, data = compiled(model)
     made.dof_damping[0] += 1.0
-    with pytest.raises(RobotError, match=r"damping of joint 'shoulder' is 4 in MuJoCo, not 3. Write what"):
+    with pytest.raises(
+        RobotError, match=r"damping of joint 'shoulder' is 4 in MuJoCo, not 3. Write the estimates"
+    ):
         attached(made, data, model)
     made.dof_damping[0] -= 1.0
     coupled = arm(KinematicCoupling("elbow", "shoulder"))
-    with pytest.raises(RobotError, match="kinematic_coupling is torque by acceleration"):
+    with pytest.raises(RobotError, match="kinematic_coupling depends on acceleration across joints"):
         attached(*compiled(coupled), coupled)
     with pytest.raises(RobotError, match=r"to mujoco.MjModel and MjData, not to types.SimpleNamespace: MJX"):
         attached(SimpleNamespace(), data, model)
     remembers = arm(Hysteresis())
     tried, its = compiled(remembers)
     tried.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    with pytest.raises(RobotError, match="hysteresis remembers where the arm was, and RK4"):
+    with pytest.raises(RobotError, match="hysteresis depends on past positions, and RK4"):
         attached(tried, its, remembers)
     attached(made, data, model)
-    with pytest.raises(RobotError, match="attached already"):
+    with pytest.raises(RobotError, match="already has effects attached"):
         attached(made, data, model)
 
 
@@ -218,7 +220,7 @@ def test_callbacks_of_somebody_else_are_left_alone():
     made, data = compiled(arm())
     mujoco.set_mjcb_control(lambda model, data: None)
     try:
-        with pytest.raises(RobotError, match="mjcb_control of MuJoCo is taken"):
+        with pytest.raises(RobotError, match="mjcb_control is in use by another function"):
             Attached(made, data, arm())
         assert mujoco.get_mjcb_passive() is None
     finally:

@@ -108,11 +108,11 @@ def distances(*ends, moved=10.0):
 
 def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
     first, last, noise = distances(1.0, 1.0), distances(0.5, 0.5), np.full(2, 0.01)
-    assert worse_joints(first, last, distances(0.4, 0.6), noise, own=(0,)) == ()
-    assert worse_joints(first, last, distances(0.4, 0.6), noise, own=(0, 1)) == (1,)
-    assert worse_joints(first, last, distances(0.4, 1.1), noise, own=(0,)) == (1,)
-    assert worse_joints(first, last, distances(0.4, 1.005), noise, own=(0,)) == ()
-    assert worse_joints(first, last, distances(np.inf, 0.1), noise, own=()) == (0,)
+    assert worse_joints(first, last, distances(0.4, 0.6), noise, acting=(0,)) == ()
+    assert worse_joints(first, last, distances(0.4, 0.6), noise, acting=(0, 1)) == (1,)
+    assert worse_joints(first, last, distances(0.4, 1.1), noise, acting=(0,)) == (1,)
+    assert worse_joints(first, last, distances(0.4, 1.005), noise, acting=(0,)) == ()
+    assert worse_joints(first, last, distances(np.inf, 0.1), noise, acting=()) == (0,)
 
 
 def test_nearer_is_what_starts_agree_upon():
@@ -131,8 +131,8 @@ def test_what_is_farther_off_than_an_arm_at_rest_judges_nothing():
     first = distances([0.5, 2.0], [9.0, 11.0], moved=10.0)
     assert list(first.telling) == [1, 0]
     # The second joint is judged by the shortest time, after which it is nearer than before.
-    assert worse_joints(first, first, distances([0.4, 1.0], [8.0, 12.0]), np.zeros(2), own=(0, 1)) == ()
-    assert worse_joints(first, first, distances([0.4, 3.0], [8.0, 10.0]), np.zeros(2), own=()) == (1,)
+    assert worse_joints(first, first, distances([0.4, 1.0], [8.0, 12.0]), np.zeros(2), acting=(0, 1)) == ()
+    assert worse_joints(first, first, distances([0.4, 3.0], [8.0, 10.0]), np.zeros(2), acting=()) == (1,)
 
 
 def test_a_log_of_commands_alone_has_the_torque_of_the_files_servos():
@@ -184,7 +184,7 @@ def test_positions_are_commanded_where_file_and_runs_have_that():
     assert what_is_commanded(motors, [run], joints) == "torque"
     with pytest.raises(RecordingError, match="one has no commanded positions"):
         what_is_commanded(model, [silent], joints, "position")
-    with pytest.raises(RobotError, match="no position servo for every joint"):
+    with pytest.raises(RobotError, match="lacks position servos for some joints"):
         what_is_commanded(motors, [run], joints, "position")
 
 
@@ -194,7 +194,7 @@ def test_a_run_that_judges_is_asked_for(tmp_path, monkeypatch, capsys):
     rows = "\n".join(f"{0.01 * k},0,0,0,0" for k in range(100))
     Path("log.csv").write_text(f"t,q1,q2,tau1,tau2\n{rows}\n")
     assert main(["gap", "arm.xml", "log.csv"]) != 0
-    assert "no run judges what is gained" in capsys.readouterr().err
+    assert "no run is held out" in capsys.readouterr().err
 
 
 def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compared():

@@ -124,11 +124,11 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
 
 def test_other_payloads_are_a_warning():
     found = compare(replace(made("sim"), payload=KnownPayload("L", (("M", 3.0),))), made("real"))
-    assert found.warnings == ("sim carries L, M 3, real carries nothing",)
+    assert found.warnings == ("sim carries L, M 3, but real carries no payload",)
 
 
 def test_nothing_in_common_is_refused():
-    with pytest.raises(RecordingError, match=r"in common, filters at .* state how far apart"):
+    with pytest.raises(RecordingError, match=r"overlap for .* filters at .* state the offset"):
         compare(late(made("sim"), 30.0), made("real"))
     other = made("real")
     robot = two_joints.arm()
@@ -202,7 +202,7 @@ def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
     [
         (["{sim}", "missing.mcap"], "missing.mcap does not exist"),
         (["{sim}", "{case}"], "holds 0 recordings"),
-        (["{sim}", "{real}", "--offset", "100"], "0.00 s in common"),
+        (["{sim}", "{real}", "--offset", "100"], "overlap for 0.00 s"),
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, files, tmp_path, capsys, monkeypatch):

@@ -24,9 +24,9 @@ def test_equations_are_solved_by_hand_as_by_lapack():
     expected = np.linalg.solve(matrix, right)
     for solve in (steps.solve, steps.solve_by_hand):
         np.testing.assert_allclose(solve(matrix, right), expected, rtol=1e-11)
-        with pytest.raises(RobotError, match="its inertia is not above zero"):
+        with pytest.raises(RobotError, match="its inertia is not positive definite"):
             solve(matrix - 2.0 * np.trace(matrix) * np.eye(7), right)
-        with pytest.raises(RobotError, match="its inertia is not above zero"):
+        with pytest.raises(RobotError, match="its inertia is not positive definite"):
             solve(np.diag([1.0, 0.0]), np.ones(2))
 
 

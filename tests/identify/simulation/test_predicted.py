@@ -37,7 +37,7 @@ def names(runs):
 def test_what_a_model_made_is_shown_and_judges_nothing(read):
     found = predicted(read, [by_model(run("sim", 2, 4)), run("other", 2, 3)])
     assert (names(found.validation), names(found.apart)) == (["other"], ["sim"])
-    assert "sim: simulated by a model; it is shown, and does not judge the fit" in found.warnings
+    assert "sim: simulated by a model; it is shown, but does not judge the fit" in found.warnings
 
 
 def test_a_jog_is_shown_and_judges_nothing(read):
@@ -65,7 +65,7 @@ def test_a_loaded_run_of_which_less_is_known_judges_nothing(read):
     strange = replace(loaded(KnownPayload("tool", (("M", 77.0),))), name="new")
     found = predicted(read, [strange])
     assert (found.validation, names(found.apart)) == ((), ["new"])
-    assert any("carries 'tool', of which the fit knows nothing" in line for line in found.warnings)
+    assert any("carries 'tool', which is unknown to the fit" in line for line in found.warnings)
 
 
 def test_a_loaded_run_of_which_all_is_known_is_judged_with_its_body(read):
