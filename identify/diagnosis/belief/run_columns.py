@@ -14,7 +14,7 @@ from ..questions.candidate import Thinned
 from ..runs.driven import Driven
 from ..runs.rows import Rows, model_rows, with_nuisances
 from ..search.mismatch import splines_of, with_mismatches
-from ..search.problem import Problem, with_found
+from ..search.problem import Problem, with_findings
 
 LONGEST = 100.0
 """Length of a planned motion that is looked at at once [s]: columns of six joints take 0.4 GB of it, and
@@ -139,7 +139,7 @@ def _piece_columns(
     rows = with_nuisances(model_rows(model, [run], values), model, [run], values)
     formulas, here = problem.mismatches(found), [_over(one, run) for one in found]
     splines = {one.place: splines_of(one.effect, model, [run]) for one in formulas}
-    rows = with_found(with_mismatches(rows, formulas, here, splines), here)
+    rows = with_findings(with_mismatches(rows, formulas, here, splines), here)
     over = [_over(one, run).columns for one in suspects]
     torque = run.thinned(run.torque)
     return RunColumns(

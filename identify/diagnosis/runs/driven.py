@@ -87,7 +87,7 @@ class Driven:
         torque = load + model_torque(model, motion, values, transmitted=False)
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
-    def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
+    def with_more_load(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
         """This run with gears that transmit more torque (t, n) [N m], as joints and as motors feel it."""
         motion = replace(self.motion, load=self.motion.load + torque)
         return replace(self, motion=motion, torque=self.torque + on_motors)

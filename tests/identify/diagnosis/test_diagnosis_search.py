@@ -470,7 +470,7 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
         found.problem,
         asked=[pair for pair in found.problem.asked if pair[0].key != spring.answer.candidate.key],
     )
-    monkeypatch.setattr(search, "again_beside", lambda *_: None)
+    monkeypatch.setattr(search, "answer_beside", lambda *_: None)
     _, stay = search._settled(problem, [drag, spring], found.total)
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction", "joint_spring"]
     grid = [one.shape["exponent"] for one, _ in problem.asked if one.key == drag.answer.candidate.key]
