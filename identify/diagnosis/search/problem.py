@@ -19,7 +19,7 @@ from ..candidates.contact_event import Reach
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.shape import Shaped, asked_again
+from ..questions.shape import Shaped, in_found_shapes
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
@@ -107,7 +107,7 @@ class Problem:
         first = Known.after(model, _predicted(base, blocks, runs).values)
         values, (known, loaded) = first.values, first.of(runs)
         grid = list(candidates(model))
-        tried = [*grid, *asked_again(grid, before)]
+        tried = [*grid, *in_found_shapes(grid, before)]
         asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in tried]
         asked = [pair for pair in asked if not pair[1].empty]
         base = _rows(model, loaded, values, base)

@@ -15,7 +15,7 @@ from ..questions.shape import refined
 from .problem import Problem
 from .selected import Selected, keys_of
 
-COLOURED = 14
+COLORED = 14
 """Number of top hypotheses whose answers account for the autocorrelation of the residual."""
 REFINE = 3
 """Number of top hypotheses whose shape is refined, and of those that only their grid shape excludes."""
@@ -68,7 +68,7 @@ def ranked(
     strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
     best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
     best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
-    top = sorted(levelled(prediction, best[:COLOURED]), key=lambda answer: -answer.gain)
+    top = sorted(levelled(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
     for place in _worth_refining(top, [answer.candidate for answer in earlier]):
         candidate = top[place].candidate
         grid = [pair for pair in asked if pair[0].key == candidate.key]
@@ -76,7 +76,7 @@ def ranked(
         top[place] = fine
         if not fine.strange:
             shapes[candidate.key] = fine
-    ranking = sorted([*top, *best[COLOURED:]], key=lambda answer: -answer.gain)
+    ranking = sorted([*top, *best[COLORED:]], key=lambda answer: -answer.gain)
     first = {answer.candidate.key: answer for answer in reversed(ranking) if not answer.strange}
     return [answer for answer in ranking if first.get(answer.candidate.key) is answer]
 
