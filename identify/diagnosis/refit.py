@@ -40,8 +40,8 @@ def refit(
     if diagnosis.evidence is None:
         return None
     left_out = as_found(diagnosis.evidence, diagnosis.findings).left_out
-    asked = {trace.name for trace in diagnosis.evidence.traces}
-    used = [(role, run) for role, run in recordings if run.name in asked]
+    fitted_names = {trace.name for trace in diagnosis.evidence.traces}
+    used = [(role, run) for role, run in recordings if run.name in fitted_names]
     fit = identify(
         [run for role, run in used if role != HELD_OUT],
         [run for role, run in used if role == HELD_OUT],

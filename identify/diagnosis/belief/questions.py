@@ -232,7 +232,7 @@ def _about_unseen(belief: Belief, first: int, asked: set[int]) -> Iterator[Quest
 def _run_gain(prediction: Prediction, left_out: np.ndarray, without: np.ndarray) -> float:
     """Logarithm of how much more probable a run's blocks are with a finding, fitted to the other runs."""
     every = np.arange(len(prediction.rows.names))
-    gram, right = prediction.sums.whole(prediction.weighting.weight, len(every))
+    gram, right = prediction.sums.normal_equations(prediction.weighting.weight, len(every))
     matrix = gram[~left_out].sum(axis=0) + np.diag(prediction.precision)
     right = right[~left_out].sum(axis=0) + prediction.precision * prediction.rows.mean
     share, counts = prediction.weighting.independent, prediction.sums.counts[left_out]

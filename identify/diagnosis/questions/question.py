@@ -17,17 +17,17 @@ TOGETHER = 48
 
 
 def ask(
-    prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]], strange: bool = False
+    prediction: Prediction, pairs: Iterable[tuple[Candidate, Thinned]], strange: bool = False
 ) -> list[Answer]:
     """Answers of candidates, from blocks that are each left out in turn; physics excludes some candidates.
 
     Args:
         prediction: Prediction without the candidates.
-        asked: Candidates and their columns.
+        pairs: Candidates and their columns.
         strange: Whether to include candidates that physics excludes only in this shape.
     """
     groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
-    for pair in asked:
+    for pair in pairs:
         groups.setdefault((pair[1].values.shape[2], *pair[1].joints), []).append(pair)
     return [
         answer

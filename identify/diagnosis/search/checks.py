@@ -17,10 +17,10 @@ WORSE = 1.02
 
 
 def answer_beside(
-    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+    problem: Problem, answer: Answer, others: Sequence[Answer], similar: Prediction
 ) -> Answer | None:
     """Answer of the same candidate with other findings in the model; None where physics excludes it."""
-    prediction = problem.prediction(others, near)
+    prediction = problem.prediction(others, similar)
     answers = ask(prediction, [(answer.candidate, answer.columns)])
     return colouring(prediction, answers[0]).chosen_as(answer) if answers else None
 

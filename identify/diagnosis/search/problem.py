@@ -32,7 +32,7 @@ RECENT = 4
 FREE = (REVERSAL, CLOCK)
 """Prefixes of the nuisances that are fitted even where the model is held at its nominal values."""
 
-Asked = list[tuple[Candidate, Thinned]]
+Pairs = list[tuple[Candidate, Thinned]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class Problem:
     blocks: Blocks  # pieces of the runs
     base: Rows  # rows with the unknowns of the model alone
     rows: Rows  # rows with nuisances too
-    asked: Asked  # all candidates that do not depend on the residual, at the load of the first fit
+    candidates: Pairs  # all candidates that do not depend on the residual, at the load of the first fit
     known: Known  # fit from which the torque and the load of any run follow
     reaches: tuple[Reach, ...]  # motor torque per unit of force on the flange, for each run
     moved: bool = False  # whether the load differs from that of the first fit
@@ -108,17 +108,17 @@ class Problem:
         values, (known, loaded) = first.values, first.of(runs)
         grid = list(candidates(model))
         tried = [*grid, *in_found_shapes(grid, before)]
-        asked = [(candidate, Thinned.of(candidate, loaded)) for candidate in tried]
-        asked = [pair for pair in asked if not pair[1].empty]
+        pairs = [(candidate, Thinned.of(candidate, loaded)) for candidate in tried]
+        pairs = [pair for pair in pairs if not pair[1].empty]
         base = _rows(model, loaded, values, base)
         rows = with_nuisances(base, model, loaded, values)
         reaches = tuple(Reach.of(model, run) for run in loaded)
-        return cls(model, loaded, blocks, base, rows, asked, known, reaches)
+        return cls(model, loaded, blocks, base, rows, pairs, known, reaches)
 
-    def asking(self, more: Iterable[Candidate]) -> "Problem":
+    def with_candidates(self, more: Iterable[Candidate]) -> "Problem":
         """This problem with further candidates."""
-        asked = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
-        return replace(self, asked=[*self.asked, *asked]) if asked else self
+        added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
+        return replace(self, candidates=[*self.candidates, *added]) if added else self
 
     def columns_of(self, candidate: Candidate) -> Thinned:
         """Columns of a candidate, from a cache: the residual suggests some candidates again and again."""
@@ -141,11 +141,11 @@ class Problem:
     def _anew(self) -> WeakKeyDictionary[Candidate, Thinned]:
         return WeakKeyDictionary()
 
-    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Asked:
+    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
         """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
         return [
             (candidate, self._at_load(candidate, columns))
-            for candidate, columns in self.asked
+            for candidate, columns in self.candidates
             if wanted(candidate, columns.joints)
         ]
 
@@ -175,9 +175,9 @@ class Problem:
     @property
     def tried(self) -> dict[str, int]:
         """Effects that these runs can test, and the number of hypotheses of each."""
-        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.asked}))
+        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.candidates}))
 
-    def prediction(self, findings: Sequence[Answer], near: Prediction | None = None) -> Prediction:
+    def prediction(self, findings: Sequence[Answer], similar: Prediction | None = None) -> Prediction:
         """Prediction with the columns of findings; its noise estimate starts from that of a similar one."""
         if not findings:
             return self.without_findings
@@ -186,7 +186,7 @@ class Problem:
                 return prediction
         rows = with_findings(self._with_mismatches(findings), findings)
         sums = self._sums.plus(rows, len(self.rows.std))
-        prediction = _predicted(rows, self.blocks, self.runs, near, sums, self.without_findings.errors)
+        prediction = _predicted(rows, self.blocks, self.runs, similar, sums, self.without_findings.errors)
         self._recent.appendleft((tuple(findings), prediction))
         return prediction
 
@@ -298,9 +298,9 @@ def _predicted(
     rows: Rows,
     blocks: Blocks,
     runs: Sequence[Driven],
-    near: Prediction | None = None,
+    similar: Prediction | None = None,
     sums: BlockSums | None = None,
     nominal: np.ndarray | None = None,
 ) -> Prediction:
-    rate, weighting = runs[0].prepared.decimation.output_rate, near.weighting if near else None
+    rate, weighting = runs[0].prepared.decimation.output_rate, similar.weighting if similar else None
     return Prediction.of(rows, blocks, rate, weighting, sums, nominal)

@@ -28,7 +28,7 @@ Shapes = dict[object, Answer]
 
 def total_prior(best: Sequence[Answer], problem: Problem) -> float:
     """Sum of the prior weights of all hypotheses."""
-    by_key = {candidate.key: candidate.prior for candidate, _ in problem.asked}
+    by_key = {candidate.key: candidate.prior for candidate, _ in problem.candidates}
     return float(sum((by_key | {answer.candidate.key: answer.candidate.prior for answer in best}).values()))
 
 
@@ -48,30 +48,30 @@ def ranked(
         shapes: Shapes that are tried besides the grid; shapes refined here are added.
         joints: Joints (j,) on which hypotheses act; all joints by default.
     """
-    taken, present = keys_of(selected), [finding.answer.candidate for finding in selected]
-    near = set(range(prediction.joints) if joints is None else joints.tolist())
+    present_keys, present = keys_of(selected), [finding.answer.candidate for finding in selected]
+    allowed = set(range(prediction.joints) if joints is None else joints.tolist())
 
     def wanted(candidate: Candidate, acting: Sequence[int] | np.ndarray) -> bool:
-        fresh = candidate.key not in taken and not candidate.covered(present)
-        return fresh and not near.isdisjoint(acting)
+        fresh = candidate.key not in present_keys and not candidate.covered(present)
+        return fresh and not allowed.isdisjoint(acting)
 
-    asked = problem.pairs(wanted)
+    pairs = problem.pairs(wanted)
     for kind in KINDS.values():
         suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
-        asked += [
+        pairs += [
             (candidate, problem.columns_of(candidate))
             for candidate in suggested
             if wanted(candidate, candidate.joints)
         ]
     earlier = [answer for answer in shapes.values() if wanted(answer.candidate, answer.columns.joints)]
-    answers = ask(prediction, asked, strange=True)
+    answers = ask(prediction, pairs, strange=True)
     strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
     best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
     best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
     top = sorted(levelled(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
     for place in _worth_refining(top, [answer.candidate for answer in earlier]):
         candidate = top[place].candidate
-        grid = [pair for pair in asked if pair[0].key == candidate.key]
+        grid = [pair for pair in pairs if pair[0].key == candidate.key]
         fine = refined(prediction, top[place], problem.runs, grid if candidate.among == 1 else ())
         top[place] = fine
         if not fine.strange:

@@ -52,7 +52,7 @@ def search(problem: Problem) -> SearchResult:
     """Find the effects that the model lacks."""
     without_findings = problem.without_findings
     selected = _measured_effects(problem, without_findings)
-    problem = problem.asking(_suggested_by_baseline(problem, without_findings))
+    problem = problem.with_candidates(_suggested_by_baseline(problem, without_findings))
     shapes: Shapes = {}
     ranking = ranked(problem, without_findings, [], shapes)
     total, single = total_prior(ranking, problem), without_idle_curves(ranking, without_findings)
@@ -68,17 +68,17 @@ def search(problem: Problem) -> SearchResult:
         if (problem is searched and keys == keys_of(added)) or keys in visited:  # converged, or alternating
             break
         visited.append(keys)
-    kept = checked_by_held_out(problem, selected, without_findings, total)
-    problem = nominal_if_better(problem, kept, without_findings)
-    kept = proven(problem, kept)
-    prediction = problem.prediction(answers_of(kept))
+    checked = checked_by_held_out(problem, selected, without_findings, total)
+    problem = nominal_if_better(problem, checked, without_findings)
+    checked = proven(problem, checked)
+    prediction = problem.prediction(answers_of(checked))
     return SearchResult(
         problem,
-        tuple(kept),
+        tuple(checked),
         prediction,
         without_findings,
         tuple(single),
-        tuple(ranked(problem, prediction, kept, shapes)),
+        tuple(ranked(problem, prediction, checked, shapes)),
         total,
     )
 
@@ -273,12 +273,12 @@ def _at_own_load(problem: Problem, selected: Sequence[Selected]) -> tuple[Proble
 
 
 def _in_allowed_shape(
-    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+    problem: Problem, answer: Answer, others: Sequence[Answer], similar: Prediction
 ) -> Answer | None:
     """The same effect in its most probable shape that physics allows given the others; None without any."""
     shapes = problem.pairs(lambda candidate, _: candidate.key == answer.candidate.key)
     if len(shapes) < 2:
         return None
-    prediction = problem.prediction(others, near)
+    prediction = problem.prediction(others, similar)
     best = max(ask(prediction, shapes), key=lambda shape: shape.gain, default=None)
     return colouring(prediction, best).chosen_as(answer) if best else None

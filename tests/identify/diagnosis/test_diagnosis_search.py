@@ -88,7 +88,7 @@ def test_two_effects_at_once_are_both_named():
 def relief_of_drag(deviations):
     """Of viscous friction at the elbow, so many standard deviations from what is stated, (1.425 ± 0.3)."""
     at = problem(record([], {"Fv2": 1.425 + 0.3 * deviations}))
-    [drag] = [pair for pair in at.asked if pair[0].key == ("viscous_friction", (1,), "")]
+    [drag] = [pair for pair in at.candidates if pair[0].key == ("viscous_friction", (1,), "")]
     [answer] = ask(at.prediction([]), [drag])
     return answer.relief
 
@@ -430,7 +430,7 @@ def test_what_two_predict_alike_is_distinguished_by_what_its_shape_cost_when_jud
 def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
     at = problem(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     prediction = at.prediction([])
-    [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
+    [whole] = [pair for pair in at.candidates if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
     [start] = ask(prediction, [whole])
     best = refined(prediction, start, at.runs)
     at_best, bounds = best.candidate.shape["exponent"], best.candidate.bounds["exponent"]
@@ -448,7 +448,7 @@ def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
 def test_a_spring_within_the_sensors_error_of_the_usual_torque_is_none(share, there):
     """However quiet the joint is: a sensor that is not linear has torque by position, too."""
     at = problem(record(roles=("identify", "identify")))
-    (_, columns), *_ = [pair for pair in at.asked if pair[0].key == ("joint_spring", (1,), "")]
+    (_, columns), *_ = [pair for pair in at.candidates if pair[0].key == ("joint_spring", (1,), "")]
     spring = columns.everywhere(2)[:, :, 0]
     spring *= share * columns.usual[0] / np.std(spring[:, 1])
     quiet = at.rows.difference - 0.98 * at.without_findings.residual + spring
