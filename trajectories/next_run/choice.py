@@ -9,7 +9,7 @@ from exidyn.identification.diagnosis.belief.belief import Belief
 from exidyn.identification.diagnosis.belief.open_items import (
     Item,
     compared,
-    expected_left,
+    expected_entropies,
     information,
     items,
 )
@@ -53,10 +53,10 @@ def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns
     found = []
     for offer, run in zip(offers, runs, strict=True):
         seen = information(belief, run)
-        left = expected_left(belief, questions, seen)
+        left = expected_entropies(belief, questions, seen)
         gained = sum(one.entropy - after for one, after in zip(before, left, strict=True) if one.open)
         # No less than its first run, however alike torques come to be beside all that an hour shows.
-        hour = np.minimum(left, expected_left(belief, questions, HOUR / offer.motion * seen))
+        hour = np.minimum(left, expected_entropies(belief, questions, HOUR / offer.motion * seen))
         found.append(Forecast(offer, left, hour, float(gained)))
     return sorted(found, key=lambda one: -one.rate)
 

@@ -58,7 +58,7 @@ class Contact(NamedTuple):
         return float(self.gains.sum() - np.log(self.among))
 
     @property
-    def without_one(self) -> float:
+    def gain_without_best_joint(self) -> float:
         """Gain without the joint that gains most: an effect on one joint alone is no contact."""
         return self.gain - float(self.gains.max())
 
@@ -69,33 +69,35 @@ def share(time: np.ndarray, start: float | np.ndarray, duration: float) -> np.nd
     return np.sqrt(np.sin(np.pi * since))
 
 
-class Reach(NamedTuple):
+class FlangeTorque(NamedTuple):
     """Motor torque per unit of force on the flange, over one run."""
 
     time: np.ndarray  # time of each row, shape (r,) [s]
     torque: np.ndarray  # torque per unit of force, shape (r, n, 3) [N m/N]
 
     @classmethod
-    def of(cls, model: Model, run: Driven) -> "Reach":
+    def of(cls, model: Model, run: Driven) -> "FlangeTorque":
         """Compute it at the rows of a run."""
         motion = run.motion[run.centres[0] : run.centres[-1] + 1 : run.prepared.decimation.stride]
         return cls(motion.time, -np.einsum("ij,tjk->tik", model.robot.to_motors, jacobian(model, motion)))
 
 
 def contacts(
-    model: Model, prediction: Prediction, runs: Sequence[Driven], reaches: Sequence[Reach]
+    model: Model, prediction: Prediction, runs: Sequence[Driven], flange_torques: Sequence[FlangeTorque]
 ) -> list[Contact]:
     """Windows of all runs, with the gain of a force beyond the gain that is usual elsewhere, best first."""
     information = prediction.weighting.independent / prediction.weighting.variance
     stiffness = _usual_force(model) ** -2.0
     windows: list[Contact] = []
-    for number, (reach, rows) in enumerate(zip(reaches, prediction.rows.runs, strict=True)):
+    for number, (flange_torque, rows) in enumerate(zip(flange_torques, prediction.rows.runs, strict=True)):
         residual, weight = prediction.residual[rows], prediction.rows.weight[rows] * information
-        first, last = reach.time[0] + ENDS, reach.time[-1] - ENDS
+        first, last = flange_torque.time[0] + ENDS, flange_torque.time[-1] - ENDS
         for duration in DURATIONS:
             starts = np.arange(first, last - duration, duration / PARTS)
             for batch in np.array_split(starts, len(starts) // TOGETHER + 1):
-                for start, force, gain in _pushed(reach, residual, weight, stiffness, batch, duration):
+                for start, force, gain in _pushed(
+                    flange_torque, residual, weight, stiffness, batch, duration
+                ):
                     name = runs[number].prepared.name
                     windows.append(Contact(number, name, float(start), duration, force, gain))
     gains = np.array([window.gains.sum() for window in windows])
@@ -122,7 +124,7 @@ def _usual(gains: np.ndarray) -> tuple[float, float]:
 
 
 def _pushed(
-    reach: Reach,
+    flange_torque: FlangeTorque,
     residual: np.ndarray,
     weight: np.ndarray,
     stiffness: float,
@@ -132,7 +134,7 @@ def _pushed(
     """Start [s], force (3,) [N] and gains (n,) of windows of one duration, solved at once.
 
     Args:
-        reach: Motor torque per unit of force in the run.
+        flange_torque: Motor torque per unit of force in the run.
         residual: Residual of the run, shape (r, n) [N m].
         weight: Information of each row, shape (r, n) [1/(N m)^2].
         stiffness: Inverse square of the expected force [1/N^2].
@@ -141,10 +143,12 @@ def _pushed(
     """
     if not len(starts):
         return
-    count = int(np.ceil(duration / float(np.median(np.diff(reach.time))))) + 1
-    rows = np.minimum(np.searchsorted(reach.time, starts)[:, None] + np.arange(count), len(reach.time) - 1)
-    shares = share(reach.time[rows], starts[:, None], duration)
-    columns = reach.torque[rows] * shares[:, :, None, None]
+    count = int(np.ceil(duration / float(np.median(np.diff(flange_torque.time))))) + 1
+    rows = np.minimum(
+        np.searchsorted(flange_torque.time, starts)[:, None] + np.arange(count), len(flange_torque.time) - 1
+    )
+    shares = share(flange_torque.time[rows], starts[:, None], duration)
+    columns = flange_torque.torque[rows] * shares[:, :, None, None]
     weighted = columns * weight[rows][:, :, :, None]
     slope = np.einsum("wrnk,wrn->wk", weighted, residual[rows])
     flat, flat_weighted = (values.reshape(len(rows), -1, 3) for values in (columns, weighted))

@@ -108,7 +108,7 @@ class Answer:
         An effect of known size is there as predicted or not at all; any other may have any amplitude.
         """
         if self.sized not in self.scatter:
-            scattered([self])
+            compute_scatter_odds([self])
         return self.scatter[self.sized]
 
     @property
@@ -145,7 +145,7 @@ class Answer:
         return np.where(self.free, self.columns.mean, self.values)
 
 
-def scattered(answers: Sequence[Answer]) -> None:
+def compute_scatter_odds(answers: Sequence[Answer]) -> None:
     """Compute the odds by scatter of several answers together, several times faster than one by one."""
     for sized in (False, True):
         group = [answer for answer in answers if answer.sized == sized and sized not in answer.scatter]

@@ -33,7 +33,7 @@ def weighted(prediction: Prediction, answer: Answer, independent: np.ndarray) ->
     return replace(answer, gains=gains, independent=independent)
 
 
-def levelled(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
+def equally_weighted(prediction: Prediction, answers: Sequence[Answer]) -> list[Answer]:
     """The answers, all with the share of independent rows that the best answer has on each joint.
 
     If each were weighted with its own share, a faster effect could win despite a larger misfit.

@@ -20,7 +20,7 @@ MARGIN = 0.2
 """Time before and after a contact that is excluded with it [s]: a push begins and ends within it."""
 
 
-def only_once(problem: Problem, findings: list[Selected]) -> tuple[Problem, list[Selected]]:
+def with_contacts(problem: Problem, findings: list[Selected]) -> tuple[Problem, list[Selected]]:
     """The problem and the findings with all contacts; unchanged if there are too many to be contacts."""
     reduced, extended = problem, list(findings)
     for _ in range(FEW + 1):
@@ -36,11 +36,11 @@ def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selecte
 
     On at least two joints, its torque must exceed the sensors' error of their usual torque.
     """
-    best = next(iter(contacts(problem.model, prediction, problem.runs, problem.reaches)), None)
+    best = next(iter(contacts(problem.model, prediction, problem.runs, problem.flange_torques)), None)
     if best is None:
         return None
     usual = np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0))
-    odds = min(best.gain, best.without_one) - np.log(len(problem.tried))
+    odds = min(best.gain, best.gain_without_best_joint) - np.log(len(problem.tried))
     if np.count_nonzero(_torque(problem, best) > LINEAR * usual) < 2 or not odds > CERTAIN_ODDS:
         return None
     selected = Selected(_answer(problem, prediction, best), odds, (), True)
@@ -49,17 +49,17 @@ def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selecte
 
 def _torque(problem: Problem, contact: Contact) -> np.ndarray:
     """RMS torque of a contact while it lasts, shape (n,) [N m]."""
-    reach = problem.reaches[contact.run]
-    during = (reach.time >= contact.start) & (reach.time <= contact.start + contact.duration)
-    size = share(reach.time[during], contact.start, contact.duration)
-    torque = reach.torque[during] @ contact.force * size[:, None]
+    flange_torque = problem.flange_torques[contact.run]
+    during = (flange_torque.time >= contact.start) & (flange_torque.time <= contact.start + contact.duration)
+    size = share(flange_torque.time[during], contact.start, contact.duration)
+    torque = flange_torque.torque[during] @ contact.force * size[:, None]
     return np.asarray(np.sqrt(np.mean(torque**2, axis=0)))
 
 
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:
     """Windows of all runs in which a force explains far more than at other times, largest gain first."""
     reported: list[Contact] = []
-    for contact in contacts(problem.model, prediction, problem.runs, problem.reaches):
+    for contact in contacts(problem.model, prediction, problem.runs, problem.flange_torques):
         if contact.gain < CERTAIN_ODDS or len(reported) == MOST:
             break
         same_run = [other for other in reported if other.run == contact.run]

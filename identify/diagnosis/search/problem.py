@@ -15,7 +15,7 @@ from ...positive_definite import solve
 from ..blocks.blocks import Blocks, BlockSums
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
-from ..candidates.contact_event import Reach
+from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
@@ -71,7 +71,7 @@ class Known:
         return replace(fresh, peak=self.peak)
 
 
-def alike(before: Sequence[Driven], after: Sequence[Driven]) -> bool:
+def load_unchanged(before: Sequence[Driven], after: Sequence[Driven]) -> bool:
     """Whether the load of the runs has hardly changed."""
     pairs = [(old.motion.load, new.motion.load) for old, new in zip(before, after, strict=True)]
     load = np.concatenate([old for old, _ in pairs])
@@ -96,7 +96,7 @@ class Problem:
     rows: Rows  # rows with nuisances too
     candidates: Pairs  # all candidates that do not depend on the residual, at the load of the first fit
     known: Known  # fit from which the torque and the load of any run follow
-    reaches: tuple[Reach, ...]  # motor torque per unit of force on the flange, for each run
+    flange_torques: tuple[FlangeTorque, ...]  # motor torque per unit of force on the flange, for each run
     moved: bool = False  # whether the load differs from that of the first fit
 
     @classmethod
@@ -112,8 +112,8 @@ class Problem:
         pairs = [pair for pair in pairs if not pair[1].empty]
         base = _rows(model, loaded, values, base)
         rows = with_nuisances(base, model, loaded, values)
-        reaches = tuple(Reach.of(model, run) for run in loaded)
-        return cls(model, loaded, blocks, base, rows, pairs, known, reaches)
+        flange_torques = tuple(FlangeTorque.of(model, run) for run in loaded)
+        return cls(model, loaded, blocks, base, rows, pairs, known, flange_torques)
 
     def with_candidates(self, more: Iterable[Candidate]) -> "Problem":
         """This problem with further candidates."""
@@ -127,7 +127,7 @@ class Problem:
             self._columns[name] = Thinned.of(candidate, self.runs)
         return self._columns[name]
 
-    def columns_anew(self, candidate: Candidate, columns: Thinned) -> Thinned:
+    def columns_at_load(self, candidate: Candidate, columns: Thinned) -> Thinned:
         """Columns of a candidate at the load of these runs, computed once."""
         if candidate not in self._anew:
             self._anew[candidate] = anew(candidate, columns, self.runs)
@@ -266,7 +266,7 @@ class Problem:
         if not affected and self.known.first:
             return self, list(findings)
         known, runs = Known.after(self.model, self.prediction(findings).values, findings).of(self.runs)
-        if alike(self.runs, runs):
+        if load_unchanged(self.runs, runs):
             return self, list(findings)
         fresh = [replace(answer, columns=anew(answer.candidate, answer.columns, runs)) for answer in findings]
         base = _rows(self.model, runs, known.values, self.base)

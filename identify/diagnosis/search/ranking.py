@@ -7,9 +7,9 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import KINDS
-from ..questions.block_answer import Answer, scattered
+from ..questions.block_answer import Answer, compute_scatter_odds
 from ..questions.candidate import Candidate
-from ..questions.comparison import competing, levelled
+from ..questions.comparison import competing, equally_weighted
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Problem
@@ -68,7 +68,7 @@ def ranked(
     strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
     best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
     best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
-    top = sorted(levelled(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
+    top = sorted(equally_weighted(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
     for place in _worth_refining(top, [answer.candidate for answer in earlier]):
         candidate = top[place].candidate
         grid = [pair for pair in pairs if pair[0].key == candidate.key]
@@ -83,7 +83,7 @@ def ranked(
 
 def _in_same_shapes(problem: Problem, prediction: Prediction, earlier: Sequence[Answer]) -> list[Answer]:
     """New answers in the shapes of earlier ones, at the cost of the earlier choice."""
-    pairs = [(old.candidate, problem.columns_anew(old.candidate, old.columns)) for old in earlier]
+    pairs = [(old.candidate, problem.columns_at_load(old.candidate, old.columns)) for old in earlier]
     by_candidate = {id(old.candidate): old for old in earlier}
     return [answer.chosen_as(by_candidate[id(answer.candidate)]) for answer in ask(prediction, pairs)]
 
@@ -117,7 +117,7 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
     shaped = [
         group for group in groups.values() if len(group) > 1 and max(answer.gain for answer in group) > 0.0
     ]
-    scattered([answer for group in shaped for answer in group])
+    compute_scatter_odds([answer for group in shaped for answer in group])
     best = [_chosen(group) for group in groups.values()]
     return sorted(best, key=lambda answer: -answer.gain)
 

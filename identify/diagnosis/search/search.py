@@ -16,7 +16,7 @@ from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import answer_beside, checked_by_held_out, nominal_if_better, with_refined_shape
 from .held_out import proven
-from .once import only_once
+from .once import with_contacts
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
 from .selected import Selected, answers_of, credible, keys_of, log_prior, odds_of
@@ -129,7 +129,7 @@ def _with_additions(
     out: set[object] = set()
     joints: np.ndarray | None = None
     for _ in range(TURNS):
-        problem, selected = only_once(problem, selected)
+        problem, selected = with_contacts(problem, selected)
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
         open_ = [answer for answer in _material_answers(best, prediction) if answer.candidate.key not in out]

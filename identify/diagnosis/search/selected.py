@@ -168,7 +168,7 @@ def _everywhere(answer: Answer) -> bool:
     return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
 
 
-def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
+def most_probable(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
     """The most probable credible hypothesis, with its rivals.
 
     A rival counts for no more than the odds that it is there at all. If no hypothesis is certain enough to be

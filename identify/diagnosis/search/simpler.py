@@ -11,7 +11,7 @@ import numpy as np
 from ..blocks.prediction import Prediction
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.comparison import better, by_blocks
-from .selected import Selected, judged, log_prior, odds_of
+from .selected import Selected, log_prior, most_probable, odds_of
 
 SAME = 1e-3
 """Relative difference between two ways of decimating the same torque [-]."""
@@ -27,7 +27,7 @@ def simplest(prediction: Prediction, best: Sequence[Answer], total: float) -> Se
     """
     open_ = list(best)
     while True:
-        finding = judged(open_, total, lambda first, second: by_blocks(prediction, first, second))
+        finding = most_probable(open_, total, lambda first, second: by_blocks(prediction, first, second))
         if finding is None or not any(_part_suffices(prediction, finding.answer, open_, total)):
             return finding
         open_ = [answer for answer in open_ if answer is not finding.answer]

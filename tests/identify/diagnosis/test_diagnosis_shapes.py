@@ -40,8 +40,8 @@ def test_a_problem_has_columns_of_the_shape():
     [run], model = small_search.record(roles=("identify",)), small_diagnosis.nominal_model()
     one = small_search.problem([run])
     again = Problem.of(one.model, one.runs, [Shaped("joint_elasticity", (1,), "", RINGING)])
-    assert len(again.asked) == len(one.asked) + 1
-    found = [pair for pair in again.asked if pair[0].shape.get("resonance") == RINGING["resonance"]]
+    assert len(again.candidates) == len(one.candidates) + 1
+    found = [pair for pair in again.candidates if pair[0].shape.get("resonance") == RINGING["resonance"]]
     assert len(found) == 1
     assert found[0][1].values.shape[0] == len(again.rows.columns)
     assert model.robot.dof == 2
