@@ -107,9 +107,9 @@ def _unless_stated(model: Model, prediction: Prediction, runs: Sequence[Driven])
         yield replace(everywhere, columns=columns, kind="where none is stated", same_torque=None)
 
 
-def _centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
+def _center(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     """Center of mass of a body; only its moments if the mass is not distinguishable from zero."""
-    words = _centre_of(finding, known)
+    words = _center_of(finding, known)
     if finding.candidate.same_torque is not None:
         words["instead"] = "a payload" if finding.joints else "the last link"
     elif finding.candidate.kind:
@@ -117,7 +117,7 @@ def _centre(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     return words
 
 
-def _centre_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
+def _center_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     if not {"M", "MX", "MY", "MZ"} <= set(known):
         return {}
     mass, values = known["M"], np.array([known[f"M{axis}"].value for axis in "XYZ"])
@@ -158,7 +158,7 @@ KINDS = {
         "{M:heavier|lighter}[, first moments off by {shift} kg m]",
         drawn_against=("position", "acceleration"),
         ask=_links,
-        derived=_centre,
+        derived=_center,
         held=_with_other_link,
         of_body=True,
         mistaken_for=("payload", "spring_balancer", "drive_gain"),
@@ -172,7 +172,7 @@ KINDS = {
         drawn_against=("position", "acceleration"),
         ask=_payloads,
         ask_first=_unless_stated,
-        derived=_centre,
+        derived=_center,
         held=_with_payload,
         of_body=True,
         mistaken_for=("link_inertia", "drive_gain"),

@@ -116,7 +116,7 @@ def _position_dependent(model: Model) -> Iterator[Candidate]:
     return on_each_joint(model, name, KINDS[name], smaller)
 
 
-def _neighbours(model: Model) -> Iterator[Candidate]:
+def _neighbors(model: Model) -> Iterator[Candidate]:
     """Dry friction of each joint that depends on the position of another joint, which bends its bearing."""
 
     def torque(run: Driven, joint: int, other: int) -> np.ndarray:
@@ -214,7 +214,7 @@ KINDS = {
         family="other joints",
         sentence="{joint} has friction that depends on the position of joint {other_joint:bare}",
         drawn_against=("time", "velocity"),
-        ask=_neighbours,
+        ask=_neighbors,
     ),
 }
 """Name -> kind."""

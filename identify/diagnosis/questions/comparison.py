@@ -40,13 +40,13 @@ def equally_weighted(prediction: Prediction, answers: Sequence[Answer]) -> list[
     """
     if not answers:
         return []
-    coloured: dict[int, np.ndarray] = {}
+    by_best: dict[int, np.ndarray] = {}
     independent = np.ones(prediction.joints)
     for joint in range(prediction.joints):
         first = max(range(len(answers)), key=lambda place: float(answers[place].by_joint[joint]))
-        if first not in coloured:
-            coloured[first] = _independent(prediction, answers[first])
-        independent[joint] = coloured[first][joint]
+        if first not in by_best:
+            by_best[first] = _independent(prediction, answers[first])
+        independent[joint] = by_best[first][joint]
     return [weighted(prediction, answer, independent) for answer in answers]
 
 

@@ -23,7 +23,7 @@ WORTH = 2.0
 TOGETHER, FIRST = 40, 0.1
 """Evaluations of a search over all parameters at once, and its first step relative to the bounds [-]."""
 REFINED = 8
-"""Evaluations of a search over one parameter: enough to narrow a grid step to a few per cent."""
+"""Evaluations of a search over one parameter: enough to narrow a grid step to a few percent."""
 
 
 def refined(

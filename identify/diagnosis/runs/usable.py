@@ -52,7 +52,8 @@ def usable(
     for (_, recording), measure in zip(sound, measures, strict=True):
         if measure != measures[0]:
             warnings.append(
-                f"{recording.name} is left out: it recorded {measure}, and the first run {measures[0]}"
+                f"{recording.name} is left out: it recorded {measure}, "
+                f"but the first run recorded {measures[0]}"
             )
     sound = [pair for pair, measure in zip(sound, measures, strict=True) if measure == measures[0]]
     # All rows need one rate, so that the noise has one autocorrelation.
@@ -65,7 +66,7 @@ def usable(
         except RecordingError as error:
             warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     if all(run.role == HELD_OUT for run in runs):
-        reason = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
+        reason = "; ".join(warnings) or "all are held out. Give at least one run that is not for validation"
         raise RecordingError(f"no run is left to fit: {reason}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
     warnings += torque_off_warnings(model.robot.joints, [run.prepared for run in runs])
@@ -77,11 +78,11 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
     """Warnings about effects that these runs cannot show, and why."""
     warnings = []
     if all(run.role != HELD_OUT for run in runs):
-        warnings.append("no run was held out: that the fit improves is no proof. Give one for validation")
+        warnings.append("no run was held out, so an improved fit proves nothing: give one for validation")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
         warnings.append(
-            "temperatures were not recorded: friction that changes with them can only be seen as a change "
-            "with time, or not at all"
+            "temperatures were not recorded: friction that depends on them appears as a change over time, "
+            "or not at all"
         )
     if not any(run.motion.payload for run in runs):
         warnings.append(
@@ -90,7 +91,7 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
         )
     if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
         warnings.append(
-            "the robot's description has no drive gains: what is compared are amperes, in which every prior "
-            "about masses is wrong. Give [drive] gain"
+            "the robot file has no drive gains: torques are in amperes, so every prior on masses is wrong. "
+            "Give [drive] gain"
         )
     return warnings
