@@ -140,8 +140,8 @@ def _with_additions(
         if finding is None:
             continue
         candidate = finding.answer.candidate
-        beside = [other for other in selected if not other.answer.candidate.covered([candidate])]
-        reloaded, needed = _still_needed(problem, [*beside, finding], total)
+        uncovered = [other for other in selected if not other.answer.candidate.covered([candidate])]
+        reloaded, needed = _still_needed(problem, [*uncovered, finding], total)
         gone = keys_of([*selected, finding]) - keys_of(needed)
         if gone and _less_probable(reloaded, needed, selected):
             out.add(candidate.key)  # it would replace findings that explain more
