@@ -1,4 +1,4 @@
-"""Refit: the model with what was found, identified again, for everything that takes a fit."""
+"""Refit: identify the model again with the findings, for everything that takes a fit."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,7 +15,7 @@ from .runs.usable import HELD_OUT
 from .words.measures import slides
 from .words.sentences import sentence
 
-NOT_HELD = "no part of this fit, as no model can hold it"
+NOT_HELD = "not included in this fit, because no model can represent it"
 
 
 def refit(
@@ -24,30 +24,30 @@ def refit(
     progress: Callable[[str], None] = lambda _: None,
     filtering: Filtering = Filtering(),  # noqa: B008
 ) -> Fit | None:
-    """Identify the model again with what was found; None for a diagnosis without evidence.
+    """Identify the model again with the findings; None for a diagnosis without evidence.
 
-    What no fit can hold is among its warnings.
+    Findings that no fit can include are listed in its warnings.
 
     Args:
-        diagnosis: With its evidence.
+        diagnosis: Diagnosis with its evidence.
         recordings: Role and recording of each run.
         progress: Called with a sentence at each stage.
-        filtering: Filters; chosen from the data where none is given.
+        filtering: Filters; chosen from the data by default.
 
     Raises:
-        ExidynError: The runs cannot carry a fit.
+        ExidynError: If the runs cannot be fitted.
     """
     if diagnosis.evidence is None:
         return None
     left_out = as_found(diagnosis.evidence, diagnosis.findings).left_out
-    asked = {trace.name for trace in diagnosis.evidence.traces}
-    used = [(role, run) for role, run in recordings if run.name in asked]
+    fitted_names = {trace.name for trace in diagnosis.evidence.traces}
+    used = [(role, run) for role, run in recordings if run.name in fitted_names]
     fit = identify(
         [run for role, run in used if role != HELD_OUT],
         [run for role, run in used if role == HELD_OUT],
         model=model_to_fit(diagnosis),
         filtering=filtering,
-        as_recorded=True,  # asked before the diagnosis
+        as_recorded=True,  # the diagnosis has checked the recordings already
         progress=progress,
     )
     absent = [diagnosis.findings[place] for place in left_out]
@@ -58,10 +58,10 @@ def refit(
 
 
 def model_to_fit(diagnosis: Diagnosis) -> Model:
-    """The nominal model with the effects found, and gains by what was found of them.
+    """The nominal model with the effects and drive gains found.
 
-    A diagnosis lets bodies that nobody vouches for be anything. A fit takes them for likely, as it does
-    without a diagnosis: what torque does not show of them is nominal then, and not whatever a solver ends at.
+    A diagnosis leaves bodies without stated inertias free. A fit gives them a prior, as it does without a
+    diagnosis: what torque does not determine stays nominal, instead of where a solver happens to end.
     """
     assert diagnosis.evidence is not None
     arm = as_found(diagnosis.evidence, diagnosis.findings)

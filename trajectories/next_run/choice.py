@@ -9,7 +9,7 @@ from exidyn.identification.diagnosis.belief.belief import Belief
 from exidyn.identification.diagnosis.belief.open_items import (
     Item,
     compared,
-    expected_left,
+    expected_entropies,
     information,
     items,
 )
@@ -52,10 +52,10 @@ def forecasts(belief: Belief, offers: Sequence[Offer], runs: Sequence[RunColumns
     forecasts = []
     for offer, run in zip(offers, runs, strict=True):
         seen = information(belief, run)
-        after = expected_left(belief, questions, seen)
+        after = expected_entropies(belief, questions, seen)
         gained = sum(item.entropy - entropy for item, entropy in zip(before, after, strict=True) if item.open)
         # an hour is never worse than the first run, even if torques of rivals become alike in it
-        after_hour = np.minimum(after, expected_left(belief, questions, HOUR / offer.motion * seen))
+        after_hour = np.minimum(after, expected_entropies(belief, questions, HOUR / offer.motion * seen))
         forecasts.append(Forecast(offer, after, after_hour, float(gained)))
     return sorted(forecasts, key=lambda forecast: -forecast.rate)
 

@@ -1,5 +1,5 @@
-"""Belief: what a diagnosis leaves open, and what a further run would settle.
+"""Belief: the questions that a diagnosis leaves open, and how far a further run would answer them.
 
 In: a search, and the columns of runs that could be made.
-Out: probabilities of the answers to each open question, and how much entropy each run would leave.
+Out: probabilities of the answers to each open question, and the entropy that each run would leave.
 """

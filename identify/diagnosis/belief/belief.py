@@ -1,4 +1,4 @@
-"""Belief: what a diagnosis leaves open, and with which probabilities and precisions."""
+"""Belief: the open questions of a diagnosis, with probabilities and precisions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ class Believed(NamedTuple):
     """One answer to a question.
 
     Attributes:
-        effect: Name in the vocabulary; empty for nothing.
-        joints: Where, from 0.
-        probability: [-].
-        places: Places of its coefficients among all columns, (p,).
+        effect: Name in the vocabulary; empty for "no effect".
+        joints: Joints it acts on, from 0.
+        probability: Probability of the answer [-].
+        places: Indices of its coefficients among all columns, shape (p,).
     """
 
     effect: str
@@ -32,56 +32,56 @@ class Believed(NamedTuple):
 
 
 class Question(NamedTuple):
-    """What may explain one misfit, or whether one effect is there.
+    """Which effect explains a misfit, or whether an effect is there at all.
 
     Attributes:
-        answers: The most probable first; their probabilities add to one.
-        seen: Whether a misfit asks it, or values that are strained beyond their tolerances; else nothing does
-            but that no run so far could show the effect.
-        own: Unknowns that belong to the finding in question, not there for other answers, (p,); none where
-            nothing was found, and something is only suspected.
+        answers: Possible answers, most probable first; their probabilities add to one.
+        seen: Whether a misfit, or values strained beyond their tolerances, raise the question; otherwise it
+            is open only because no run so far could show the effect.
+        finding_places: Unknowns of the finding in question, absent for other answers, shape (p,); empty for
+            a suspect that was not found.
     """
 
     answers: tuple[Believed, ...]
     seen: bool
-    own: np.ndarray
+    finding_places: np.ndarray
 
     @property
     def probabilities(self) -> np.ndarray:
-        """Of the answers, shape (m,)."""
-        return np.array([one.probability for one in self.answers])
+        """Probabilities of the answers, shape (m,)."""
+        return np.array([answer.probability for answer in self.answers])
 
     @property
-    def settling(self) -> np.ndarray:
-        """Probability from which on each answer settles it, shape (m,).
+    def decisive(self) -> np.ndarray:
+        """Probability from which on each answer decides the question, shape (m,).
 
-        That a finding is nothing does not, for it would be none then. That nothing is where something is only
-        suspected does, where it is as much likelier than all else as what has a name.
+        "No effect" never decides about a finding, which would not be one otherwise. It decides about a
+        suspect once it is as probable as an effect must be to be named.
         """
-        nothing = np.inf if self.own.size else NAMED
-        return np.array([CREDIBLE if one.effect else nothing for one in self.answers])
+        no_effect = np.inf if self.finding_places.size else NAMED
+        return np.array([CREDIBLE if answer.effect else no_effect for answer in self.answers])
 
     @property
     def settled(self) -> bool:
-        """Whether one of its answers settles it."""
-        return bool(np.any(self.probabilities >= self.settling))
+        """Whether one of the answers decides the question."""
+        return bool(np.any(self.probabilities >= self.decisive))
 
 
 class Stance(NamedTuple):
-    """All columns' coefficients if one answer is true.
+    """Coefficients of all columns if one answer is true.
 
     Attributes:
-        held: Columns that are there, (s,).
+        held: Indices of the columns that are present, shape (s,).
         precision: Precision of their priors, shape (s,).
-        mean: Mean of the priors of its own, beside the other unknowns, of all columns (c,).
-        ways: Its own coefficients, in the first column, and how they may differ from these by one standard
-            deviation, in each of the others, of all columns, shape (c, w).
+        mean: Prior mean of the answer's own coefficients, zero for all other columns, shape (c,).
+        variations: Expected coefficients of the answer in the first column, and deviations by one standard
+            deviation in the others, for all columns, shape (c, w).
     """
 
     held: np.ndarray
     precision: np.ndarray
     mean: np.ndarray
-    ways: np.ndarray
+    variations: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +90,15 @@ class Belief:
 
     Attributes:
         search: Search of the diagnosis.
-        suspects: What is not in the model and may be there.
-        gram: Products of all columns over the runs so far, weighted as the diagnosis did, shape (c, c).
+        suspects: Effects that are not in the model and may be there.
+        gram: Products of all columns over the runs so far, weighted as in the diagnosis, shape (c, c).
         right: Right-hand side of the normal equations, shape (c,).
-        precision: Precision of priors, shape (c,); zero where nothing is known.
-        mean: Mean of priors, shape (c,).
-        weight: Weight of a row of each joint of a further run, shape (n,) [1 / (N m)^2].
-        reaches: Products of all columns over the runs so far, and over each on offer, in units of the
-            resolution, a mean over rows, shape (k, c, c): the mean square torque of any coefficients.
-        questions: What is open.
+        precision: Precision of the priors, shape (c,); zero without a prior.
+        mean: Mean of the priors, shape (c,).
+        weight: Weight of a row of each joint in a further run, shape (n,) [1 / (N m)^2].
+        reaches: Mean products of all columns over the rows of the runs so far, and of each run on offer, in
+            units of the resolution, shape (k, c, c); they give the mean square torque of coefficients.
+        questions: Open questions.
     """
 
     search: SearchResult
@@ -113,85 +113,95 @@ class Belief:
 
     @cached_property
     def reach(self) -> np.ndarray:
-        """The same over all of them, shape (c, c)."""
+        """Mean of `reaches` over all runs, shape (c, c)."""
         return np.asarray(self.reaches.mean(axis=0))
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns that are in the model already."""
+        """Number of unknowns that the model already contains."""
         return len(self.search.prediction.rows.names)
 
     @property
     def places(self) -> list[np.ndarray]:
         """Columns of each suspect."""
-        counts = [one.columns.values.shape[2] for one in self.suspects]
+        counts = [suspect.columns.values.shape[2] for suspect in self.suspects]
         stops = self.unknowns + np.cumsum([0, *counts])
         return [np.arange(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)]
 
-    def posterior(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Precision (s, s) and mean (s,) of some columns (s,), all others being zero."""
-        matrix = self.gram[np.ix_(which, which)] + np.diag(self.precision[which])
-        right = self.right[which] + self.precision[which] * self.mean[which]
+    def posterior(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Posterior precision (s, s) and mean (s,) of some columns (s,), all others held at zero."""
+        matrix = self.gram[np.ix_(held, held)] + np.diag(self.precision[held])
+        right = self.right[held] + self.precision[held] * self.mean[held]
         return matrix, solve(factored(matrix), right)
 
     def held_by(self, question: Question, answer: Believed) -> np.ndarray:
-        """Columns that are there if an answer is true, (s,); its own are the last."""
-        rest = np.setdiff1d(np.arange(self.unknowns), np.concatenate([question.own, answer.places]))
-        return np.concatenate([rest, answer.places]).astype(int)
+        """Columns that are present if an answer is true, shape (s,); those of the answer are the last."""
+        excluded = np.concatenate([question.finding_places, answer.places])
+        others = np.setdiff1d(np.arange(self.unknowns), excluded)
+        return np.concatenate([others, answer.places]).astype(int)
 
-    def ways(self, question: Question, answer: Believed, more: np.ndarray | None = None) -> np.ndarray:
-        """What an answer changes of all coefficients, shape (c, 1 + p), beside that nothing is there.
+    def variations(self, question: Question, answer: Believed, more: np.ndarray | None = None) -> np.ndarray:
+        """Change of all coefficients with an answer, relative to "no effect", shape (c, 1 + p).
 
-        The change that is expected, and those by which its own p coefficients may differ from that by one
-        standard deviation each; the other unknowns follow. With the products of a further run (c, c) that
-        shows what is expected.
+        The first column is the expected change, the others deviations of the answer's p coefficients by one
+        standard deviation each, to which the other unknowns adapt.
+
+        Args:
+            question: Question.
+            answer: One of its answers.
+            more: Products of all columns in a further run that shows what is expected, shape (c, c).
         """
         held, count = self.held_by(question, answer), len(answer.places)
         matrix, mean = self.posterior(held)
         if more is not None:
             matrix = matrix + more[np.ix_(held, held)]
-        rest, own = slice(0, len(held) - count), slice(len(held) - count, None)
-        followed = -solve(factored(matrix[rest, rest]), matrix[rest, own])
-        apart = matrix[own, own] + matrix[own, rest] @ followed
-        covariance = solve(factored(apart), np.eye(count))
-        found = np.zeros((len(self.gram), 1 + count))
+        others, own = slice(0, len(held) - count), slice(len(held) - count, None)
+        adaptation = -solve(factored(matrix[others, others]), matrix[others, own])
+        precision = matrix[own, own] + matrix[own, others] @ adaptation
+        covariance = solve(factored(precision), np.eye(count))
+        variations = np.zeros((len(self.gram), 1 + count))
         spread = np.column_stack([mean[own], root(covariance)])
-        found[held] = np.concatenate([followed, np.eye(count)]) @ spread
-        return found
+        variations[held] = np.concatenate([adaptation, np.eye(count)]) @ spread
+        return variations
 
     def stance(self, question: Question, answer: Believed) -> Stance:
-        """What is believed if an answer is true."""
+        """Coefficients of all columns if an answer is true."""
         held, none = self.held_by(question, answer), np.zeros((len(self.gram), 0))
-        own = np.zeros(len(self.gram))
-        own[answer.places] = self.mean[answer.places]
+        mean = np.zeros(len(self.gram))
+        mean[answer.places] = self.mean[answer.places]
         if not len(answer.places):
-            return Stance(held, self.precision[held], own, none)
-        ways = np.zeros((len(self.gram), 1 + len(answer.places)))
-        ways[answer.places] = self.ways(question, answer)[answer.places]
-        return Stance(held, self.precision[held], own, ways)
+            return Stance(held, self.precision[held], mean, none)
+        variations = np.zeros((len(self.gram), 1 + len(answer.places)))
+        variations[answer.places] = self.variations(question, answer)[answer.places]
+        return Stance(held, self.precision[held], mean, variations)
 
 
 def separations(stances: Sequence[Stance], gram: np.ndarray, strain: bool = True) -> np.ndarray:
-    """How far each answer (row) is from being explained by each other one (column), shape (m, m).
+    """Chi-squared by which each rival (column) fails to explain each answer (row), shape (m, m).
 
-    The chi-squared of its torque that the other leaves over runs of these products of columns (c, c), and
-    that of what its coefficients and the other unknowns have to be for that, by their priors. The formula of
-    an effect is wrong by `FORMULA` of its torque: all of that may look like what the other leaves, however
-    long the runs are. Without `strain`, priors say nothing: those that have spoken already.
+    It is the chi-squared of the answer's torque that the rival leaves unexplained, plus that of the prior
+    deviations this requires. A formula is wrong by `FORMULA` of its torque. Since an error of that size may
+    resemble the unexplained part, it limits the chi-squared, however long the runs are.
+
+    Args:
+        stances: Coefficients with each answer.
+        gram: Products of all columns over the runs, shape (c, c).
+        strain: Whether to count deviations from priors; not if they have been counted already.
     """
-    found = np.zeros((len(stances), len(stances)))
+    chi_squared = np.zeros((len(stances), len(stances)))
     for rival, other in enumerate(stances):
         columns = gram[:, other.held]
         factor = factored(np.diag(other.precision) + columns[other.held])
-        for true, one in enumerate(stances):
-            if true == rival or not one.ways.size:
+        for true, stance in enumerate(stances):
+            if true == rival or not stance.variations.size:
                 continue
-            ways = one.ways.copy()
-            power = float(np.sum(ways * (gram @ ways)))
-            ways[:, 0] -= other.mean
-            whole = gram @ ways
-            taken = solve(factor, whole[other.held])
-            strained = float(np.sum(other.precision[:, None] * taken**2))
-            left = float(np.sum(ways * whole) - np.sum(taken * whole[other.held])) - strained
-            found[true, rival] = strain * strained + max(left, 0.0) / (1.0 + FORMULA**2 * power)
-    return found
+            variations = stance.variations.copy()
+            power = float(np.sum(variations * (gram @ variations)))
+            variations[:, 0] -= other.mean
+            products = gram @ variations
+            replacement = solve(factor, products[other.held])
+            strained = float(np.sum(other.precision[:, None] * replacement**2))
+            explained = np.sum(replacement * products[other.held])
+            unexplained = float(np.sum(variations * products) - explained) - strained
+            chi_squared[true, rival] = strain * strained + max(unexplained, 0.0) / (1.0 + FORMULA**2 * power)
+    return chi_squared

@@ -1,8 +1,8 @@
-"""Drive gains as an item: whether the runs show by themselves what is stated of them.
+"""Drive gains as an open item: whether the runs by themselves confirm the stated gains.
 
-Where masses are not stated, a gain that is a fifth off makes them all a fifth too large, and no motion of the
-arm alone shows it: the tolerance of a gain is then a claim that nothing has tested, and so is every mass. It
-is tested once the runs, without that claim, leave no more of the gain open than it does.
+If masses are not stated, a gain that is wrong by a fifth makes all masses wrong by a fifth, and no motion of
+the arm alone shows it. The tolerance of a gain is then an untested assumption, and so is every mass. A gain
+is tested once the runs alone, without its tolerance, determine it at least as well as the tolerance does.
 """
 
 import numpy as np
@@ -15,41 +15,41 @@ from ..words.naming import joined, joint_words, lower
 from .belief import Belief
 
 GAINS = "drive gains"
-"""What the item is called."""
+"""Name of the item."""
 SAME = 1e-6
-"""Share of a column's square that another leaves from which on both are the same torque: rounding."""
+"""Relative residual below which two columns count as the same torque [-]: rounding."""
 
 
 def gain_entropy(belief: Belief, seen: np.ndarray | None = None) -> float:
-    """Of what the runs leave open of the gains [nat]; behind a run with products `seen` (c, c).
+    """Entropy of the gains after the runs so far, and after a run with products `seen` (c, c) [nat].
 
-    Half the sum of log(1 + s^2), s the deviation of each over what is to be shown of it.
+    It is half the sum of log(1 + s^2), where s is the standard deviation of a gain over the required one.
     """
-    share = gain_deviations(belief, seen) / _wanted(belief)
+    share = gain_deviations(belief, seen) / _required(belief)
     return 0.5 * float(np.sum(np.log1p(share**2)))
 
 
 def untested(belief: Belief, seen: np.ndarray | None = None) -> list[int]:
-    """Joints of whose gains the runs, and products `seen` (c, c) of another, show less than is stated."""
-    open_ones = gain_deviations(belief, seen) > _wanted(belief)
-    return [joint for joint, one in zip(_joints(belief), open_ones, strict=True) if one]
+    """Joints whose gains the runs, and a further run with products `seen` (c, c), do not confirm."""
+    exceeded = gain_deviations(belief, seen) > _required(belief)
+    return [joint for joint, is_open in zip(_joints(belief), exceeded, strict=True) if is_open]
 
 
 def gain_words(belief: Belief) -> str:
-    """Which gains no run has tested, what follows, and what would test them."""
+    """Text that says which gains no run has tested, what follows, and what would test them."""
     robot = belief.search.problem.model.robot
     joints = [joint_words(joint, robot.joints) for joint in untested(belief)]
     return (
-        f"Drive gains of {lower(joined(joints, 'and'))} are as stated: no run so far or on offer tests that, "
-        "and inertias and friction are wrong by as much as they are. What would: a run with a body of known "
-        "mass on the flange, off the axis of the joint."
+        f"Drive gains of {lower(joined(joints, 'and'))} are taken as stated: no run so far or on offer tests "
+        "them, and their errors carry over to inertias and friction. What would test them: a run with a body "
+        "of known mass on the flange, off the axis of the joint."
     )
 
 
 def gain_deviations(belief: Belief, seen: np.ndarray | None = None) -> np.ndarray:
-    """Deviation of each gain by the runs alone, over its value, shape (g,) [-]; none for torque.
+    """Relative standard deviation of each gain from the runs alone, shape (g,) [-]; empty for torque.
 
-    What was found to be the same torque is the gain.
+    Unknowns whose torque equals that of a gain are left out, because they stand for the gain.
     """
     places = _places(belief)
     if not len(places):
@@ -62,22 +62,21 @@ def gain_deviations(belief: Belief, seen: np.ndarray | None = None) -> np.ndarra
     matrix = gram[np.ix_(held, held)] + (0.0 if seen is None else seen[np.ix_(held, held)])
     precision = belief.precision.copy()
     precision[places] = UNKNOWN_GAIN**-2.0
-    own = np.searchsorted(held, places)
-    rows = np.eye(len(held))[:, own]
-    covariance = rows.T @ solve(factored(matrix + np.diag(precision[held])), rows)
+    selection = np.eye(len(held))[:, np.searchsorted(held, places)]
+    covariance = selection.T @ solve(factored(matrix + np.diag(precision[held])), selection)
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
-def _wanted(belief: Belief) -> np.ndarray:
-    """Deviation to which each gain is to be shown, shape (g,): what is stated, where that is not open.
+def _required(belief: Belief) -> np.ndarray:
+    """Relative standard deviation to which runs must determine each gain, shape (g,) [-].
 
-    Nor finer than sensors are linear.
+    It is the stated tolerance, but no finer than the linearity of sensors and no coarser than `OPEN`.
     """
     return np.clip(belief.search.prediction.rows.std[_places(belief)], LINEAR, OPEN)
 
 
 def _places(belief: Belief) -> np.ndarray:
-    """Of the gains among the unknowns, (g,)."""
+    """Indices of the gains among the unknowns, shape (g,)."""
     names = belief.search.prediction.rows.names
     return np.array([k for k, name in enumerate(names) if name in _named(belief)], dtype=int)
 

@@ -1,4 +1,4 @@
-"""Open items: the entropy of everything that is open, now and as a run is expected to leave it [nat]."""
+"""Open items: the entropy of everything that is open, now and expected after a further run [nat]."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -19,25 +19,25 @@ from .questions import material
 from .run_columns import RunColumns
 
 UNSEEN, PARAMETERS = "effects that no run so far could show", "values of parameters"
-"""What items that are no question about a misfit are called."""
+"""Names of the items that are not questions about a misfit."""
 NUISANCES = ("reversal", "clock")
-"""Beginnings of the names of unknowns that are nobody's question."""
+"""Prefixes of the names of unknowns that are not of interest."""
 DRAWS = 256
-"""Outcomes of a run over which entropies are averaged: to a sixteenth of how much they scatter."""
+"""Number of simulated outcomes of a run over which entropies are averaged."""
 NAMED_UNSEEN = 5
-"""Effects that are named, at most, of those that no run shows."""
+"""Maximum number of unseen effects that are named."""
 
 Compared = Sequence[tuple[Question, list[Stance], np.ndarray]]
-"""Questions about a misfit, the stances of their answers, and how far these are apart by the runs so far."""
+"""Questions about a misfit, the stances of their answers, and their separations by the runs so far."""
 
 
 class Item(NamedTuple):
     """One thing that may be open.
 
     Attributes:
-        words: What it is about: the effects and joints of a question, `UNSEEN`, `PARAMETERS` or `GAINS`.
+        words: Subject of the item: effects and joints of a question, `UNSEEN`, `PARAMETERS` or `GAINS`.
         entropy: Entropy of its answers [nat].
-        open: Whether it has yet to be settled.
+        open: Whether it is still undecided.
     """
 
     words: str
@@ -47,52 +47,56 @@ class Item(NamedTuple):
 
 def items(belief: Belief) -> list[Item]:
     """Everything that may be open: questions about misfits, unseen effects, parameters, drive gains."""
-    found = []
+    listed = []
     for question in belief.questions:
         if question.seen:
-            words = " or ".join(_label(one) for one in question.answers if one.probability > EXCLUDED)
-            found.append(Item(words, entropy(question.probabilities), not question.settled))
+            likely = [answer for answer in question.answers if answer.probability > EXCLUDED]
+            words = " or ".join(map(_label, likely))
+            listed.append(Item(words, entropy(question.probabilities), not question.settled))
     unseen = sum(entropy(question.probabilities) for question in belief.questions if not question.seen)
-    found.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE))
-    found.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0))
-    return [*found, Item(GAINS, gain_entropy(belief), bool(untested(belief)))]
+    listed.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE))
+    listed.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0))
+    return [*listed, Item(GAINS, gain_entropy(belief), bool(untested(belief)))]
 
 
 def compared(belief: Belief) -> Compared:
-    """The questions about a misfit, and how far their answers are apart so far."""
-    found = []
+    """The questions about a misfit, with the separations of their answers so far."""
+    questions = []
     for question in belief.questions:
         if question.seen:
-            stances = [belief.stance(question, one) for one in question.answers]
-            found.append((question, stances, separations(stances, belief.gram)))
-    return found
+            stances = [belief.stance(question, answer) for answer in question.answers]
+            questions.append((question, stances, separations(stances, belief.gram)))
+    return questions
 
 
-def expected_left(belief: Belief, compared: Compared, seen: np.ndarray) -> np.ndarray:
-    """Entropy of each item that a run of these products of columns (c, c) leaves open, expected, (i,) [nat].
+def expected_entropies(belief: Belief, compared: Compared, seen: np.ndarray) -> np.ndarray:
+    """Expected entropy of each item after a run, shape (i,) [nat].
 
-    What it settles counts for nothing: no run is made for the sake of what is certain enough already.
+    An item that the run decides has no entropy: what is certain enough is no reason for another run.
+
+    Args:
+        belief: Belief after the runs so far.
+        compared: Questions with the separations of their answers so far.
+        seen: Products of all columns in the run, shape (c, c).
     """
-    left = []
+    entropies = []
     for question, stances, before in compared:
         further = np.maximum(separations(stances, belief.gram + seen) - before, 0.0)
-        # Whether it is there at all, a run has to show by itself; priors that are strained are so once.
+        # A run must show by itself whether there is an effect; strained priors count only once.
         nothing = [not answer.effect for answer in question.answers]
-        alone = separations(stances, seen, strain=question.own.size > 0)[:, nothing]
-        further[:, nothing] = alone if question.own.size else np.maximum(further[:, nothing], alone)
-        left.append(expected_entropy(question.probabilities, further, question.settling))
+        alone = separations(stances, seen, strain=question.finding_places.size > 0)[:, nothing]
+        was_found = question.finding_places.size > 0
+        further[:, nothing] = alone if was_found else np.maximum(further[:, nothing], alone)
+        entropies.append(expected_entropy(question.probabilities, further, question.decisive))
     unseen = [_unseen_left(belief, question, seen) for question in belief.questions if not question.seen]
-    shown = 1.0 - float(np.prod([1.0 - one for one in unseen])) <= 1.0 - CREDIBLE
-    left.append(0.0 if shown else sum(entropy(np.array([one, 1.0 - one])) for one in unseen))
-    left.append(parameter_entropy(belief, seen) if open_torque(belief, seen) > 1.0 else 0.0)
-    return np.array([*left, gain_entropy(belief, seen) if untested(belief, seen) else 0.0])
+    shown = 1.0 - float(np.prod([1.0 - there for there in unseen])) <= 1.0 - CREDIBLE
+    entropies.append(0.0 if shown else sum(entropy(np.array([there, 1.0 - there])) for there in unseen))
+    entropies.append(parameter_entropy(belief, seen) if open_torque(belief, seen) > 1.0 else 0.0)
+    return np.array([*entropies, gain_entropy(belief, seen) if untested(belief, seen) else 0.0])
 
 
 def information(belief: Belief, run: RunColumns) -> np.ndarray:
-    """Products of all columns in a run, (c, c), by the weight of its rows.
-
-    What a new body leaves unknown is fitted in it.
-    """
+    """Weighted products of all columns in a run, shape (c, c); unknowns of a new body are eliminated."""
     names = belief.search.prediction.rows.names
     gram, count = run.products(names, belief.weight)
     known = run.known(names)
@@ -103,25 +107,25 @@ def information(belief: Belief, run: RunColumns) -> np.ndarray:
 
 
 def entropy(probability: np.ndarray) -> float:
-    """Of answers with these probabilities, shape (m,) [nat]."""
+    """Entropy of answers with probabilities (m,) [nat]."""
     return float(entr(probability).sum())
 
 
 def expected_entropy(
-    probability: np.ndarray, separation: np.ndarray, settling: np.ndarray | None = None
+    probability: np.ndarray, separation: np.ndarray, decisive: np.ndarray | None = None
 ) -> float:
-    """Of the same answers after a run, averaged over what it may show [nat].
+    """Entropy of answers after a run, averaged over its possible outcomes [nat].
 
-    Where answer i is true and j its rival, the run multiplies the odds of i against j by a factor whose
-    logarithm is normal, of mean T/2 and variance T, with T their separation.
+    If answer i is true and j its rival, the run multiplies the odds of i against j by a factor whose
+    logarithm is normal with mean T/2 and variance T, where T is their separation.
 
     Args:
-        probability: Before the run, shape (m,).
-        separation: Row is true, column its rival, shape (m, m).
-        settling: Probability from which on each answer settles the question, which then has no entropy any
-            more, shape (m,); none does by default.
+        probability: Probabilities before the run, shape (m,).
+        separation: Separation of each true answer (row) from each rival (column), shape (m, m).
+        decisive: Probability from which on each answer decides the question, which then has no entropy,
+            shape (m,); no answer decides by default.
     """
-    settling = np.full(len(probability), np.inf) if settling is None else settling
+    decisive = np.full(len(probability), np.inf) if decisive is None else decisive
     normal = np.random.default_rng(0).normal(size=(DRAWS // 2, len(probability)))
     normal = np.concatenate([normal, -normal])
     total = 0.0
@@ -132,68 +136,70 @@ def expected_entropy(
             weight = np.log(probability) - np.clip(gained, -700.0, 700.0)
         after = np.exp(weight - np.max(weight, axis=1, keepdims=True))
         after /= after.sum(axis=1, keepdims=True)
-        still = ~np.any(after >= settling, axis=1)
-        total += float(probability[true]) * float((still * entr(after).sum(axis=1)).mean())
-    return min(total, entropy(probability))  # of every run, but not of every draw
+        undecided = ~np.any(after >= decisive, axis=1)
+        total += float(probability[true]) * float((undecided * entr(after).sum(axis=1)).mean())
+    return min(total, entropy(probability))  # the expectation never exceeds it, but a sample mean may
 
 
 def parameter_entropy(belief: Belief, seen: np.ndarray | None = None) -> float:
-    """Of the torque that parameters and findings leave open [nat]; behind a run with products `seen` (c, c).
+    """Entropy of the torque that parameters and findings leave open [nat].
 
-    Half the sum of log(1 + s^2) over independent parts of the torque, s their standard deviation over the
-    resolution: zero where it is finer, so that knowing better counts for nothing. No part is taken to be
-    less sure than by the usual torque itself.
+    It is half the sum of log(1 + s^2) over independent parts of the torque, where s is the standard deviation
+    of a part over the resolution. Far below the resolution, better knowledge counts for nothing. No part is
+    taken as less certain than the usual torque itself.
+
+    Args:
+        belief: Belief after the runs so far.
+        seen: Products of all columns in a further run, shape (c, c).
     """
     known, reach = _known(belief, seen), _parameter_reach(belief)
     return 0.5 * (_log_determinant(known + reach) - _log_determinant(known))
 
 
 def open_torque(belief: Belief, seen: np.ndarray | None = None) -> float:
-    """Root mean square torque that parameters leave open, over the resolution [-]; behind a run as above."""
+    """RMS uncertainty of the parameters' torque over the resolution [-]; `seen` as in `parameter_entropy`."""
     inverse = solve(factored(_known(belief, seen)), _parameter_reach(belief))
     return float(np.sqrt(max(np.trace(inverse), 0.0) / len(belief.weight)))
 
 
 def hidden(belief: Belief) -> float:
-    """Probability that some effect is there, and large enough to matter, that no run so far shows."""
+    """Probability that an effect of relevant size is there that no run so far could show."""
     unseen = [question.answers for question in belief.questions if not question.seen]
-    return 1.0 - float(np.prod([one.probability for answers in unseen for one in answers if not one.effect]))
+    absent = [answer.probability for answers in unseen for answer in answers if not answer.effect]
+    return 1.0 - float(np.prod(absent))
 
 
 def remaining(belief: Belief, question: Question) -> Iterator[str]:
-    """Sentences about a question that no run on offer decides.
-
-    What remains, why no motion settles it, and what would.
-    """
+    """Sentences about a question that no run on offer decides: its answers, why, and what would decide."""
     joints = belief.search.problem.model.robot.joints
-    likely = [one for one in question.answers if one.probability > EXCLUDED]
-    names = [f"{_name(one, joints)} ({percent(one.probability)})" for one in likely]
+    likely = [answer for answer in question.answers if answer.probability > EXCLUDED]
+    names = [f"{_name(answer, joints)} ({percent(answer.probability)})" for answer in likely]
     yield f"{joined(names, 'or')}."
     share = _coincidence(belief, question)
     if share > 0.0:
-        first, second = (_name(one, joints) for one in question.answers[:2])
+        first, second = (_name(answer, joints) for answer in question.answers[:2])
         yield (
-            f"No motion settles it: in all runs so far and on offer, {second} and the other unknowns make up "
-            f"for {100 * share:.4g} % of the torque of {first}."
+            f"No motion can decide: in all runs so far and on offer, {second} and the other unknowns "
+            f"reproduce {100 * share:.4g} % of the torque of {first}."
         )
     if cures := _cures(likely):
-        yield f"What would: {joined(cures, 'or')}."
+        yield f"What would decide: {joined(cures, 'or')}."
 
 
 def unseen_words(belief: Belief) -> str:
-    """What may be there without any run on offer showing it."""
+    """Text about effects that may be there although no run so far or on offer would show them."""
     joints = belief.search.problem.model.robot.joints
     unseen = [question.answers for question in belief.questions if not question.seen]
-    there = [one for answers in unseen for one in answers if one.effect]
-    there = sorted(there, key=lambda one: -one.probability)[:NAMED_UNSEEN]
-    names = [lower(f"{_name(one, joints)} ({percent(one.probability)})") for one in there]
+    effects = [answer for answers in unseen for answer in answers if answer.effect]
+    effects = sorted(effects, key=lambda answer: -answer.probability)[:NAMED_UNSEEN]
+    names = [lower(f"{_name(answer, joints)} ({percent(answer.probability)})") for answer in effects]
     text = f"No run so far or on offer would show {joined(names, 'or')}."
-    cures = _cures(there)
-    return f"{text} What would: {joined(cures, 'or')}." if cures else text
+    cures = _cures(effects)
+    return f"{text} What would show them: {joined(cures, 'or')}." if cures else text
 
 
 def _unseen_left(belief: Belief, question: Question, seen: np.ndarray) -> float:
-    """Probability that an unseen effect is there, after a run that does not show it either."""
+    """Probability that an unseen effect is there after a run that does not show it either."""
     before, there = material(belief, question), question.answers[0].probability
     return there * min(material(belief, question, seen) / max(before, 1e-12), 1.0)
 
@@ -205,10 +211,10 @@ def _known(belief: Belief, seen: np.ndarray | None) -> np.ndarray:
 
 
 def _parameter_reach(belief: Belief) -> np.ndarray:
-    """`reach` of the unknowns in question."""
+    """`Belief.reach` of the unknowns without nuisances."""
     names, count = belief.search.prediction.rows.names, belief.unknowns
-    asked = np.array([not name.startswith(NUISANCES) for name in names])
-    return np.asarray(belief.reach[:count, :count] * np.outer(asked, asked))
+    relevant = np.array([not name.startswith(NUISANCES) for name in names])
+    return np.asarray(belief.reach[:count, :count] * np.outer(relevant, relevant))
 
 
 def _log_determinant(matrix: np.ndarray) -> float:
@@ -217,28 +223,28 @@ def _log_determinant(matrix: np.ndarray) -> float:
 
 
 def _coincidence(belief: Belief, question: Question) -> float:
-    """Share of the torque of the first answer that the second one makes up for, in all runs [-]."""
+    """Share of the first answer's torque in all runs that the second one reproduces [-]."""
     first, second = question.answers[:2]
     if not len(first.places):
         return 0.0
     values = belief.posterior(belief.held_by(question, first))[1][-len(first.places) :]
     held, reach = belief.held_by(question, second), belief.reach
-    explained = float(values @ reach[np.ix_(first.places, first.places)] @ values)
+    total = float(values @ reach[np.ix_(first.places, first.places)] @ values)
     mixed = reach[np.ix_(held, first.places)] @ values
-    taken = float(mixed @ solve(factored(reach[np.ix_(held, held)]), mixed))
-    return taken / explained if explained > 0.0 else 0.0
+    reproduced = float(mixed @ solve(factored(reach[np.ix_(held, held)]), mixed))
+    return reproduced / total if total > 0.0 else 0.0
 
 
 def _cures(answers: Sequence[Believed]) -> list[str]:
-    """What would settle whether effects are there, each once."""
-    words = [kind_of(one.effect).settled_by for one in answers if one.effect]
+    """What would decide whether the effects are there, each once."""
+    words = [kind_of(answer.effect).settled_by for answer in answers if answer.effect]
     return list(dict.fromkeys(filter(None, words)))
 
 
-def _label(one: Believed) -> str:
-    effect = one.effect.replace("_", " ") or "nothing"
-    return f"{effect} ({', '.join(str(joint + 1) for joint in one.joints)})" if one.joints else effect
+def _label(answer: Believed) -> str:
+    effect = answer.effect.replace("_", " ") or "nothing"
+    return f"{effect} ({', '.join(str(joint + 1) for joint in answer.joints)})" if answer.joints else effect
 
 
-def _name(one: Believed, joints: tuple[str, ...]) -> str:
-    return named(one.effect, one.joints, joints) if one.effect else "nothing"
+def _name(answer: Believed, joints: tuple[str, ...]) -> str:
+    return named(answer.effect, answer.joints, joints) if answer.effect else "nothing"

@@ -1,4 +1,4 @@
-"""Suspects: what is not in the model after a search and may be there, such as what explains a finding too."""
+"""Suspects: effects that may be there after a search without being findings, such as rivals of findings."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -17,19 +17,19 @@ from ..search.search import SearchResult
 from ..search.selected import EXCLUDED, contradicted, log_prior
 
 NEGLIGIBLE = EXCLUDED / 100.0
-"""Probability below which an effect that nothing suggests is not asked about; a hundred of them are still
-excluded together."""
+"""Probability below which an effect without evidence raises no question; even a hundred of these together
+stay excluded."""
 
 Place = tuple[str, tuple[int, ...]]
 """An effect and its joints."""
 
 
 class Rival(NamedTuple):
-    """What else would give the torque of a finding.
+    """Another effect that would give nearly the torque of a finding.
 
     Attributes:
-        answer: In the shape that comes nearest.
-        odds: Logarithm of the odds of the finding against it, by no more than their torques.
+        answer: Answer of the effect in its closest shape.
+        odds: Log odds of the finding against it, from their torques alone.
     """
 
     answer: Answer
@@ -37,91 +37,93 @@ class Rival(NamedTuple):
 
 
 class Suspects(NamedTuple):
-    """What is not in the model and may be there.
+    """Effects that are not in the model and may be there.
 
     Attributes:
-        rivals: Rivals of what was found.
-        left: What else may be there without being seen, each in its best shape.
-        against: Logarithm of the odds of each finding, by its number, against effects on joints.
+        rivals: Rivals of the findings.
+        unseen: Other effects that may be there without being seen, each in its best shape.
+        against: Log odds of each finding, by its index, against effects on joints.
     """
 
     rivals: tuple[Answer, ...]
-    left: tuple[Answer, ...]
+    unseen: tuple[Answer, ...]
     against: dict[int, dict[Place, float]]
 
     @property
     def every(self) -> tuple[Answer, ...]:
-        """In the order of their columns."""
-        return self.rivals + self.left
+        """All suspects in the order of their columns."""
+        return self.rivals + self.unseen
 
 
 def suspects_of(search: SearchResult) -> Suspects:
-    """Alternatives of the findings, and what else gives their torque; then all that was not found."""
-    others = {place: _rivals(search, place) for place in range(len(search.selected))}
-    found = [answer for one in search.selected for answer, _ in one.elsewhere]
-    found += [rival.answer for own in others.values() for rival in own]
-    by_key = {one.candidate.key: one for one in reversed(found)}
-    left = [
-        one
-        for one in search.left
-        if one.candidate.key not in by_key and unseen_probability(one, search.total) >= NEGLIGIBLE
+    """Rivals of the findings, by blocks or by their torque, then all other hypotheses that may be there."""
+    rivals = {place: _rivals(search, place) for place in range(len(search.selected))}
+    answers = [answer for finding in search.selected for answer, _ in finding.elsewhere]
+    answers += [rival.answer for group in rivals.values() for rival in group]
+    by_key = {answer.candidate.key: answer for answer in reversed(answers)}
+    unseen = [
+        answer
+        for answer in search.left
+        if answer.candidate.key not in by_key and unseen_probability(answer, search.total) >= NEGLIGIBLE
     ]
-    against = {place: {place_of(rival.answer): rival.odds for rival in own} for place, own in others.items()}
-    return Suspects(tuple(by_key.values()), tuple(left), against)
+    against = {
+        place: {place_of(rival.answer): rival.odds for rival in group} for place, group in rivals.items()
+    }
+    return Suspects(tuple(by_key.values()), tuple(unseen), against)
 
 
-def unseen_probability(one: Answer, total: float) -> float:
-    """That an effect which was not found is there; zero where runs held out contradict it."""
-    return 0.0 if contradicted(one) else float(expit(one.odds + log_prior(one, total)))
+def unseen_probability(answer: Answer, total: float) -> float:
+    """Probability that an effect is there although it was not found; zero if held-out runs contradict it."""
+    return 0.0 if contradicted(answer) else float(expit(answer.odds + log_prior(answer, total)))
 
 
-def place_of(one: Answer) -> Place:
+def place_of(answer: Answer) -> Place:
     """Effect and joints of an answer."""
-    return one.candidate.effect, one.candidate.joints
+    return answer.candidate.effect, answer.candidate.joints
 
 
 def _rivals(search: SearchResult, place: int) -> list[Rival]:
-    """What physics allows beside the other findings, and what by its torque alone is not excluded.
+    """Rivals of a finding that its torque does not exclude and physics allows with the other findings.
 
-    Each hypothesis once. What the model's own unknowns make up for without it speaks for none of them.
+    Torque that the model's unknowns reproduce without a rival does not count in its favor.
     """
-    one = search.selected[place]
-    if one.once:
+    finding = search.selected[place]
+    if finding.once:
         return []
-    found: dict[object, tuple[float, Candidate, Thinned]] = {}
-    for weight, candidate, columns in _near(search, place):
-        weight *= candidate.prior / one.answer.candidate.prior
-        if weight > max(EXCLUDED, found.get(candidate.key, (0.0,))[0]):
-            found[candidate.key] = weight, candidate, columns
-    others = [other.answer for other in search.selected if other is not one]
+    closest: dict[object, tuple[float, Candidate, Thinned]] = {}
+    for weight, candidate, columns in _similar(search, place):
+        weight *= candidate.prior / finding.answer.candidate.prior
+        if weight > max(EXCLUDED, closest.get(candidate.key, (0.0,))[0]):
+            closest[candidate.key] = weight, candidate, columns
+    others = [other.answer for other in search.selected if other is not finding]
     prediction = search.problem.prediction(others, search.prediction)
-    allowed = ask(prediction, [(candidate, columns) for _, candidate, columns in found.values()])
-    return [Rival(answer, -float(np.log(found[answer.candidate.key][0]))) for answer in allowed]
+    allowed = ask(prediction, [(candidate, columns) for _, candidate, columns in closest.values()])
+    return [Rival(answer, -float(np.log(closest[answer.candidate.key][0]))) for answer in allowed]
 
 
-def _near(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, Thinned]]:
-    """How probable the torque of a finding is by every shape of all other hypotheses on the same joints.
+def _similar(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, Thinned]]:
+    """Probability of a finding's torque with every shape of all other hypotheses on the same joints.
 
-    Over that of the finding itself, and less than by the other unknowns alone.
+    It is relative to that with the finding itself, minus that with the other unknowns alone.
     """
     prediction, here = search.prediction, search.selected[place].answer
-    rows, own = prediction.rows, places_of(search, place)
+    rows, finding_places = prediction.rows, places_of(search, place)
     weight = np.sqrt(prediction.weighting.weight[prediction.blocks.number] * rows.weight)
-    torque = weight * (rows.columns[:, :, own] @ prediction.values[own])
-    rest = np.setdiff1d(np.arange(len(rows.names)), own)
-    known = weight[:, :, None] * rows.columns[:, :, rest]
-    flat = known.reshape(-1, len(rest))
-    strain = np.maximum(rows.std[rest], CERTAIN) ** -2.0
-    factor = factored(flat.T @ flat + np.diag(strain))
+    torque = weight * (rows.columns[:, :, finding_places] @ prediction.values[finding_places])
+    others = np.setdiff1d(np.arange(len(rows.names)), finding_places)
+    known = weight[:, :, None] * rows.columns[:, :, others]
+    flat = known.reshape(-1, len(others))
+    precision = np.maximum(rows.std[others], CERTAIN) ** -2.0
+    factor = factored(flat.T @ flat + np.diag(precision))
     along = flat.T @ torque.ravel()
     alone, power = solve(factor, along), float(np.sum(torque**2))
 
     def probability(strained: float, separated: float) -> float:
-        left = max(separated - strained, 0.0)
-        return float(np.exp(-0.5 * (strained + left / (1.0 + FORMULA**2 * power))))
+        unexplained = max(separated - strained, 0.0)
+        return float(np.exp(-0.5 * (strained + unexplained / (1.0 + FORMULA**2 * power))))
 
     separated = power - float(along @ alone)
-    nothing = probability(float(strain @ alone**2), separated)
+    without = probability(float(precision @ alone**2), separated)
 
     def touches(candidate: Candidate, joints: np.ndarray) -> bool:
         return candidate.key != here.candidate.key and bool(np.intersect1d(joints, here.columns.joints).size)
@@ -130,11 +132,11 @@ def _near(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, 
         values = (weight[:, columns.joints, None] * columns.values).reshape(-1, columns.values.shape[2])
         mixed = known[:, columns.joints].reshape(len(values), -1).T @ values
         prior = np.maximum(prior_std(candidate, columns), CERTAIN) ** -2.0
-        apart = solve(factor, mixed)
-        matrix = values.T @ values + np.diag(prior) - mixed.T @ apart
+        decrease = solve(factor, mixed)
+        matrix = values.T @ values + np.diag(prior) - mixed.T @ decrease
         right = values.T @ torque[:, columns.joints].ravel() - mixed.T @ alone
-        taken = solve(factored(matrix), right)
-        unknowns = alone - apart @ taken
-        strained = float(strain @ unknowns**2 + prior @ taken**2)
-        there = probability(strained, separated - float(right @ taken))
-        yield there - nothing, candidate, columns
+        coefficients = solve(factored(matrix), right)
+        unknowns = alone - decrease @ coefficients
+        strained = float(precision @ unknowns**2 + prior @ coefficients**2)
+        with_candidate = probability(strained, separated - float(right @ coefficients))
+        yield with_candidate - without, candidate, columns

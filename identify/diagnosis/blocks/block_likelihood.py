@@ -1,8 +1,8 @@
-"""How probable the errors of predicted blocks are, whatever their noise.
+"""Probability of the errors of predicted blocks when the noise is unknown.
 
-What a model leaves is coloured and of another size in every block. So a block counts for as many independent
-rows as the colour of the residual leaves it, and its error follows Student's t: blocks share one variance,
-each is off from it by a factor of its own.
+The residual of a model is autocorrelated, and its size varies from block to block. So a block counts for as
+many independent rows as the autocorrelation leaves it, and its error follows Student's t distribution: blocks
+share one variance, from which each deviates by a separate factor.
 """
 
 from collections.abc import Sequence
@@ -12,20 +12,23 @@ import numpy as np
 from scipy import fft, special
 
 FREEDOM = 4.0
-"""Degrees of freedom of a block's variance about the common one: it is within a factor of three, mostly."""
+"""Degrees of freedom of a block's variance about the common one: mostly within a factor of three."""
 TURNS = 30
-"""Iterations of the common variance, after which it is right to a thousandth."""
-FORGOTTEN = 0.05
-"""Autocorrelation at which a residual has forgotten [-]; what follows is noise of the estimate."""
-MEMORY = 2.0
-"""Time over which autocorrelation is looked at [s]."""
+"""Iterations for the common variance, which then has converged to a thousandth."""
+UNCORRELATED = 0.05
+"""Autocorrelation below which rows count as uncorrelated [-]; longer lags are noise of the estimate."""
+LONGEST_LAG = 2.0
+"""Largest lag of the autocorrelation [s]."""
 
 
 def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Logarithm of the probability of each block's squared error, at the likeliest variance of each joint.
+    """Log probability of each block's squared error, at the likeliest variance of each joint.
 
-    Of sums of squares (..., k, n) [(N m)^2] over so many independent rows (k, n); shape (..., k, n), without
-    constants that all models of the same rows have.
+    Constants that all models of the same rows share are omitted.
+
+    Args:
+        errors: Sums of squared errors, shape (..., k, n) [(N m)^2].
+        rows: Number of independent rows in each sum, shape (k, n).
     """
     scale = common_variance(errors, rows)[..., None, :]
     tail = 0.5 * (rows + FREEDOM) * np.log1p(errors / (FREEDOM * scale))
@@ -33,9 +36,11 @@ def log_probability(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def common_variance(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Likeliest variance that blocks share, shape (..., n) [(N m)^2]; those of strange errors count for less.
+    """Likeliest common variance of blocks, shape (..., n) [(N m)^2]; outliers count for less.
 
-    Of sums of squares (..., k, n) [(N m)^2] over so many independent rows (k, n).
+    Args:
+        errors: Sums of squared errors, shape (..., k, n) [(N m)^2].
+        rows: Number of independent rows in each sum, shape (k, n).
     """
     total = np.maximum(rows.sum(axis=0), 1e-12)
     errors = np.ascontiguousarray(np.moveaxis(errors, -2, 0))  # blocks first: sums over them are fast
@@ -51,17 +56,17 @@ def common_variance(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def trust(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Weight of each block in a fit, shape (k, n): one of usual error has one, a strange one less."""
+    """Weight of each block in a fit, shape (k, n): 1 for a typical error, less for an outlier."""
     variance = np.sum(errors, axis=0) / np.maximum(rows.sum(axis=0), 1e-12) + 1e-30
     weight = (rows + FREEDOM) / (FREEDOM + errors / variance)
-    usual = np.array(
+    typical = np.array(
         [np.median(w[r > 0]) if np.any(r > 0) else 1.0 for w, r in zip(weight.T, rows.T, strict=True)]
     )
-    return np.where(rows > 0, weight / usual, 1.0)
+    return np.where(rows > 0, weight / typical, 1.0)
 
 
 def trusted(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Weight of blocks of so many independent rows by their errors over the variance, none above one."""
+    """Weight of blocks, at most 1, from their errors over the variance and their independent rows."""
     return np.minimum((rows + FREEDOM) / (FREEDOM + errors), 1.0)
 
 
@@ -70,86 +75,91 @@ def independent_share(
 ) -> np.ndarray:
     """Independent rows over all rows of each joint, shape (n,), for a sum of products of effect and residual.
 
-    Its variance is that of white noise times one plus twice the sum of the products of both
-    autocorrelations (Bartlett's formula): what is fast is seen through what is slow.
+    The variance of that sum is that for white noise times one plus twice the sum of the products of both
+    autocorrelations (Bartlett's formula): a slow residual hardly disturbs a fast effect.
 
     Args:
-        residual: Shape (r, n), zero where a row does not count.
+        residual: Residual, zero where a row does not count, shape (r, n) [N m].
         runs: Rows of each run.
-        rate: Rows a second [Hz].
-        effect: Shape (r, n); as slow as the residual where it is zero everywhere, or not given.
+        rate: Rate of the rows [Hz].
+        effect: Torque of the effect, shape (r, n) [N m]; where it is zero or not given, an effect as slow as
+            the residual.
     """
-    own = autocorrelation(residual, runs, rate)
-    other = own.copy()
+    of_residual = autocorrelation(residual, runs, rate)
+    of_effect = of_residual.copy()
     if effect is not None:
         acting = np.any(effect, axis=0)
-        other[:, acting] = autocorrelation(effect[:, acting], runs, rate)
-    found = np.ones(residual.shape[1])
-    for joint, (one, two) in enumerate(zip(own.T, other.T, strict=True)):
-        below = np.flatnonzero(one < FORGOTTEN)
-        stop = below[0] if len(below) else len(one)
-        found[joint] = 1.0 / max(1.0 + 2.0 * float(one[1:stop] @ two[1:stop]), 1.0)
-    return found
+        of_effect[:, acting] = autocorrelation(effect[:, acting], runs, rate)
+    share = np.ones(residual.shape[1])
+    for joint, (first, second) in enumerate(zip(of_residual.T, of_effect.T, strict=True)):
+        below = np.flatnonzero(first < UNCORRELATED)
+        stop = below[0] if len(below) else len(first)
+        share[joint] = 1.0 / max(1.0 + 2.0 * float(first[1:stop] @ second[1:stop]), 1.0)
+    return share
 
 
 def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> np.ndarray:
-    """Autocorrelation of columns (r, n) within runs, for lags from zero on, shape (l, n)."""
+    """Autocorrelation of columns (r, n) within runs, for lags 0, 1, ... rows, shape (l, n)."""
     longest = max(rows.stop - rows.start for rows in runs)
-    count = max(min(longest // 4, int(MEMORY * rate)), 1)
+    count = max(min(longest // 4, int(LONGEST_LAG * rate)), 1)
     products = np.zeros((count, values.shape[1]))
     for rows in runs:
-        own = values[rows]
-        size = fft.next_fast_len(2 * len(own), real=True)  # twice a prime takes several times as long
-        power = np.abs(fft.rfft(own, size, axis=0)) ** 2
-        lags = fft.irfft(power, size, axis=0)[: min(count, len(own))]
+        run = values[rows]
+        size = fft.next_fast_len(2 * len(run), real=True)  # twice a prime takes several times as long
+        power = np.abs(fft.rfft(run, size, axis=0)) ** 2
+        lags = fft.irfft(power, size, axis=0)[: min(count, len(run))]
         products[: len(lags)] += lags
     return products / np.maximum(products[0], 1e-300)
 
 
 def strain(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> float:
-    """Logarithm of the probability that unknowns lose by being so many standard deviations from their priors.
+    """Loss in log probability of unknowns that deviate from their priors, summed over the unknowns.
 
-    A prior is one row, and may be wrong as a block may be strange. A bound is no more likely to be exceeded
-    than the normal distribution of its variance states.
+    A prior counts as one row and may be wrong, just as a block may be an outlier. A bound follows the normal
+    distribution of its variance.
+
+    Args:
+        apart: Deviations from the prior mean, in prior standard deviations.
+        bounded: Whether each prior is a bound.
     """
     return float(np.sum(strains(apart, bounded)))
 
 
 def strains(apart: np.ndarray | float, bounded: np.ndarray | bool = False) -> np.ndarray:
-    """The same for each unknown, in the shape of `apart`."""
+    """Loss in log probability of each unknown, in the shape of `apart`; arguments as for `strain`."""
     strange = 0.5 * (FREEDOM + 1.0) * np.log1p(np.square(apart) / FREEDOM)
     return np.where(bounded, 0.5 * np.square(apart), strange)
 
 
 SHARES = 40
-"""Variances of the formula's error that are weighed against each other, from none to all there is."""
+"""Number of variances of the formula's error that are averaged over, from none to all of the scatter."""
 
 
 class Amplitude(NamedTuple):
-    """How much of a predicted effect blocks have: one is all of it."""
+    """Amplitude of a predicted effect in the blocks: 1 is all of it."""
 
-    mean: float
+    mean: float  # mean amplitude over the blocks [-]
     t: float  # mean over its standard deviation
-    effective: float  # number of blocks that show it
-    log_odds: float  # logarithm of the odds that it is above zero
+    effective: float  # effective number of blocks that show it
+    log_odds: float  # log odds that the amplitude is above zero
 
 
 NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
 
 
 class _Shares(NamedTuple):
-    """Amplitudes of the blocks of i effects, by each of s shares of the formula's error in their scatter."""
+    """Mean amplitudes of i effects, for each of s shares of the formula's error in the blocks' scatter."""
 
-    own: np.ndarray  # amplitude of each block, (i, 1, k)
+    blockwise: np.ndarray  # amplitude of each block, (i, 1, k)
     sees: np.ndarray  # whether a block sees the effect, (i, 1, k)
-    weight: np.ndarray  # of each block that does, (i, s, k)
-    total: np.ndarray  # of the weights, (i, s)
-    mean: np.ndarray  # (i, s)
-    left: np.ndarray  # weighted sum of squares about the mean, (i, s)
+    weight: np.ndarray  # weight of each block that sees it, (i, s, k)
+    total: np.ndarray  # sum of the weights, (i, s)
+    mean: np.ndarray  # weighted mean amplitude, (i, s)
+    scatter: np.ndarray  # weighted sum of squares about the mean, (i, s)
 
     @classmethod
     def of(cls, along: np.ndarray, size: np.ndarray) -> "_Shares":
-        """Of effects (i, k), each of which at least two blocks see."""
+        """Compute them for effects (i, k), each of which at least two blocks see."""
         sees = seen(size)
         noise = 1.0 / np.where(sees, size, 1.0)
         low, high = (
@@ -159,11 +169,11 @@ class _Shares(NamedTuple):
         ratio = np.geomspace(0.01 * low, 10.0 * high, SHARES, axis=1)
         ratio = np.concatenate([np.zeros((len(ratio), 1)), ratio], axis=1)
         weight = np.where(sees[:, None], 1.0 / (noise[:, None] + ratio[:, :, None]), 0.0)
-        own = (along * noise)[:, None]
+        blockwise = (along * noise)[:, None]
         total = weight.sum(axis=2)
-        mean = np.sum(weight * own, axis=2) / total
-        left = np.sum(weight * (own - mean[:, :, None]) ** 2, axis=2) + np.finfo(float).tiny
-        return cls(own, sees[:, None], weight, total, mean, left)
+        mean = np.sum(weight * blockwise, axis=2) / total
+        scatter = np.sum(weight * (blockwise - mean[:, :, None]) ** 2, axis=2) + np.finfo(float).tiny
+        return cls(blockwise, sees[:, None], weight, total, mean, scatter)
 
     @property
     def blocks(self) -> np.ndarray:
@@ -176,66 +186,63 @@ class _Shares(NamedTuple):
         return np.asarray(np.log(np.where(self.sees, self.weight, 1.0)).sum(axis=2))
 
     def log_probability(self, mean: float) -> np.ndarray:
-        """Logarithm of the probability of all blocks at a common amplitude, but for a constant, (i,)."""
-        left = self.left + self.total * (self.mean - mean) ** 2
-        return log_sum(0.5 * (self.log_weight - self.blocks * np.log(left)))
+        """Log probability of all blocks at a common amplitude, up to a constant, (i,)."""
+        scatter = self.scatter + self.total * (self.mean - mean) ** 2
+        return log_sum(0.5 * (self.log_weight - self.blocks * np.log(scatter)))
 
 
 def log_sum(logs: np.ndarray, share: np.ndarray | float = 1.0) -> np.ndarray:
-    """Logarithm of the sum over the last axis of shares of what has these logarithms."""
+    """Log of the weighted sum, over the last axis, of terms given by their logarithms."""
     most = np.max(logs, axis=-1, keepdims=True)
     return np.asarray(np.log(np.sum(share * np.exp(logs - most), axis=-1)) + most[..., 0])
 
 
 def seen(size: np.ndarray) -> np.ndarray:
-    """Which blocks see an effect, by its squares over noise, shape (..., k)."""
+    """Which blocks see an effect, given its squares over noise, shape (..., k)."""
     return np.asarray(size > 1e-9 * np.max(size, axis=-1, initial=0.0, keepdims=True))
 
 
 def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
-    """Logarithm of the odds that blocks have all of an effect against that they have nothing of it.
-
-    Arguments are those of `amplitude`.
-    """
+    """Log odds that blocks contain all of an effect rather than none of it; arguments as for `amplitude`."""
     return float(all_or_nothing_of_each(along[None], size[None])[0])
 
 
 def all_or_nothing_of_each(along: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """The same of several effects, each argument of shape (i, k): shape (i,)."""
-    found, enough = np.zeros(len(along)), np.count_nonzero(seen(size), axis=1) >= 2
+    """Log odds of `all_or_nothing` for several effects, shape (i,); arguments of shape (i, k)."""
+    log_odds, enough = np.zeros(len(along)), np.count_nonzero(seen(size), axis=1) >= 2
     if np.any(enough):
         shares = _Shares.of(along[enough], size[enough])
-        found[enough] = shares.log_probability(1.0) - shares.log_probability(0.0)
-    return found
+        log_odds[enough] = shares.log_probability(1.0) - shares.log_probability(0.0)
+    return log_odds
 
 
 def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
-    """Amplitude of an effect of which each block has its own share.
+    """Amplitude of an effect, of which each block contains a different share.
 
-    The amplitude in block i is u_i = along_i / size_i. It is off from the common one by noise, of variance
+    The amplitude in block i is u_i = along_i / size_i. It deviates from the common one by noise, of variance
     s² / size_i, and by the error of the effect's formula, of variance e²: the random-effects model of
-    meta-analysis. Both variances are unknown; s² is estimated (restricted likelihood), e² / s² is integrated
-    over. Where noise prevails, a block counts for what it sees; where the formula's error does, all that see
-    the effect count alike.
+    meta-analysis. Both variances are unknown; s² is estimated (restricted likelihood), and e² / s² is
+    integrated over. Where noise dominates, a block counts by its `size`; where the error of the formula
+    dominates, all blocks that see the effect count equally.
 
     Args:
         along: Residual of each block along the predicted effect, over noise, shape (k,).
-        size: Square of the predicted effect, over noise, shape (k,).
+        size: Square of the predicted effect in each block, over noise, shape (k,).
     """
     return amplitudes(along[None], size[None])[0]
 
 
 def amplitudes(along: np.ndarray, size: np.ndarray) -> list[Amplitude]:
-    """Those of several effects, each argument of shape (i, k)."""
-    found, enough = [NOTHING] * len(along), np.flatnonzero(np.count_nonzero(seen(size), axis=1) >= 2)
+    """Amplitudes of several effects; arguments as for `amplitude`, of shape (i, k)."""
+    result, enough = [NOTHING] * len(along), np.flatnonzero(np.count_nonzero(seen(size), axis=1) >= 2)
     if not len(enough):
-        return found
+        return result
     shares = _Shares.of(along[enough], size[enough])
-    # Weighted means of known relative weights are distributed so, whatever the weights.
+    # With known relative weights, weighted means follow these distributions whatever the weights.
     freedom = shares.blocks - 1.0
-    likelihood = 0.5 * (shares.log_weight - np.log(shares.total) - freedom * np.log(shares.left))
+    likelihood = 0.5 * (shares.log_weight - np.log(shares.total) - freedom * np.log(shares.scatter))
     share = np.exp(likelihood - log_sum(likelihood)[:, None])
-    t = shares.mean / np.sqrt(shares.left / freedom / shares.total)
+    t = shares.mean / np.sqrt(shares.scatter / freedom / shares.total)
     effective = np.sum(share * shares.total**2 / np.sum(shares.weight**2, axis=2), axis=1)
     above, below = (
         log_sum(np.log(np.maximum(special.stdtr(freedom, x), np.finfo(float).tiny)), share) for x in (t, -t)
@@ -243,6 +250,6 @@ def amplitudes(along: np.ndarray, size: np.ndarray) -> list[Amplitude]:
     best = np.argmax(share, axis=1)
     for place, (number, first) in enumerate(zip(enough, best, strict=True)):
         odds = float(above[place] - below[place])
-        mean, steps = float(shares.mean[place, first]), float(t[place, first])
-        found[number] = Amplitude(mean, steps, float(effective[place]), odds)
-    return found
+        mean, ratio = float(shares.mean[place, first]), float(t[place, first])
+        result[number] = Amplitude(mean, ratio, float(effective[place]), odds)
+    return result

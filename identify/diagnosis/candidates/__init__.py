@@ -1,8 +1,8 @@
-"""The vocabulary: what may be missing.
+"""The vocabulary: effects that a model may lack.
 
-`KINDS` of a file holds everything about the effects in it: hypotheses, shapes, priors, sentence, what each is
-mistaken for and which run settles it. An effect of `EFFECTS` that is in no file is asked for on each joint,
-if it acts on single joints.
+`KINDS` of a file holds everything about its effects: hypotheses, shapes, priors, sentence, what each is
+mistaken for and which run decides. An effect of `EFFECTS` that is in no file is tested on each joint, if it
+acts on single joints.
 """
 
 from collections.abc import Iterator
@@ -30,30 +30,30 @@ FILES = (
     "time_delay",
     "torque_ripple",
 )
-"""Files in this folder, each with `KINDS`."""
+"""Files in this folder, each of which defines `KINDS`."""
 
 KINDS: dict[str, Kind] = {
     name: kind for file in FILES for name, kind in import_module(f".{file}", __name__).KINDS.items()
 }
-"""Name -> what is known of it; also of what has no name in the vocabulary."""
+"""Name -> kind, including effects that are not listed in the vocabulary."""
 
 
 def kind_of(effect: str) -> Kind:
-    """What is known of an effect; nothing in particular of one in no file."""
+    """Kind of an effect; the default kind for an effect that is in no file."""
     return KINDS.get(effect, Kind())
 
 
 def family_of(candidate: Candidate) -> str:
-    """Name of the family of a candidate, by its shape where that decides; empty for a family of its own."""
+    """Name of a candidate's family, which may depend on its shape; empty without a family."""
     family = kind_of(candidate.effect).family
     return family(candidate) if callable(family) else family
 
 
 def kinds() -> dict[str, Kind]:
-    """Kinds of everything that is asked for, effects of installed packages included.
+    """Kinds of all effects that are tested, including effects of installed packages.
 
     Raises:
-        EffectError: An installed package has an effect that cannot be loaded.
+        EffectError: If an effect of an installed package cannot be loaded.
     """
     load_installed()
     single = [name for name, effect in EFFECTS.items() if on_single_joints(effect)]
@@ -67,6 +67,6 @@ def hypotheses(effect: str, model: Model) -> Iterator[Candidate]:
 
 
 def candidates(model: Model) -> Iterator[Candidate]:
-    """All hypotheses, also of what has no name in the vocabulary."""
+    """Candidates of all effects, including unlisted ones."""
     for effect in kinds():
         yield from hypotheses(effect, model)

@@ -1,4 +1,4 @@
-"""Backlash: while the teeth of a gear change sides, its link floats and no motor carries it."""
+"""Backlash: while the teeth of a gear change sides, the link floats and the motor does not carry it."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -15,63 +15,63 @@ from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from ..runs.kept import kept
+from ..runs.kept import cached
 from .gears import bending
 
 STEP = 1.5
-"""From one width to the next that is tried [-]."""
+"""Ratio between successive widths [-]."""
 PLAYS = tuple(1.2e-4 * STEP**step for step in range(16))
-"""Whole width of the play [rad], up to 3 degrees: a good gear has 0.3 mrad, a worn one some. How long a link
-floats grows with its cube root, so that each is right within 7 %, some milliseconds."""
+"""Widths of the gap that are tried [rad], up to 3 degrees: a good gear has 0.3 mrad, a worn one a few. The
+time that a link floats grows with the cube root, so the grid is within 7 %, a few milliseconds."""
 SCATTER = 0.15
-"""Deviation of the coefficient from 1, since the play gives the size of the effect [-]."""
+"""Standard deviation of the coefficient from 1, since the gap gives the size of the effect [-]."""
 STIFF = 60.0
-"""Resonance of a link on teeth that are as soft as they are expected to be [Hz]: their bending, far below
-it, is in proportion to their compliance."""
+"""Resonance of a link on teeth of the expected stiffness [Hz]: far below it, bending is proportional to
+compliance."""
 NOTHING = 0.01
-"""Compliance of teeth over that expected, up to which they are rigid [-]: it explains nothing."""
+"""Compliance of teeth, relative to the expected one, up to which they count as rigid [-]."""
 SOFT = 16.0
-"""Resonance of a link on soft teeth that is tried [Hz]: between an elastic gear and hard teeth."""
+"""Resonance of a link on soft teeth [Hz]: between an elastic gear and hard teeth."""
 SOFTEST = 8.0
-"""Least resonance of a link on its teeth [Hz]: on softer ones no drive holds its arm."""
+"""Lowest resonance of a link on its teeth [Hz]: with softer teeth, no drive can control the arm."""
 VISIBLE = 1.0
-"""Width of a play over the usual twist of soft teeth from which on it shows beside that twist [-]."""
+"""Width of a gap, relative to the usual twist of soft teeth, above which it is visible [-]."""
 BOTH = 0.05
-"""How likely a gear is to give way and have play too, beside one that only gives way [-]: it always fits as
-well, and must show its play to be named."""
+"""Prior weight of a gear that is soft and has play, relative to one that is only soft [-]: it always fits at
+least as well, so its play must be visible to be named."""
 SHIFT = 0.05
-"""Share of a joint's usual load by which the nominal load may be wrong [-]; a few thousandths, where it
-changes slowly, make a link float sooner or later by the time that it floats."""
+"""Error of the nominal load, share of a joint's usual load [-]; where the load changes slowly, an error of a
+few thousandths shifts the float by its own duration."""
 
 
 class Play(NamedTuple):
-    """Shape of one gear's play: its width [rad], what the load is more than nominal [N m], and its teeth."""
+    """Shape of one gear's play."""
 
-    gap: float
-    load_shift: float = 0.0
-    damping_ratio: float = RATIO
-    resonance: float = TEETH
+    gap: float  # width of the gap [rad]
+    load_shift: float = 0.0  # load minus nominal load [N m]
+    damping_ratio: float = RATIO  # damping ratio of the link on the teeth [-]
+    resonance: float = TEETH  # resonance of the link on the teeth [Hz]
 
 
 class Gear(NamedTuple):
-    """One joint: what is known of it before its play."""
+    """Properties of one joint's gear, apart from its play."""
 
-    model: Model  # the arm
-    joint: int  # which, from 0
-    stiffness: float  # expected of the teeth [N m/rad]
-    load_uncertainty: float  # how wrong its load may be [N m]
-    bent: Callable[[Driven], np.ndarray]  # motors' torque in a run for teeth of that stiffness, (t, n) [N m]
+    model: Model  # model of the arm
+    joint: int  # joint, from 0
+    stiffness: float  # expected stiffness of the teeth [N m/rad]
+    load_uncertainty: float  # error that its load may have [N m]
+    bent: Callable[[Driven], np.ndarray]  # motor torque of a run from bending of such teeth, (t, n) [N m]
 
 
 def plays(model: Model) -> Iterator[Candidate]:
-    """Every joint's gear with little and with much play, on hard teeth and on soft ones."""
+    """Gears of all joints with narrow to wide gaps, on hard teeth and on soft ones."""
     for joint, (inertia, load) in enumerate(zip(*link_size(model), strict=True)):
         if not (inertia > 0.0 and model.robot.geared[joint]):
             continue
         gear = _gear(model, joint, inertia, SHIFT * load)
         yield from (_play(gear, Play(width)) for width in PLAYS)
         twist = load / (inertia * (2 * np.pi * SOFT) ** 2)
-        # Soft teeth strike less sharply, so that half as many widths will do.
+        # Soft teeth strike less sharply, so half as many widths suffice.
         visible = [width for width in PLAYS[1::2] if width > VISIBLE * twist]
         yield from (_play(gear, Play(width, resonance=SOFT)) for width in visible)
 
@@ -80,7 +80,7 @@ def _gear(model: Model, joint: int, inertia: float, load_uncertainty: float) -> 
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
 
-    @kept
+    @cached
     def bent(run: Driven) -> np.ndarray:
         return bending(model, run, joint, (stiffness, 2 * RATIO * inertia * angular))
 
@@ -103,7 +103,7 @@ def _play(gear: Gear, play: Play) -> Candidate:
         "load_shift": Shape("N m", -gear.load_uncertainty, gear.load_uncertainty),
         "damping_ratio": Shape("1", 0.05, 1.0),
     }
-    # What bends beyond hard teeth has a coefficient of its own; soft ones bend by their resonance.
+    # Bending of hard teeth has a coefficient of its own; that of soft teeth follows from their resonance.
     names, units = ("share", "compliance"), ("1", "rad/(N m)")
     expected = (1.0, SCATTER), (0.0, 1.0 / gear.stiffness)
     count = 1 if soft else 2
@@ -111,13 +111,13 @@ def _play(gear: Gear, play: Play) -> Candidate:
         bounds["resonance"] = Shape("Hz", SOFTEST, TEETH - 1.0)
     return Candidate(
         "backlash", (joint,), columns, names[:count], units[:count], (0.0,) * count,
-        {name: getattr(play, name) for name in bounds}, bounds, lambda given: _play(gear, Play(**given)),
+        {name: getattr(play, name) for name in bounds}, bounds, lambda shape: _play(gear, Play(**shape)),
         expected=expected[:count], loaded=True, prior=BOTH if soft else 1.0,
     )  # fmt: skip
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
-    """A gear with play, and the spring that its teeth are."""
+    """The arm with play in a gear, and with the spring of its teeth."""
     [joint], known = finding.joints, {name: quantity.value for name, quantity in finding.parameters.items()}
     play = Play(**{field: known[field] for field in Play._fields if field in known})
     name, compliance = arm.model.robot.joints[joint], known.get("compliance", 0.0)

@@ -1,10 +1,10 @@
 """Base tilt: gravity has another direction than in the model.
 
-A base that leans by a degree or two adds torque in proportion. One that is mounted otherwise, as on a wall or
-a ceiling, turns gravity, which changes the torque of every link by its own mass. For that, rows are formed
-once for gravity along each axis of the base, of which every direction is a sum, and the direction is searched
-with which the blocks predict one another best. The hypothesis is the torque by which gravity of that
-direction differs from the model's: it is there whole or not at all.
+The torque from a base that leans by a degree or two is proportional to the angle. A base with a different
+mounting, as on a wall or a ceiling, turns gravity, and the effect depends on the mass of every link. For this
+case, rows are computed once for gravity along each axis of the base and combined linearly for any direction.
+The direction is searched with which the blocks predict one another best. The hypothesis is the difference in
+torque between that direction and the model's: it is there in full or not at all.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,25 +31,25 @@ from ..runs.rows import model_rows
 from .parts import on_motors
 
 LEANING = 0.02
-"""How far a base that was set up level may lean [rad]: a degree."""
+"""Expected lean of a base that was set up level [rad]: a degree."""
 FAR = STRANGE * LEANING
-"""Angle from which on a base does not lean, but is mounted otherwise [rad]: 5 degrees."""
+"""Angle from which on a base counts as mounted differently, not as leaning [rad]: 5 degrees."""
 DIRECTIONS = round(4.0 / LEANING**2)
-"""Directions of gravity that are distinguished beforehand, a degree apart."""
+"""Number of directions of gravity that are a priori distinct, a degree apart."""
 WHOLE = 1e-6
-"""By how much the torque of turned gravity may be more or less than all of it [-]: not at all."""
+"""Standard deviation of the coefficient from 1 [-]: turned gravity is there in full."""
 EVALUATIONS = 40
-"""Directions that are tried from the best start: to a tenth of a degree."""
+"""Directions that are tried from the best start, enough for a tenth of a degree."""
 STEP = 0.05
 """First step of that search [rad]."""
 NEARER, FARTHER = 0.02, 0.05
-"""Angles from the best direction between which its curvature is taken [rad]; upright itself stands out, since
-some moments of the first link do not show there."""
+"""Angles from the best direction that give its curvature [rad]; the exact vertical is avoided, because some
+moments of the first link have no effect there."""
 RINGS = tuple(angle * np.eye(2) for angle in (NEARER, FARTHER))
 
 
 def tilts(model: Model) -> Iterator[Candidate]:
-    """A base that leans: gravity has a part along its x and y axes."""
+    """A base that leans: gravity has components along its x and y axes."""
 
     def columns(run: Driven) -> np.ndarray:
         return _gravity_columns(model, run, (0, 1))
@@ -61,8 +61,8 @@ def tilts(model: Model) -> Iterator[Candidate]:
     )
 
 
-def mounted_otherwise(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
-    """A base that leans far, where the blocks allow it."""
+def mounted_differently(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
+    """A base with a different mounting, if the blocks suggest one."""
     rough = _rough(model, prediction, runs)
     if rough is None:
         return
@@ -76,18 +76,18 @@ def mounted_otherwise(model: Model, prediction: Prediction, runs: Sequence[Drive
 
 
 def _gravity_columns(model: Model, run: Driven, axes: Sequence[int]) -> np.ndarray:
-    """Torque of the motors by gravity along axes of the base, shape (t, n, a) [N m]; payloads included."""
+    """Motor torque from gravity along axes of the base, shape (t, n, a) [N m]; payloads included."""
     size, columns = np.linalg.norm(model.robot.kinematics.gravity.linear), []
     for axis in axes:
         bodies = run.bodies.copy()
         bodies.gravity = pin.Motion(size * np.eye(3)[axis], np.zeros(3))
         data = bodies.createData()
         columns.append([pin.computeGeneralizedGravity(bodies, data, q) for q in run.motion.position])
-    return on_motors(model.robot, np.stack([np.array(one) for one in columns], axis=2))
+    return on_motors(model.robot, np.stack([np.array(torque) for torque in columns], axis=2))
 
 
 def _rough(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> np.ndarray | None:
-    """Direction of gravity by the torque of the nominal bodies along three axes; None where it is near."""
+    """Direction of gravity from the nominal bodies' torque along three axes; None if near the nominal one."""
 
     def columns(run: Driven) -> np.ndarray:
         return _gravity_columns(model, run, (0, 1, 2))
@@ -97,50 +97,49 @@ def _rough(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> np.n
         "base_tilt", (), columns, names, ("1",) * 3, free, smooth=True, expected=((0.0, 1.0),) * 3
     )
     answers = ask(prediction, [(candidate, Thinned.of(candidate, runs))])
-    found = [one for one in answers if colouring(prediction, one).gain > CERTAIN_ODDS]
-    if not found or not np.any(model.robot.gravity):
+    certain = [answer for answer in answers if colouring(prediction, answer).gain > CERTAIN_ODDS]
+    if not certain or not np.any(model.robot.gravity):
         return None
     nominal = _unit(model.robot.gravity)
-    direction = _unit(nominal + found[0].values)
+    direction = _unit(nominal + certain[0].values)
     return direction if _angle(direction, nominal) > 0.5 * FAR else None
 
 
 @dataclass(frozen=True, eq=False)
 class _Fields:
-    """Rows by the direction of gravity."""
+    """Rows as a function of the direction of gravity."""
 
-    upright: Prediction  # prediction in the model's own gravity
-    still: tuple[np.ndarray, np.ndarray]  # columns (r, n, p) and difference (r, n) without gravity
-    along: list[tuple[np.ndarray, np.ndarray]]  # what gravity along each axis of the base adds to both
+    upright: Prediction  # prediction with the model's gravity
+    weightless: tuple[np.ndarray, np.ndarray]  # columns (r, n, p) and difference (r, n) without gravity
+    along: list[tuple[np.ndarray, np.ndarray]]  # change of both from gravity along each axis of the base
 
     @classmethod
     def of(cls, model: Model, upright: Prediction, runs: Sequence[Driven]) -> "_Fields":
-        """Four sets of rows."""
+        """Compute the rows without gravity and with gravity along each axis."""
         size = float(np.linalg.norm(model.robot.gravity))
-        every = [model_rows(_under(model, size * axis), runs) for axis in (np.zeros(3), *np.eye(3))]
-        still = every[0].columns, every[0].difference
-        along = [(one.columns - still[0], one.difference - still[1]) for one in every[1:]]
-        return cls(upright, still, along)
+        base, *axes = [model_rows(_under(model, size * axis), runs) for axis in (np.zeros(3), *np.eye(3))]
+        along = [(rows.columns - base.columns, rows.difference - base.difference) for rows in axes]
+        return cls(upright, (base.columns, base.difference), along)
 
     def predicted(self, direction: np.ndarray) -> Prediction:
-        """All blocks under gravity of that direction, shape (3,)."""
+        """Prediction of all blocks with gravity in a direction (3,)."""
         columns, difference = (
-            own + sum(share * more[place] for share, more in zip(direction, self.along, strict=True))
-            for place, own in enumerate(self.still)
+            part + sum(share * change[place] for share, change in zip(direction, self.along, strict=True))
+            for place, part in enumerate(self.weightless)
         )
         rows = self.upright.rows
-        own = np.concatenate([columns, rows.columns[:, :, columns.shape[2] :]], axis=2)
-        rows = replace(rows, columns=own, difference=difference)
+        all_columns = np.concatenate([columns, rows.columns[:, :, columns.shape[2] :]], axis=2)
+        rows = replace(rows, columns=all_columns, difference=difference)
         return Prediction.of(rows, self.upright.blocks, self.upright.rate)
 
     def log_probability(self, direction: np.ndarray) -> float:
         """Log probability of all blocks, with as many independent rows as in the model's own gravity."""
-        now = self.predicted(direction)
-        return float(now.log_probability(now.errors, self.upright.weighting.independent).sum())
+        prediction = self.predicted(direction)
+        return float(prediction.log_probability(prediction.errors, self.upright.weighting.independent).sum())
 
 
 def _refined(fields: _Fields, start: np.ndarray) -> tuple[np.ndarray, float]:
-    """Rotation vector (2,) from a direction to the best one, and the deviation of each part [rad]."""
+    """Rotation vector (2,) from a direction to the best one, and the std of each component [rad]."""
 
     def loss(lean: np.ndarray) -> float:
         return -fields.log_probability(_turned(start, lean))
@@ -154,14 +153,12 @@ def _refined(fields: _Fields, start: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _mounted(model: Model, direction: np.ndarray, values: np.ndarray, std: float) -> Candidate:
-    """The torque of gravity in that direction less that of the model's, by parameters (p,)."""
+    """Candidate for gravity in a direction instead of the model's, with parameters (p,)."""
     turned = _under(model, float(np.linalg.norm(model.robot.gravity)) * direction)
 
     def columns(run: Driven) -> np.ndarray:
-        more = np.subtract(
-            *(model_torque(one, run.motion, values, transmitted=True) for one in (turned, model))
-        )
-        return on_motors(model.robot, more[:, :, None])
+        torques = (model_torque(arm, run.motion, values, transmitted=True) for arm in (turned, model))
+        return on_motors(model.robot, np.subtract(*torques)[:, :, None])
 
     reported = {f"gravity_{axis}": (float(part), "1") for axis, part in zip("xyz", direction, strict=True)}
     reported["lean"] = _angle(direction, _unit(model.robot.gravity)), "rad"
@@ -172,22 +169,22 @@ def _mounted(model: Model, direction: np.ndarray, values: np.ndarray, std: float
 
 
 def _under(model: Model, field: np.ndarray) -> Model:
-    """The model in another field of gravity, shape (3,) [m/s^2]."""
+    """The model in another gravity field (3,) [m/s^2]."""
     kinematics = model.robot.kinematics.copy()
     kinematics.gravity = pin.Motion(field, np.zeros(3))
     return replace(model, robot=replace(model.robot, kinematics=kinematics))
 
 
 def _turned(direction: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """A direction (3,) turned by a rotation vector (2,) at a right angle to it [rad]."""
+    """Direction (3,) turned by a rotation vector (2,) perpendicular to it [rad]."""
     least = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    one = _unit(np.cross(direction, least))
-    axis = lean[0] * one + lean[1] * np.cross(direction, one)
+    first = _unit(np.cross(direction, least))
+    axis = lean[0] * first + lean[1] * np.cross(direction, first)
     return np.asarray(Rotation.from_rotvec(axis).apply(direction))
 
 
-def _angle(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.arccos(np.clip(one @ other, -1.0, 1.0)))
+def _angle(direction: np.ndarray, other: np.ndarray) -> float:
+    return float(np.arccos(np.clip(direction @ other, -1.0, 1.0)))
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -195,15 +192,16 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """By what angle the base leans, where that was not found itself."""
+    """Angle by which the base leans, from its components if it is not a parameter itself."""
     if "lean" in known or "tilt_x" not in known:
         return {}
     return {"lean": length(known, "tilt_x", "tilt_y")}
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
-    """An arm on which gravity acts otherwise."""
-    field, known = arm.model.robot.gravity, {name: one.value for name, one in finding.parameters.items()}
+    """The arm with gravity in the direction found."""
+    field = arm.model.robot.gravity
+    known = {name: quantity.value for name, quantity in finding.parameters.items()}
     size = float(np.linalg.norm(field))
     if "tilt_x" in known:
         turned = field + size * np.array([known["tilt_x"], known["tilt_y"], 0.0])
@@ -220,11 +218,11 @@ KINDS = {
         "{gravity_z:bare} of the base frame)]",
         drawn_against=("position", "load"),
         ask=tilts,
-        ask_first=mounted_otherwise,
+        ask_first=mounted_differently,
         derived=_derived,
         held=_held,
         of_body=True,
         mistaken_for=("encoder_offset", "link_inertia"),
-        settled_by="the base levelled, or turned by a right angle",
+        settled_by="the base leveled, or turned by a right angle",
     )
 }

@@ -1,4 +1,4 @@
-"""Curves: a joint's torque over what it depends on, where no formula of the vocabulary describes it."""
+"""Curves: torque of a joint over one quantity, where no formula of the vocabulary describes it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ from .parts import RARE, of_effect
 
 
 def curve(model: Model, over: str, joint: int, runs: Sequence[Driven]) -> TorqueCurve:
-    """A curve over one quantity, of one joint, over the range of it in the runs that are fitted."""
+    """A curve of one joint over one quantity, within the range of that quantity in the fitted runs."""
     fitted = [run.motion for run in runs if run.role != HELD_OUT]
     values = np.concatenate([ABSCISSAE[over].values(motion)[:, joint] for motion in fitted])
     low = 0.0 if ABSCISSAE[over].size else float(values.min())
@@ -27,12 +27,12 @@ def curve(model: Model, over: str, joint: int, runs: Sequence[Driven]) -> Torque
 
 
 def _nothing(model: Model) -> Iterator[Candidate]:
-    """None before the range of the runs is known."""
+    """No candidates, because the range of the runs is not known yet."""
     return iter(())
 
 
 def _curves(over: str, model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
-    """On each joint that moves."""
+    """A curve on each joint that moves."""
 
     def unlisted(candidate: Candidate, effect: Effect) -> Candidate:
         return replace(candidate, listed=False, prior=RARE)
@@ -50,7 +50,7 @@ NAMES = {
     "position": "position_curve",
     "position and direction": "braking_curve",
 }
-"""What a curve is over -> its name."""
+"""Abscissa of a curve -> its name."""
 
 DRAWN = {
     "velocity": ("speed", "velocity"),
@@ -59,7 +59,7 @@ DRAWN = {
     "position": ("position", "load"),
     "position and direction": ("where it brakes", "velocity"),
 }
-"""What a curve is over -> axes on which it shows."""
+"""Abscissa of a curve -> axes on which it is drawn."""
 
 KINDS = {
     name: Kind(
@@ -72,4 +72,4 @@ KINDS = {
     )
     for over, name in NAMES.items()
 } | {"torque_curve": Kind("{joint} has a curve of torque", ("position", "load"), "", False, _nothing)}
-"""Name -> what is known of each."""
+"""Name -> kind."""

@@ -1,7 +1,7 @@
 """Disturbance: torque that is periodic in time, whatever the arm does.
 
-A pump, a fan or a supply acts on an arm without being a part of it. Its torque has no name: it is
-unexplained, and depends on time. It is asked for so that no effect of the arm is named in its place.
+A pump, a fan or a power supply acts on an arm without being part of it. Its torque is reported as unexplained
+and dependent on time. It is tested so that no effect of the arm is named instead.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,40 +22,40 @@ from .parts import RARE, on_joint
 
 NAME = "periodic_disturbance"
 SLOWEST = 4.0
-"""Periods in the shortest run, at least: what is slower wanders."""
+"""Minimum number of periods in the shortest run: slower residuals are drift."""
 FINE = 8
-"""Frequencies of a spectrum for each that its runs distinguish: a wave keeps its phase to a sixteenth."""
+"""Oversampling of the frequencies that runs distinguish, so that a wave keeps its phase to 1/16 period."""
 MAIN = 0.5
-"""Share of the squared residual that one wave explains, at least: missing physics leaves many, at multiples
-of the motion's lowest frequency."""
+"""Minimum share of the squared residual that one wave explains [-]: missing physics leaves many waves, at
+multiples of the motion's lowest frequency."""
 MOVED = 0.5
-"""Share of a wave that the motion itself may have, at most [-]; a swing of one frequency has all of it."""
+"""Maximum share of a wave that the motion itself contains [-]; a swing at one frequency contains it all."""
 
 
 def disturbances(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
-    """On each joint, the wave in time that is most of what is left, if the motion has no such wave."""
+    """On each joint, the wave in time that dominates the residual, if the motion has no such wave."""
     fitted = [run for run in runs if run.role != HELD_OUT]
     names = tuple(run.prepared.name for run in fitted)
     moving = np.concatenate([_moving(run) for run in fitted])
     for joint in range(model.robot.dof):
-        left = [
+        residuals = [
             prediction.residual[rows, joint] * prediction.rows.weight[rows, joint]
             for rows in prediction.rows.runs[: len(fitted)]
         ]
-        frequency, step, among = _strongest(left, prediction.rate)
+        frequency, step, among = _strongest(residuals, prediction.rate)
         if not frequency:
             continue
         waves = [_waves(run.motion.time[run.centres], frequency) for run in fitted]
-        together = zip(waves, left, strict=True)
-        unexplained = sum(_left(wave, own[:, None]) for wave, own in together)
-        if unexplained > (1.0 - MAIN) * sum(float(own @ own) for own in left):
+        pairs = zip(waves, residuals, strict=True)
+        unexplained = sum(_unexplained(wave, residual[:, None]) for wave, residual in pairs)
+        if unexplained > (1.0 - MAIN) * sum(float(residual @ residual) for residual in residuals):
             continue
-        if _left(moving, np.concatenate(waves)) > (1.0 - MOVED) * sum(wave.size / 2 for wave in waves):
+        if _unexplained(moving, np.concatenate(waves)) > (1.0 - MOVED) * sum(wave.size / 2 for wave in waves):
             yield _disturbance(joint, frequency, step, names, among)
 
 
 def _disturbance(joint: int, frequency: float, step: float, names: tuple[str, ...], among: int) -> Candidate:
-    """One wave, with a phase of its own in each fitted run; what it is in another run is not known."""
+    """One wave with a separate phase in each fitted run; its phase in any other run is unknown."""
     count = 2 * len(names)
 
     def columns(run: Driven) -> np.ndarray:
@@ -84,11 +84,11 @@ def _waves(time: np.ndarray, frequency: float) -> np.ndarray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _strongest(left: Sequence[np.ndarray], rate: float) -> tuple[float, float, int]:
-    """Frequency of most power in what is left of each run [Hz], the step to the next, and among how many."""
-    longest, shortest = (extreme(map(len, left)) for extreme in (max, min))
+def _strongest(residuals: Sequence[np.ndarray], rate: float) -> tuple[float, float, int]:
+    """Strongest frequency of the runs' residuals [Hz], the frequency step, and the number of frequencies."""
+    longest, shortest = (extreme(map(len, residuals)) for extreme in (max, min))
     size = FINE * 2 ** int(np.ceil(np.log2(longest)))
-    power = sum(np.abs(np.fft.rfft(own * np.hanning(len(own)), size)) ** 2 for own in left)
+    power = sum(np.abs(np.fft.rfft(run * np.hanning(len(run)), size)) ** 2 for run in residuals)
     frequency = np.arange(size // 2 + 1) * rate / size
     inside = frequency > SLOWEST * rate / shortest
     place = int(np.argmax(np.where(inside, power, 0.0)))
@@ -99,17 +99,17 @@ def _strongest(left: Sequence[np.ndarray], rate: float) -> tuple[float, float, i
 def _moving(run: Driven) -> np.ndarray:
     """Position, velocity, its sign and acceleration of all joints at the rows, shape (r, 4 n + 1)."""
     motion, at = run.motion, run.centres
-    every = motion.position, motion.velocity, np.sign(motion.velocity), motion.acceleration
-    return np.concatenate([*(values[at] for values in every), np.ones((len(at), 1))], axis=1)
+    signals = motion.position, motion.velocity, np.sign(motion.velocity), motion.acceleration
+    return np.concatenate([*(values[at] for values in signals), np.ones((len(at), 1))], axis=1)
 
 
-def _left(columns: np.ndarray, values: np.ndarray) -> float:
-    """Sum of squares that columns (r, p) leave of values (r, m)."""
+def _unexplained(columns: np.ndarray, values: np.ndarray) -> float:
+    """Sum of squares of values (r, m) that columns (r, p) do not explain."""
     return float(np.sum((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2))
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Its amplitude, the root mean square over its runs."""
+    """Amplitude of the wave, root mean square over its runs."""
     runs = sum(name.startswith("cos") for name in finding.parameters)
     size = length(finding.parameters, *_names(runs))
     return {"size": Formatted(size.value / np.sqrt(runs), size.std / np.sqrt(runs), size.unit)}
@@ -127,4 +127,4 @@ KINDS = {
         sensor=True,
     )
 }
-"""Name -> what is known of it."""
+"""Name -> kind."""

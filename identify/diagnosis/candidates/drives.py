@@ -1,9 +1,9 @@
-"""Drives and their current sensors: gain, saturation, clipping, offset, cross-talk, and a supply that sags.
+"""Drives and their current sensors: gain, saturation, clipping, offset, crosstalk, and a sagging supply.
 
-Saturation: where magnets bias the iron, a motor takes more current from a knee on: beyond it every further
-newton metre takes up to 1 + `loss` times the current. Where nothing biases it, the gain is the same for
-either sign of the current, so that it falls with the square of the torque x over a ceiling, which no current
-exceeds: current over torque is 1 + `loss` x² / (1 - x²).
+Saturation: in iron biased by magnets, a motor needs more current from a knee on: beyond it, each additional
+newton meter needs up to 1 + `loss` times the current. In unbiased iron, the gain is the same for both signs
+of the current. It then falls with the square of x, the torque over a ceiling that no current exceeds: current
+over torque is 1 + `loss` x² / (1 - x²).
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -24,27 +24,26 @@ from ..runs.driven import Driven
 from .parts import RARE, by_another, on_joint, require_current
 
 KNEES = (0.3, 0.5, 0.7)
-"""Torque over the largest of all runs from which on a motor gives less per ampere [-]."""
+"""Torque from which on the gain falls, over the largest torque of all runs [-]."""
 WIDTHS = (0.2, 2.0)
-"""Torque beyond the knee, over the largest, at which three quarters of that loss are there [-]: soon, or
-beyond what was run."""
+"""Torque beyond the knee at which three quarters of the loss are reached, over the largest torque [-]: near
+the knee, or beyond the recorded range."""
 CEILINGS = (1.1, 1.5)
-"""Torque over the largest of all runs that no current exceeds [-]: near what was run, or beyond it, where the
-current lost grows with the cube of the torque."""
+"""Ceiling of the torque over the largest torque of all runs [-]: close to it, or so far beyond that the extra
+current grows with the cube of the torque."""
 SHAPES = ("knee", "width", "ceiling")
-"""Numbers of a drive's saturation that are torques over the largest of all runs."""
+"""Parameters of a drive's saturation that are torques over the largest torque of all runs."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
-"""Torque over the largest of all runs at which a current ends [-]."""
+"""Torque at which a recorded current is clipped, over the largest torque of all runs [-]."""
 ENDS = 0.15
-"""By how much that which lies beyond may be more or less than all that is missing [-]: the torque is known so
-well."""
+"""Standard deviation of the clipped share from 1 [-]: the accuracy of the model's torque."""
 
 Excess = Callable[[np.ndarray], np.ndarray]
-"""Current that is lost at a torque, both over those of the largest torque and not below zero [-]."""
+"""Extra current at a torque, both relative to their values at the largest torque and not negative [-]."""
 
 
 def _gains(model: Model) -> Iterator[Candidate]:
-    """Each drive whose torque per ampere is another than its tolerance allows."""
+    """Drives whose torque per ampere differs from nominal by more than the tolerance."""
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
@@ -58,7 +57,7 @@ def _gains(model: Model) -> Iterator[Candidate]:
 
 
 def _of_gain(lacking: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By what share a gain is greater, where a share of the torque is lacking."""
+    """Relative error of a gain, from the share of the torque that is lacking."""
     return lacking / (1.0 - lacking), std / (1.0 - lacking) ** 2
 
 
@@ -69,7 +68,7 @@ def _with_gain(arm: Arm, finding: Hypothesis) -> Arm:
 
 
 def saturations(model: Model) -> Iterator[Candidate]:
-    """Each drive, from a knee on and below a ceiling."""
+    """Saturation of each drive, from a knee on or below a ceiling."""
     for joint in range(model.robot.dof):
         for knee in KNEES:
             for width in WIDTHS:
@@ -84,7 +83,7 @@ def _from_a_knee(joint: int, shape: Mapping[str, float]) -> Candidate:
         return beyond**2 / (beyond + shape["width"])
 
     bounds = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0)}
-    return _saturation(joint, excess, shape, bounds, lambda given: _from_a_knee(joint, given))
+    return _saturation(joint, excess, shape, bounds, lambda new: _from_a_knee(joint, new))
 
 
 def _below_a_ceiling(joint: int, shape: Mapping[str, float]) -> Candidate:
@@ -93,7 +92,7 @@ def _below_a_ceiling(joint: int, shape: Mapping[str, float]) -> Candidate:
         return torque * square / (1.0 - square)
 
     bounds = {"ceiling": Shape("1", 1.03, 4.0)}
-    return _saturation(joint, excess, shape, bounds, lambda given: _below_a_ceiling(joint, given))
+    return _saturation(joint, excess, shape, bounds, lambda new: _below_a_ceiling(joint, new))
 
 
 def _saturation(
@@ -105,9 +104,9 @@ def _saturation(
 ) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         require_current(run)
-        most = max(float(run.most[joint]), 1e-12)
-        torque = run.torque[:, joint] / most
-        return on_joint(run, joint, most * np.sign(torque) * excess(np.abs(torque)))
+        largest = max(float(run.most[joint]), 1e-12)
+        torque = run.torque[:, joint] / largest
+        return on_joint(run, joint, largest * np.sign(torque) * excess(np.abs(torque)))
 
     return Candidate(
         "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), dict(shape), bounds, reshaped,
@@ -116,7 +115,7 @@ def _saturation(
 
 
 def _saturated(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """A drive that saturates; its shape is over the largest torque of the runs."""
+    """The arm with a saturating drive; its shape is relative to the largest torque of the runs."""
     known, [joint] = finding.parameters, finding.joints
     if arm.peak is None:
         return None
@@ -126,7 +125,7 @@ def _saturated(arm: Arm, finding: Hypothesis) -> Arm | None:
 
 
 def _clips(model: Model) -> Iterator[Candidate]:
-    """Each drive's recorded current, which ends while the torque goes on."""
+    """Recorded currents that are clipped while the torque keeps rising."""
     for joint in range(model.robot.dof):
         for level in CLIPS:
             yield _clip(joint, level)
@@ -140,13 +139,13 @@ def _clip(joint: int, level: float) -> Candidate:
 
     return Candidate(
         "current_clipping", (joint,), columns, ("slope",), ("1",), (0.0,), {"level": level},
-        {"level": Shape("1", 0.3, 0.999)}, lambda given: _clip(joint, given["level"]), rows=(joint,),
+        {"level": Shape("1", 0.3, 0.999)}, lambda shape: _clip(joint, shape["level"]), rows=(joint,),
         expected=((1.0, ENDS),), loaded=True, reloads=True,
     )  # fmt: skip
 
 
 def _clipped(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """A current sensor that ends at a share of the largest torque of the runs."""
+    """The arm with a current sensor that clips at a share of the largest torque of the runs."""
     [joint] = finding.joints
     if arm.peak is None:
         return None
@@ -155,12 +154,12 @@ def _clipped(arm: Arm, finding: Hypothesis) -> Arm | None:
 
 
 def _crosstalks(model: Model) -> Iterator[Candidate]:
-    """Each current sensor that also reads another joint's current."""
+    """Current sensors that also read another joint's current."""
     return by_another(model, "current_crosstalk", lambda run, joint, other: run.torque[:, other], ("leak",))
 
 
 def _sags(model: Model) -> Iterator[Candidate]:
-    """A voltage that gives way, so that all drives need more current while the arm draws power."""
+    """A sagging voltage, so that all drives need more current while the arm draws power."""
 
     def columns(run: Driven) -> np.ndarray:
         power = np.sum(np.maximum(run.torque * run.motion.velocity, 0.0), axis=1)
@@ -170,7 +169,7 @@ def _sags(model: Model) -> Iterator[Candidate]:
 
 
 def _droop(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """In per cent a kilowatt."""
+    """Droop in percent per kilowatt."""
     if "sag" not in known:
         return {}
     return {"droop": Formatted(1e5 * known["sag"].value, 1e5 * known["sag"].std, "% per kW")}
@@ -201,7 +200,7 @@ KINDS = {
     "current_clipping": Kind(
         family="drive",
         sentence="{joint} has a recorded current that is clipped[ at {level:%} of its largest torque] while "
-        "the torque goes on rising",
+        "the torque keeps rising",
         drawn_against=("torque", "time"),
         ask=_clips,
         held=_clipped,
@@ -230,4 +229,4 @@ KINDS = {
         derived=_droop,
     ),
 }
-"""Name -> what is known of each."""
+"""Name -> kind."""

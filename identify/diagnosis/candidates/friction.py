@@ -21,23 +21,23 @@ from .parts import by_another, of_effect, on_each_joint, on_motors
 from .torque_ripple import MULTIPLES, amplitude
 
 WIDE = (0.04, 0.1, 0.25)
-"""Velocities over which dry friction may change its sign that are tried [rad/s]: film lubrication."""
+"""Velocity ranges for the reversal of dry friction under film lubrication that are tried [rad/s]."""
 WIDEST = 0.3
-"""The largest [rad/s]: what needs more is viscous friction that becomes less."""
+"""Largest velocity range [rad/s]: a wider one is viscous friction that decreases with speed."""
 GRADUAL = "gradual"
 PRELOADED = 1.0
-"""Preload of teeth and bearings that is tried, over a joint's usual load [-]; none is tried too."""
+"""Preload of teeth and bearings that is tried besides zero, over a joint's usual load [-]."""
 MOST_PRELOAD = 3.0
-"""Largest preload, over that load [-]: friction beyond it grows with the square of any load that comes."""
+"""Largest preload, over a joint's usual load [-]: beyond it, friction grows with the square of the load."""
 VARYING = 0.3
-"""By how much dry friction depends on position at most, share of the joint's usual torque [-]: it brakes
-everywhere, so that it varies by less than its mean. Nothing else holds the waves where a joint did not go."""
+"""Expected variation of dry friction with position, share of the joint's usual torque [-]: friction always
+opposes motion, so it varies by less than its mean. Nothing else limits waves where a joint did not move."""
 SIGN = 0.003
 """Speed within which dry friction reverses [rad/s]."""
 
 
 def _coulomb(model: Model) -> Iterator[Candidate]:
-    """On each joint, more or less than in the model, and what changes its sign gradually."""
+    """Coulomb friction on each joint, more or less than in the model, or with a gradual change of sign."""
     yield from on_each_joint(model, "coulomb_friction", KINDS["coulomb_friction"])
     for joint in range(model.robot.dof):
         for velocity in WIDE:
@@ -45,17 +45,17 @@ def _coulomb(model: Model) -> Iterator[Candidate]:
 
 
 def _gradual(model: Model, joint: int, velocity: float) -> Candidate:
-    """Friction that changes its sign gradually, in the place of as much that does so at once in the model."""
+    """Friction with a gradual change of sign, in place of an equal amount of sudden friction."""
     robot = model.robot
-    dry = [one for one in model.effects if isinstance(one, CoulombFriction) and not one.gradual]
-    sudden = [one for one in dry if joint in one.columns(robot)]
+    coulomb = [effect for effect in model.effects if isinstance(effect, CoulombFriction)]
+    sudden = [effect for effect in coulomb if not effect.gradual and joint in effect.columns(robot)]
 
     def also(candidate: Candidate, effect: Effect) -> Candidate:
         assert isinstance(effect, CoulombFriction)
 
         def columns(run: Driven) -> np.ndarray:
-            instead = (replace(one, joints=effect.joints).regressor(robot, run.motion) for one in sudden)
-            return candidate.columns(run) - sum(on_motors(robot, one) for one in instead)
+            replaced = (replace(old, joints=effect.joints).regressor(robot, run.motion) for old in sudden)
+            return candidate.columns(run) - sum(on_motors(robot, columns) for columns in replaced)
 
         return replace(
             candidate,
@@ -70,7 +70,7 @@ def _gradual(model: Model, joint: int, velocity: float) -> Candidate:
 
 
 def _with_coulomb(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """With more of it; what changes its sign gradually is not there as what does so at once."""
+    """The arm with this friction; gradual friction replaces an equal amount of sudden friction."""
     effect, joint = finding.term, finding.joints[0]
     assert effect is not None
     more = {name: q.value for name, q in finding.parameters.items() if name.startswith(("Fc", "Fg"))}
@@ -82,12 +82,12 @@ def _with_coulomb(arm: Arm, finding: Hypothesis) -> Arm | None:
 
 
 def _warming(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Whether friction rises, dry and viscous together at 1 rad/s."""
+    """Change of dry and viscous friction together at 1 rad/s, which tells whether friction rises."""
     return {"warm": together(known, "Fvt", "Fct")} if "Fvt" in known else {}
 
 
 def _load_dependent(model: Model) -> Iterator[Candidate]:
-    """On each joint, teeth and bearings that are preloaded and such that are not."""
+    """Load-dependent friction on each joint, with and without a preload of teeth and bearings."""
     robot, loads = model.robot, np.maximum(link_size(model)[1], 0.0)
 
     def with_preload(candidate: Candidate, effect: Effect) -> Candidate:
@@ -97,26 +97,27 @@ def _load_dependent(model: Model) -> Iterator[Candidate]:
         return replace(candidate, shape={**candidate.shape, "preload": effect.preload}, bounds=bounds)
 
     name = "load_dependent_friction"
-    for one in on_each_joint(model, name, KINDS[name], with_preload):
-        yield one
-        if loads[one.joints[0]] > 0.0:
-            yield one.reshaped({"preload": PRELOADED * float(loads[one.joints[0]])})
+    for candidate in on_each_joint(model, name, KINDS[name], with_preload):
+        yield candidate
+        load = float(loads[candidate.joints[0]])
+        if load > 0.0:
+            yield candidate.reshaped({"preload": PRELOADED * load})
 
 
 def _position_dependent(model: Model) -> Iterator[Candidate]:
-    """On each joint, one wave or a bump of any form, whose multiples become smaller as those of a jump do."""
+    """On each joint, one wave, or a bump of any form, whose harmonics decrease as those of a step do."""
 
     def smaller(candidate: Candidate, effect: Effect) -> Candidate:
-        several = range(1, getattr(effect, "count", 1) + 1)
-        each = tuple(1.0 / multiple for multiple in several for _ in range(2))
-        return replace(candidate, size=VARYING, proportion=each)
+        multiples = range(1, getattr(effect, "count", 1) + 1)
+        proportion = tuple(1.0 / multiple for multiple in multiples for _ in range(2))
+        return replace(candidate, size=VARYING, proportion=proportion)
 
     name = "position_dependent_friction"
     return on_each_joint(model, name, KINDS[name], smaller)
 
 
-def _neighbours(model: Model) -> Iterator[Candidate]:
-    """Dry friction of each joint that depends on the position of each other one, which bends its bearing."""
+def _neighbors(model: Model) -> Iterator[Candidate]:
+    """Dry friction of each joint that depends on the position of another joint, which bends its bearing."""
 
     def torque(run: Driven, joint: int, other: int) -> np.ndarray:
         sign, q = smooth_sign(run.motion.velocity[:, joint], SIGN), run.motion.position[:, other]
@@ -134,7 +135,7 @@ KINDS = {
         mistaken_for=("nonlinear_viscous_friction", "temperature_dependent_friction"),
     ),
     "coulomb_friction": Kind(
-        family=lambda one: "sublinear" if one.kind == GRADUAL else "friction level",
+        family=lambda candidate: "sublinear" if candidate.kind == GRADUAL else "friction level",
         sentence="{joint} has a Coulomb friction[ {Fc:size} {Fc:higher|lower} than in the model][ of which "
         "{Fg} changes its sign][ gradually, over {reversal}]",
         drawn_against=("velocity", "speed"),
@@ -168,13 +169,13 @@ KINDS = {
         sentence="{joint} has friction with hysteresis: {Fh} of it builds up[ over about {presliding:mrad}] "
         "after each reversal",
         drawn_against=("velocity", "position"),
-        shapes=tuple({"presliding": way} for way in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
+        shapes=tuple({"presliding": distance} for distance in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
         bounds={"presliding": Shape("rad", 1e-3, 5e-2)},  # less is a nuisance
         mistaken_for=("stribeck_friction", "backlash", "joint_elasticity"),
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "nonlinear_viscous_friction": Kind(
-        family=lambda one: "sublinear" if one.shape["exponent"] < 1.0 else "superlinear",
+        family=lambda candidate: "sublinear" if candidate.shape["exponent"] < 1.0 else "superlinear",
         sentence="{joint} has nonlinear viscous friction[: {Fn} at {one}][, growing with speed to the power "
         "{exponent:bare}]",
         drawn_against=("speed", "velocity"),
@@ -213,7 +214,7 @@ KINDS = {
         family="other joints",
         sentence="{joint} has friction that depends on the position of joint {other_joint:bare}",
         drawn_against=("time", "velocity"),
-        ask=_neighbours,
+        ask=_neighbors,
     ),
 }
-"""Name -> what is known of each."""
+"""Name -> kind."""

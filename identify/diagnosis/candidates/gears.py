@@ -1,4 +1,4 @@
-"""Torque of a gear that gives way, as a diagnosis asks about it."""
+"""Torque of a gear that bends under load."""
 
 import numpy as np
 
@@ -8,9 +8,13 @@ from ..runs.driven import Driven
 
 
 def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
-    """Torque of the motors beyond that of a rigid gear, (t, n) [N m].
+    """Motor torque beyond that of a rigid gear, shape (t, n) [N m].
 
-    Of one joint's gear: its stiffness [N m/rad] and damping [N m s/rad].
+    Args:
+        model: Model of the arm.
+        run: Run.
+        joint: Joint with the gear, from 0.
+        gear: Stiffness [N m/rad] and damping [N m s/rad].
     """
     weight, drag, inertia = run.tangent.own(joint)
     step = float(np.median(np.diff(run.motion.time)))

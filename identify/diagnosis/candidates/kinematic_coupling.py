@@ -1,13 +1,14 @@
 """Kinematic coupling: a motor that also turns with a neighbor of its joint, u_j = q_j + c q_o.
 
-With u = C q, friction and inertia f(u) of the motors and torque tau(q) of the links, the motors give
-C^-T tau + f(u): virtual work (C dq)^T m = dq^T tau. What a recording shows of that depends on what its
-controller takes into account.
+With u = C q, friction and inertia f(u) of the motors and torque tau(q) of the links, the motor torque is
+m = C^-T tau + f(u), from virtual work (C dq)^T m = dq^T tau. What a recording shows depends on what its
+controller takes into account:
 
-* Positions and torques of the joints: C^T m = tau + C^T f(C q). Inertia and friction of the motor reach both.
-* Positions of the joints, currents of the motors: the motor of the other joint carries -c tau_j as well, and
-  feels no friction of this one.
-* Positions and currents of the motors: the link stands elsewhere, C^-T tau(C^-1 u) in place of tau(u).
+* Positions and torques of the joints: C^T m = tau + C^T f(C q). Inertia and friction of the motor act on
+  both joints.
+* Positions of the joints, currents of the motors: the motor of the other joint also carries -c tau_j, but
+  no friction of this joint.
+* Positions and currents of the motors: the link is displaced, C^-T tau(C^-1 u) instead of tau(u).
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,17 +28,17 @@ from .parts import coupled, of_effect, on_motors
 
 NAME = "kinematic_coupling"
 RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
-"""Turns of a motor with its neighbour for one with its own joint that are tried [-]."""
+"""Coupling ratios c that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
-"""Turns that are tried where links stand elsewhere: belts and bevel gears."""
+"""Coupling ratios that are tried for displaced links, as of belts and bevel gears [-]."""
 TURNS = np.array([0.25, 3.0])
-"""Least and most of them: less is no gear, and moves nothing that its own friction does not."""
+"""Smallest and largest coupling ratio [-]: a smaller one is no gear and is masked by friction."""
 SCATTER = 0.1
-"""Deviation of the coefficient from 1, as the ratio gives the size of the effect [-]: bodies are as wrong."""
+"""Standard deviation of the coefficient from 1, since the ratio gives the size [-]: the error of bodies."""
 
 
 def couplings(model: Model) -> Iterator[Candidate]:
-    """Motors that also turn with the next joint, one way or the other."""
+    """Motors that also turn with a neighboring joint, in either direction."""
     joints = range(model.robot.dof)
     for first, second in zip(joints[:-1], joints[1:], strict=True):
         for motor, other in ((first, second), (second, first)):
@@ -48,11 +49,11 @@ def couplings(model: Model) -> Iterator[Candidate]:
                 if not coupled(model.robot):
                     yield _by_motors(model, motor, other, ratio)
             for ratio in MOVED:
-                yield _elsewhere(model, motor, other, ratio)
+                yield _displaced(model, motor, other, ratio)
 
 
 def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
-    """With inertia and drag of the shared motor, not without both; products with the ratio have its sign."""
+    """The candidate with inertia or drag of the shared motor; products with the ratio have its sign."""
     assert isinstance(effect, KinematicCoupling)
     signs = np.array([*[np.sign(effect.ratio)] * 2, 1.0])
 
@@ -66,7 +67,7 @@ def _one_motor(candidate: Candidate, effect: Effect) -> Candidate:
 
 
 def _by_motors(model: Model, motor: int, other: int, ratio: float) -> Candidate:
-    """Positions that are those of the joints, and currents that are those of the motors."""
+    """Coupling in a recording with positions of the joints and currents of the motors."""
     effect = KinematicCoupling(model.robot.joints[motor], model.robot.joints[other], ratio=ratio)
 
     def columns(run: Driven) -> np.ndarray:
@@ -76,7 +77,7 @@ def _by_motors(model: Model, motor: int, other: int, ratio: float) -> Candidate:
         link[:, other, 0] = -ratio * run.motion.load[:, motor]
         return np.concatenate([link, np.sign(ratio) * drag[:, :, :2], drag[:, :, 2:]], axis=2)
 
-    names, units = zip(*((one.name, one.unit) for one in effect.parameters(model.robot)), strict=True)
+    names, units = zip(*((p.name, p.unit) for p in effect.parameters(model.robot)), strict=True)
     pair = min(motor, other), max(motor, other)
     return Candidate(
         NAME, pair, columns, (UNNAMED, *names), ("1", *units), (0.0,) * 4,
@@ -87,36 +88,36 @@ def _by_motors(model: Model, motor: int, other: int, ratio: float) -> Candidate:
     )  # fmt: skip
 
 
-def _elsewhere(model: Model, motor: int, other: int, ratio: float) -> Candidate:
-    """Links that stand where the joints are, and positions that are those of the motors."""
-    back = np.eye(model.robot.dof)
-    back[motor, other] = -ratio
+def _displaced(model: Model, motor: int, other: int, ratio: float) -> Candidate:
+    """Coupling in a recording with positions of the motors, so that the links are displaced."""
+    to_joints = np.eye(model.robot.dof)
+    to_joints[motor, other] = -ratio
 
     def columns(run: Driven) -> np.ndarray:
         motion = run.motion
-        states = (one @ back.T for one in (motion.position, motion.velocity, motion.acceleration))
-        more = link_torque(run.bodies, *states) @ back - run.of_links
-        return on_motors(model.robot, more[:, :, None])
+        states = (x @ to_joints.T for x in (motion.position, motion.velocity, motion.acceleration))
+        change = link_torque(run.bodies, *states) @ to_joints - run.of_links
+        return on_motors(model.robot, change[:, :, None])
 
     bounds = {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)}
     return Candidate(
         NAME, (min(motor, other), max(motor, other)), columns, (UNNAMED,), ("1",), (0.0,),
         {"ratio": ratio, "moved": motor + 1.0}, bounds,
-        lambda given: _elsewhere(model, motor, other, given["ratio"]), smooth=True,
+        lambda shape: _displaced(model, motor, other, shape["ratio"]), smooth=True,
         expected=((1.0, SCATTER),), carried=True,
     )  # fmt: skip
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Which link stands elsewhere, or which joint's motor turns with both."""
-    every = (("link", "moved"), ("turning", "motor"))
-    return {word: f"{known[name].value:.0f}" for word, name in every if name in known}
+    """Number of the displaced link, or of the joint whose motor turns with both."""
+    words = (("link", "moved"), ("turning", "motor"))
+    return {word: f"{known[name].value:.0f}" for word, name in words if name in known}
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """The arm with the effect; of motors that carry other torques than their joints, with its coupling too.
+    """The arm with the effect, and with its coupling if motors carry other torques than their joints.
 
-    What a joint feels when it moves alone is then its own motor's, and what it turns of the other.
+    A joint that moves alone then also turns the other motor, in proportion to the coupling.
     """
     values = {name: quantity.value for name, quantity in finding.parameters.items()}
     if finding.term is not None:
@@ -132,8 +133,8 @@ def _held(arm: Arm, finding: Hypothesis) -> Arm | None:
     robot = held.model.robot
     effect = KinematicCoupling(robot.joints[motor], robot.joints[other], ratio=ratio)
     more = {parameter.name: values[parameter.name] for parameter in effect.parameters(robot)}
-    own = zip(("Ia", "Fv", "Fc"), more.values(), (ratio, ratio, abs(ratio)), strict=True)
-    alone = {f"{kind}{other + 1}": share * value for kind, value, share in own}
+    terms = zip(("Ia", "Fv", "Fc"), more.values(), (ratio, ratio, abs(ratio)), strict=True)
+    alone = {f"{kind}{other + 1}": share * value for kind, value, share in terms}
     with_pair = held.with_effect(effect, more)
     return None if with_pair is None else with_pair.with_values(alone)
 

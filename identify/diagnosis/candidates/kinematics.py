@@ -1,8 +1,8 @@
-"""Kinematics: joints that are not where encoder and model have them.
+"""Kinematics: joints that are not where the encoder or the model has them.
 
-An encoder's zero is off by a constant angle; an axis leans by some tenths of a degree, so that bodies beyond
-it stand and move otherwise. That a joint is elsewhere by some millimetres asks for no hypothesis: to first
-order it moves the centres of bodies, which link inertias hold.
+An encoder zero is off by a constant angle; an axis leans by a few tenths of a degree, which displaces the
+bodies beyond it. A joint that is shifted by a few millimeters needs no hypothesis: to first order, it only
+shifts the centers of bodies, which link inertias include.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,23 +22,22 @@ from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from ..runs.kept import kept
+from ..runs.kept import cached
 from .parts import RARE, on_motors
 
 SPRINGS = (SpringBalancer, JointSpring)
 """Effects besides bodies whose torque depends on position."""
 MISSET = 0.03
-"""How far a joint may be from its encoder's reading [rad]: a tooth of a belt, a mark set by eye."""
+"""Expected error of an encoder zero [rad]: a tooth of a belt, or a mark set by eye."""
 ZERO_STEP = 1e-4
-"""Step of the difference by an encoder's zero [rad]."""
+"""Step of the finite difference with respect to an encoder zero [rad]."""
 MISALIGNED = 0.005
-"""How far an axis may be from where the model has it [rad]: tenths of a degree, as of an arm that was never
-calibrated."""
+"""Expected error of an axis [rad]: tenths of a degree, as of an arm that was never calibrated."""
 NAMES = ("first", "second")
 
 
 def encoder_zeros(model: Model) -> Iterator[Candidate]:
-    """Each joint in turn."""
+    """An error of the encoder zero of each joint."""
     springs = replace(model, effects=tuple(e for e in model.effects if isinstance(e, SPRINGS)))
     for joint in range(model.robot.dof):
 
@@ -53,7 +52,7 @@ def encoder_zeros(model: Model) -> Iterator[Candidate]:
 
 
 def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.ndarray:
-    """Derivative of the springs' nominal torque by a joint's position, shape (t, n) [N m/rad]."""
+    """Derivative of the springs' nominal torque with respect to a joint position, shape (t, n) [N m/rad]."""
     known, shift = dict(zip(model.names, model.nominal_values, strict=True)), np.zeros(model.robot.dof)
     values, shift[joint] = np.array([known[name] for name in springs.names]), ZERO_STEP
     if not springs.effects:
@@ -66,11 +65,11 @@ def _by_position(springs: Model, model: Model, run: Driven, joint: int) -> np.nd
 
 
 def _with_zero(arm: Arm, finding: Hypothesis) -> Arm:
-    """A joint whose zero is elsewhere: link and springs are where they are at the encoder's zero."""
+    """The arm with a shifted encoder zero: link and springs are placed relative to the encoder's zero."""
     [joint], zero = finding.joints, finding.parameters["zero"].value
-    one = joints_of(arm.model.robot.kinematics)[joint]
-    turned = pin.SE3(pin.exp3(one.axis * zero), np.zeros(3))
-    arm = _shifted(arm, joint, turned if one.revolute else pin.SE3(np.eye(3), one.axis * zero))
+    frame = joints_of(arm.model.robot.kinematics)[joint]
+    turned = pin.SE3(pin.exp3(frame.axis * zero), np.zeros(3))
+    arm = _shifted(arm, joint, turned if frame.revolute else pin.SE3(np.eye(3), frame.axis * zero))
     effects = tuple(_turned(effect, arm.model.robot.joints[joint], zero) for effect in arm.model.effects)
     arm = replace(arm, model=replace(arm.model, effects=effects))
     stiffness = arm.by_name.get(f"Ks{joint + 1}", 0.0)
@@ -78,14 +77,14 @@ def _with_zero(arm: Arm, finding: Hypothesis) -> Arm:
 
 
 def _shifted(arm: Arm, joint: int, shift: pin.SE3) -> Arm:
-    """The arm with a joint elsewhere on its parent."""
+    """The arm with a joint displaced on its parent."""
     kinematics = arm.model.robot.kinematics.copy()
     kinematics.jointPlacements[joint + 1] = kinematics.jointPlacements[joint + 1] * shift
     return arm.on(replace(arm.model.robot, kinematics=kinematics))
 
 
 def _turned(effect: Effect, joint: str, angle: float) -> Effect:
-    """A balancer of a joint, turned about it; any other effect as it is."""
+    """A balancer of the joint, turned by the angle; any other effect unchanged."""
     if not isinstance(effect, SpringBalancer) or effect.joint != joint:
         return effect
     turned = effect.phi + angle
@@ -93,15 +92,15 @@ def _turned(effect: Effect, joint: str, angle: float) -> Effect:
 
 
 def misalignments(model: Model) -> Iterator[Candidate]:
-    """Each joint but the first, whose axis leans with the base, about two directions across its axis."""
-    slopes = kept(_slopes)
-    for joint, one in enumerate(joints_of(model.robot.kinematics)):
-        if joint == 0 or not one.revolute:
+    """Leaning axes of all joints but the first, which leans with the base, each about two directions."""
+    slopes = cached(_slopes)
+    for joint, frame in enumerate(joints_of(model.robot.kinematics)):
+        if joint == 0 or not frame.revolute:
             continue
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            every = slopes(run)[:, :, 2 * joint : 2 * joint + 2]
-            return on_motors(model.robot, over_knots(run.motion, every))
+            at_knots = slopes(run)[:, :, 2 * joint : 2 * joint + 2]
+            return on_motors(model.robot, over_knots(run.motion, at_knots))
 
         yield Candidate(
             "axis_misalignment", (joint,), columns, NAMES, ("rad", "rad"), (-np.inf,) * 2, smooth=True,
@@ -110,7 +109,7 @@ def misalignments(model: Model) -> Iterator[Candidate]:
 
 
 def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two directions across an axis (3,), each of length one, shape (3,)."""
+    """Two unit vectors (3,) perpendicular to an axis (3,) and to each other."""
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return first, np.cross(axis, first)
@@ -119,44 +118,44 @@ def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _slopes(run: Driven) -> np.ndarray:
     """Torque of the bodies per angle about both directions across each axis, at knots, (k, n, 2 n) [N m/rad].
 
-    By derivatives of inverse dynamics of an arm with two joints before each axis that stand still.
+    It is the derivative of the inverse dynamics of an arm with two additional fixed joints before each axis.
     """
-    kinematics, own, still = _with_still_joints(run.bodies)
+    kinematics, moving, still = _with_still_joints(run.bodies)
     data, motion = kinematics.createData(), run.motion
     rows = knots(motion)
     state = np.zeros((3, len(rows), kinematics.nv))
-    state[:, :, own] = motion.position[rows], motion.velocity[rows], motion.acceleration[rows]
-    slopes = np.empty((len(rows), len(own), len(still)))
+    state[:, :, moving] = motion.position[rows], motion.velocity[rows], motion.acceleration[rows]
+    slopes = np.empty((len(rows), len(moving), len(still)))
     for place, (position, velocity, acceleration) in enumerate(state.transpose(1, 0, 2)):
         by_position, _, _ = pin.computeRNEADerivatives(kinematics, data, position, velocity, acceleration)
-        slopes[place] = by_position[np.ix_(own, still)]
+        slopes[place] = by_position[np.ix_(moving, still)]
     return slopes
 
 
 def _with_still_joints(bodies: pin.Model) -> tuple[pin.Model, np.ndarray, np.ndarray]:
-    """The arm with two joints before each, and the places of its own joints (n,), and of those two (2 n,)."""
+    """The arm with two joints before each, and the indices of its joints (n,) and the added ones (2 n,)."""
     arm, number = pin.Model(), [0]
     arm.gravity = bodies.gravity
-    for index, one in enumerate(joints_of(bodies), start=1):
-        parent, placement = number[one.parent + 1], one.placement
-        for name, direction in zip(NAMES, across(one.axis), strict=True):
+    for index, frame in enumerate(joints_of(bodies), start=1):
+        parent, placement = number[frame.parent + 1], frame.placement
+        for name, direction in zip(NAMES, across(frame.axis), strict=True):
             still = pin.JointModelRevoluteUnaligned(*direction)
             parent = arm.addJoint(parent, still, placement, f"{name}_{index}")
             placement = pin.SE3.Identity()
         parent = arm.addJoint(parent, bodies.joints[index], placement, f"own_{index}")
         arm.appendBodyToJoint(parent, bodies.inertias[index], pin.SE3.Identity())
         number.append(parent)
-    own = np.array([arm.joints[place].idx_v for place in number[1:]])
-    return arm, own, np.sort(np.concatenate([own - 2, own - 1]))
+    moving = np.array([arm.joints[place].idx_v for place in number[1:]])
+    return arm, moving, np.sort(np.concatenate([moving - 2, moving - 1]))
 
 
 def _off(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """By what angle the axis is off."""
+    """Angle by which the axis is off."""
     return {"off": length(known, *NAMES)} if NAMES[0] in known else {}
 
 
 def _with_axis(arm: Arm, finding: Hypothesis) -> Arm:
-    """An arm whose axis is elsewhere."""
+    """The arm with the leaning axis."""
     [joint] = finding.joints
     pairs = zip(NAMES, across(joints_of(arm.model.robot.kinematics)[joint].axis), strict=True)
     angle = np.sum([finding.parameters[name].value * direction for name, direction in pairs], axis=0)
@@ -186,4 +185,4 @@ KINDS = {
         settled_by="a calibration of the kinematics, or a run with a body of known mass on the flange",
     ),
 }
-"""Name -> what is known of each."""
+"""Name -> kind."""

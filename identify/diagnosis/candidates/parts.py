@@ -1,4 +1,4 @@
-"""Parts: what candidates are made of."""
+"""Parts: building blocks of candidates."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
@@ -13,25 +13,25 @@ from ...model import Model
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
-from ..runs.rows import PRESLIDING, REVERSAL_STD, REVERSALS, dry, turning
+from ..runs.rows import PRESLIDING, REVERSAL_STD, REVERSALS, dry_friction, reversal_differences
 
 FORGOTTEN = 5.0
-"""How much likelier a model lacks what it has on other joints than what it has nowhere [-]."""
+"""Prior weight of a term that the model has on other joints but not on this one [-]."""
 RARE = 0.3
-"""How likely what has no name in the vocabulary is before the data, beside an effect that has one [-].
+"""Prior weight of an effect that is not in the vocabulary, relative to one that is [-].
 
-A hose looks like a spring on every joint, a supply that sags like motors that saturate: each of these takes
-the torque that several listed effects would otherwise share. It is reported in words."""
+A hose looks like a spring on every joint, and a sagging supply like saturating motors: each explains the
+torque that several listed effects would otherwise share. Such an effect is reported in words."""
 NUISANCES = ("reversal",)
-"""Numbers of shapes that `with_nuisances` leaves open on every joint, so that no hypothesis is about them."""
+"""Shape parameters that `with_nuisances` fits on every joint, so that no hypothesis varies them."""
 TURNS = len(REVERSALS) - 1 + len(PRESLIDING)
-"""Ways of turning the sign of dry friction."""
+"""Number of unknowns for the reversal of dry friction."""
 
 Also = Callable[[Candidate, Effect], Candidate]
-"""What else is known of a candidate in any shape, by the effect in that shape."""
+"""Adds properties to a candidate in any shape, given the effect in that shape."""
 
 
-# Torque of joints, and the same seen from the motors, which differ where a motor turns with several.
+# Torque of joints and of motors, which differ where a motor turns with several joints.
 
 
 def coupled(robot: Robot) -> bool:
@@ -40,23 +40,23 @@ def coupled(robot: Robot) -> bool:
 
 
 def on_motors(robot: Robot, columns: np.ndarray) -> np.ndarray:
-    """Columns (t, n, p) of joint torque as those of motor torque."""
+    """Columns (t, n, p) of joint torque converted to motor torque."""
     return np.einsum("ij,tjp->tip", robot.to_motors, columns) if coupled(robot) else columns
 
 
 def on_joint(run: Driven, joint: int, torque: np.ndarray) -> np.ndarray:
-    """Columns (t, n, p) that act on one joint, of its torque (t,) or (t, p) [N m]."""
-    own = torque[:, None] if torque.ndim == 1 else torque
-    columns = np.zeros((*run.torque.shape, own.shape[1]))
-    columns[:, joint] = own
+    """Columns (t, n, p) that act on one joint, from its torque (t,) or (t, p) [N m]."""
+    values = torque[:, None] if torque.ndim == 1 else torque
+    columns = np.zeros((*run.torque.shape, values.shape[1]))
+    columns[:, joint] = values
     return columns
 
 
 def require_current(run: Driven) -> None:
-    """Raise where torque was recorded, which has no gain.
+    """Check that a run recorded current; torque has no drive gain.
 
     Raises:
-        NotRecorded: It was.
+        NotRecorded: If torque was recorded instead.
     """
     if run.prepared.measures != "current":
         raise NotRecorded("current was not recorded")
@@ -65,7 +65,7 @@ def require_current(run: Driven) -> None:
 def by_another(
     model: Model, name: str, torque: Callable[[Driven, int, int], np.ndarray], names: tuple[str, ...]
 ) -> Iterator[Candidate]:
-    """One joint's torque (t,) or (t, p) that depends on another joint, whichever it is."""
+    """Candidates for torque (t,) or (t, p) of one joint that depends on another, for every pair of joints."""
     count, dof = len(names), model.robot.dof
     units = ("1",) if count == 1 else ("N m",) * count
     for joint in range(dof):
@@ -80,13 +80,13 @@ def by_another(
             )  # fmt: skip
 
 
-# Effects of the model's own kind.
+# Effects that a model can contain.
 
 
 def on_single_joints(kind: type[Effect]) -> bool:
-    """Whether an effect can be asked for on each joint in turn, with its default numbers."""
-    given = all(f.default is not MISSING or f.default_factory is not MISSING for f in fields(kind))
-    return issubclass(kind, JointEffect) and given
+    """Whether an effect can be tested on each joint in turn, with its default shape."""
+    has_defaults = all(f.default is not MISSING or f.default_factory is not MISSING for f in fields(kind))
+    return issubclass(kind, JointEffect) and has_defaults
 
 
 def _as_it_is(candidate: Candidate, effect: Effect) -> Candidate:
@@ -95,46 +95,49 @@ def _as_it_is(candidate: Candidate, effect: Effect) -> Candidate:
 
 def on_each_joint(model: Model, name: str, kind: Kind, also: Also = _as_it_is) -> Iterator[Candidate]:
     """An effect of `EFFECTS` on each joint in turn, in each of its shapes."""
-    nuisances = dry(model, model.nominal_values)
+    nuisances = dry_friction(model, model.nominal_values)
     for place, joint in enumerate(model.robot.joints):
-        for given in kind.shapes:
-            effect = EFFECTS[name](joints=(joint,), **given)  # type: ignore[call-arg]
-            one = of_effect(model, name, effect, kind, (place,), also)
-            yield _with_turning(model, place, one) if kind.dry and place not in nuisances else one
+        for shape in kind.shapes:
+            effect = EFFECTS[name](joints=(joint,), **shape)  # type: ignore[call-arg]
+            candidate = of_effect(model, name, effect, kind, (place,), also)
+            free_reversal = kind.dry and place not in nuisances
+            yield _with_free_reversal(model, place, candidate) if free_reversal else candidate
 
 
 def of_effect(
     model: Model, name: str, effect: Effect, kind: Kind, joints: Sequence[int], also: Also = _as_it_is
 ) -> Candidate:
-    """The candidate that an effect is, in one shape, on some joints.
+    """The candidate for an effect in one shape on some joints.
 
     Args:
-        model: The arm.
+        model: Model of the arm.
         name: Name of the candidate in the vocabulary.
-        effect: In one shape.
-        kind: What is known of the candidate.
-        joints: Where it acts.
-        also: What else is known of it in any shape.
+        effect: Effect in one shape.
+        kind: Kind of the candidate.
+        joints: Joints it acts on, from 0.
+        also: Adds further properties to the candidate in any shape.
     """
     robot, parameters = model.robot, effect.parameters(model.robot)
-    own = {f.name for f in fields(effect)}
+    declared = {f.name for f in fields(effect)}
     waves = () if getattr(effect, "count", 1) > 1 else ("harmonic",)
-    bounds = {key: kind.bounds.get(key, one) for key, one in effect.shapes().items() if key not in NUISANCES}
+    bounds = {
+        key: kind.bounds.get(key, shape) for key, shape in effect.shapes().items() if key not in NUISANCES
+    }
 
     def columns(run: Driven) -> np.ndarray:
         return on_motors(robot, effect.regressor(robot, run.motion))
 
-    def reshaped(given: Mapping[str, Any]) -> Candidate:
-        return of_effect(model, name, replace(effect, **given), kind, joints, also)
+    def reshaped(shape: Mapping[str, Any]) -> Candidate:
+        return of_effect(model, name, replace(effect, **shape), kind, joints, also)
 
-    found = Candidate(
+    candidate = Candidate(
         effect=name,
         joints=tuple(joints),
         columns=columns,
         names=tuple(parameter.name for parameter in parameters),
         units=tuple(parameter.unit for parameter in parameters),
         lower=_lower(model, parameters, kind.reducible),
-        shape={key: float(getattr(effect, key)) for key in (*bounds, *waves) if key in own},
+        shape={key: float(getattr(effect, key)) for key in (*bounds, *waves) if key in declared},
         bounds=bounds,
         reshape=reshaped,
         instance=effect,
@@ -145,34 +148,34 @@ def of_effect(
         carried=effect.transmitted,
         gear_ratio=float(abs(robot.gear_ratio[joints[0]])) if joints else 1.0,
     )
-    return also(found, effect)
+    return also(candidate, effect)
 
 
 def _prior(model: Model, parameters: Sequence[Parameter]) -> float:
-    """A term that the model has on other joints is what is missing most often."""
+    """Prior weight: a term that the model has on other joints is missing most often."""
     kinds = {parameter.name.rstrip("0123456789") for parameter in parameters}
-    there = {name.rstrip("0123456789") for name in model.names}
+    present = {name.rstrip("0123456789") for name in model.names}
     missing = not {parameter.name for parameter in parameters} & set(model.names)
-    return FORGOTTEN if kinds <= there and missing else 1.0
+    return FORGOTTEN if kinds <= present and missing else 1.0
 
 
 def _lower(model: Model, parameters: Sequence[Parameter], reducible: bool) -> tuple[float, ...]:
-    """What the model already has may be less than nominal, if it is such; nothing else may be negative."""
+    """Lower limit of each parameter: a reducible one may cancel its nominal value, others stay positive."""
     if not reducible:
         return tuple(parameter.minimum for parameter in parameters)
     nominal = dict(zip(model.names, model.nominal_values, strict=True))
     return tuple(-max(float(nominal.get(parameter.name, 0.0)), 0.0) for parameter in parameters)
 
 
-def _with_turning(model: Model, joint: int, candidate: Candidate) -> Candidate:
-    """Dry friction with other ways of turning its sign beside it, on a joint whose nuisances have none."""
+def _with_free_reversal(model: Model, joint: int, candidate: Candidate) -> Candidate:
+    """Dry friction with unknowns for its reversal, on a joint whose nuisances have none."""
 
     def columns(run: Driven) -> np.ndarray:
-        turns = on_motors(model.robot, turning(model, run, joint))
-        return np.concatenate([candidate.columns(run), turns], axis=2)
+        reversal = on_motors(model.robot, reversal_differences(model, run, joint))
+        return np.concatenate([candidate.columns(run), reversal], axis=2)
 
-    def reshaped(given: Mapping[str, float]) -> Candidate:
-        return _with_turning(model, joint, candidate.reshaped(given))
+    def reshaped(shape: Mapping[str, float]) -> Candidate:
+        return _with_free_reversal(model, joint, candidate.reshaped(shape))
 
     return replace(
         candidate,

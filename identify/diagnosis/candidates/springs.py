@@ -20,28 +20,28 @@ from .contact_event import jacobian
 from .parts import RARE, of_effect, on_each_joint, on_motors
 
 BALANCED = 0.05
-"""Weight that a joint carries over the most that one does, from which on it may have a balancer [-]."""
+"""Weight that a joint must carry to have a balancer, relative to the largest of all joints [-]."""
 RATIOS = (0.15, 0.3, 0.6)
-"""Shorter of the two lengths over the longer that are tried [-]."""
+"""Ratios of the shorter length to the longer one that are tried [-]."""
 ANGLES = np.arange(-5, 7) * np.pi / 6
-"""Angles between them that are tried [rad]: the mean over coarser ones is nats below that over all angles."""
+"""Angles between the two lengths that are tried [rad]; a coarser grid would lose several nats of evidence."""
 ENDS = ("torque_least", "torque_most")
-"""Over the range that was recorded."""
+"""Names of the torque at both ends of the recorded range."""
 STIFFNESS, PRELOAD, LEVERS = "Kr*d21^2", "K0*d21", "d22/d21"
-"""What torque shows of a spring, whose lengths are in proportion to `d21`: products, and a ratio."""
+"""Quantities of a spring that torque determines: lengths only relative to `d21`."""
 CABLE = 0.1
-"""Torque of a hose or a cable, share of a joint's usual one [-]; what carries weight is a balancer."""
+"""Expected torque of a hose or cable, share of a joint's usual torque [-]; a balancer has more."""
 TURN = 2 * np.pi
-"""Interval from which on a joint's angle may be any [rad]."""
+"""Width of an interval that says nothing about a joint's angle [rad]."""
 REACH = 1.5
-"""How far from the base a hose is fixed, about [m]; evidence depends on its logarithm only."""
+"""Expected distance of a hose's fixed end from the base [m]; evidence depends only on its logarithm."""
 
 
 def balancers(model: Model) -> Iterator[Candidate]:
     """Springs along a link; only the ratio of the lengths and the angle shape their torque.
 
-    Its probability increases with the weight that a joint carries. A joint without any has none: what depends
-    on the position of a wrist's roll is something else.
+    Their prior increases with the weight that a joint carries. A joint that carries none has no balancer:
+    torque that depends on the position of a wrist roll has another cause.
     """
     inertia, load = link_size(model)
     weight = load - inertia
@@ -49,7 +49,7 @@ def balancers(model: Model) -> Iterator[Candidate]:
     for joint in np.flatnonzero(share > BALANCED):
 
         def also(candidate: Candidate, effect: Effect, likely: float = float(share[joint])) -> Candidate:
-            # Lengths are in proportion to the longer one, which torque does not show.
+            # Torque does not determine the longer length, to which all others are relative.
             bounds = {name: candidate.bounds[name] for name in ("d22", "phi")}
             return replace(candidate, bounds=bounds, prior=candidate.prior * likely, cancels=True)
 
@@ -66,7 +66,7 @@ def _balancing(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _cables(model: Model) -> Iterator[Candidate]:
-    """On each joint, with constant stiffness or stiffening as it stretches."""
+    """Cables on each joint, with constant stiffness or stiffening as they stretch."""
 
     def weak(candidate: Candidate, effect: Effect) -> Candidate:
         return replace(candidate, cancels=True, size=CABLE)
@@ -75,20 +75,20 @@ def _cables(model: Model) -> Iterator[Candidate]:
 
 
 def _pulling(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Its stiffness and where it is relaxed; its torque where it has no one stiffness."""
+    """Stiffness and relaxed angle of a spring; its torque if the stiffness is not constant."""
     if "Kc" in known:
         return {"stiffer": digits(float(np.max(finding.torque_rms, initial=0.0)), 3)}
-    found = {"spring": known["Ks"]} if "Ks" in known else {}
+    words = {"spring": known["Ks"]} if "Ks" in known else {}
     if "Ts" in known and "Ks" in known and known["Ks"].value > 0:
         stiffness, torque = known["Ks"].value, known["Ts"]
         ease = Formatted(-torque.value / stiffness, torque.std / stiffness, "rad")
-        # Beside an offset that is free too the runs may know nothing of it.
-        found |= {"ease": ease} if NORMAL_95 * ease.std < TURN else {}
-    return found
+        # With a free offset in the fit, the runs may not determine this angle at all.
+        words |= {"ease": ease} if NORMAL_95 * ease.std < TURN else {}
+    return words
 
 
 def _hoses(model: Model) -> Iterator[Candidate]:
-    """A hose or dress pack fixed anywhere, which pulls the flange in proportion to how far that is."""
+    """A hose or dress pack fixed anywhere, which pulls the flange in proportion to the distance."""
     robot = model.robot
 
     def columns(run: Driven) -> np.ndarray:
@@ -104,13 +104,13 @@ def _hoses(model: Model) -> Iterator[Candidate]:
 
 
 def flange_places(model: Model, positions: np.ndarray) -> np.ndarray:
-    """Where the flange is at joint positions (t, n), shape (t, 3) [m] in the base."""
+    """Flange positions in the base frame at joint positions (t, n), shape (t, 3) [m]."""
     robot, data = model.robot, model.robot.kinematics.createData()
-    last, found = robot.kinematics.njoints - 1, np.empty((len(positions), 3))
+    last, places = robot.kinematics.njoints - 1, np.empty((len(positions), 3))
     for row, position in enumerate(positions):
         pin.forwardKinematics(robot.kinematics, data, position)
-        found[row] = data.oMi[last].act(robot.flange.translation)
-    return found
+        places[row] = data.oMi[last].act(robot.flange.translation)
+    return places
 
 
 KINDS = {
@@ -154,4 +154,4 @@ KINDS = {
         of_body=True,
     ),
 }
-"""Name -> what is known of each."""
+"""Name -> kind."""

@@ -1,7 +1,7 @@
-"""Time delay: currents that are recorded later than positions, or earlier, of all drives or of one.
+"""Time delay: currents of all drives or of one are recorded later or earlier than positions.
 
-One controller reads all drives. So they share one delay, from which each may deviate by a telegram; a delay
-of a single joint is asked for only beside no common one, and of two delays one is no shift of the recording.
+One controller reads all drives, so they share one delay, from which each may deviate by a telegram. A delay
+of a single joint is tested only if there is no common delay, because two delays do not shift the recording.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,49 +19,51 @@ from ..findings.kind import Kind
 from ..findings.size import sign_known
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
-from ..runs.kept import at_any_load, kept
+from ..runs.kept import at_any_load, cached
 from ..runs.rows import torque_rate
 from .parts import RARE
 
 APART = 1.5
-"""From one delay that is tried to the next [-]."""
+"""Ratio between successive delays [-]."""
 DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
-"""Delays of cycles of a fieldbus [s], up to 30 ms; what is shorter is in proportion to the torque's rate."""
+"""Delays that are tried [s], up to 30 ms; a shorter one is proportional to the torque rate."""
 DEVIATION = "deviation"
-"""How the difference between one drive's delay and that of all is called; the joint's number is behind."""
+"""Name of the difference between one drive's delay and the common delay; the joint number follows."""
 LINEAR = 4e-3
-"""Delay up to which a torque changes in proportion to its rate [s]: the least that is tried whole."""
+"""Largest delay whose effect is proportional to the torque rate [s]; equal to the smallest in `DELAYS`."""
 WHOLE = 1e-6
-"""By how much a torque that comes later may be more or less than all of it [-]: not at all."""
+"""Standard deviation of the coefficient from 1 [-]: a delayed torque is there in full."""
 OWN_CLOCK = ((0.0, 5e-3),)
-"""By how much a clock may be wrong otherwise [s]: a telegram or two of the slowest fieldbus."""
+"""Prior mean and standard deviation of a short delay [s]: a telegram or two of the slowest fieldbus."""
 
 
 TELEGRAM = 5e-3
-"""By how much one drive's delay may differ from that of all [s]: that telegram."""
+"""Standard deviation of one drive's delay from the common delay [s]: one telegram."""
 
 
 def delays(model: Model) -> Iterator[Candidate]:
-    """Delays of all drives, which one controller reads, and of each, which seldom has a bus of its own."""
-    robot, between = model.robot, kept(_between, at_any_load)
+    """Delays of all drives together, and of each drive, which rarely has its own bus."""
+    robot, between = model.robot, cached(_between, at_any_load)
     drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
-    if len(drives) < 2:  # what a single motor has is no more than that of its joint
-        yield from _of(tuple(drives) if robot.dof > 1 else (), 1.0, between)
+    if len(drives) < 2:  # the common delay of a single drive is that of its joint
+        yield from _short_and_long(tuple(drives) if robot.dof > 1 else (), 1.0, between)
         return
-    yield _little((), 1.0)
+    yield _short((), 1.0)
     yield from (_common(drives, delay, between) for delay in DELAYS)
     for joint in drives:
-        yield from _of((joint,), RARE, between)
+        yield from _short_and_long((joint,), RARE, between)
 
 
-def _of(joints: tuple[int, ...], prior: float, between: Callable[[Driven], PPoly]) -> Iterator[Candidate]:
-    """A delay of some drives together, short or long."""
-    yield _little(joints, prior)
-    yield from (_whole(joints, delay, prior, between) for delay in DELAYS)
+def _short_and_long(
+    joints: tuple[int, ...], prior: float, between: Callable[[Driven], PPoly]
+) -> Iterator[Candidate]:
+    """Short and long delays of some drives together."""
+    yield _short(joints, prior)
+    yield from (_long(joints, delay, prior, between) for delay in DELAYS)
 
 
-def _little(joints: tuple[int, ...], prior: float) -> Candidate:
-    """A delay that is in proportion to how fast torque changes; more is another torque."""
+def _short(joints: tuple[int, ...], prior: float) -> Candidate:
+    """A short delay, whose effect is proportional to the torque rate."""
 
     def columns(run: Driven) -> np.ndarray:
         return _of_drives(joints, -torque_rate(run))
@@ -72,12 +74,12 @@ def _little(joints: tuple[int, ...], prior: float) -> Candidate:
     )  # fmt: skip
 
 
-def _whole(
+def _long(
     joints: tuple[int, ...], delay: float, prior: float, between: Callable[[Driven], PPoly]
 ) -> Candidate:
-    """Torque of some drives as it was recorded, less what is recorded later by the delay, there whole.
+    """A long delay: the recorded torque of some drives minus the torque recorded later by the delay.
 
-    That moves the recording to where it belongs, its noise with it; a part of it would take noise away.
+    With a coefficient of 1, this shifts the recording including its noise; a smaller one would average noise.
     """
 
     def columns(run: Driven) -> np.ndarray:
@@ -91,20 +93,20 @@ def _whole(
     bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
-        lambda shape: _whole(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
+        lambda shape: _long(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
         everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
     )  # fmt: skip
 
 
 def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPoly]) -> Candidate:
-    """The delay of all drives, and by how much later than the others each one comes."""
-    whole = _whole((), delay, 1.0, between)
+    """A common delay of all drives, and the deviation of each drive from it."""
+    common = _long((), delay, 1.0, between)
 
     def columns(run: Driven) -> np.ndarray:
         deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
-        # From their mean: what they have in common is the delay.
+        # Deviations are relative to their mean, since what they share is the common delay.
         return np.concatenate(
-            [whole.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2
+            [common.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2
         )
 
     def from_mean(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +114,7 @@ def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPo
 
     count = len(drives)
     return replace(
-        whole, columns=columns, names=(UNNAMED, *(f"{DEVIATION}{joint + 1}" for joint in drives)),
+        common, columns=columns, names=(UNNAMED, *(f"{DEVIATION}{joint + 1}" for joint in drives)),
         units=("1", *("s",) * count), lower=(0.0, *(-np.inf,) * count),
         expected=((1.0, WHOLE), *((0.0, TELEGRAM),) * count), covers=True, reported_as=from_mean,
         reshape=lambda shape: _common(drives, shape["delay"], between),
@@ -120,21 +122,21 @@ def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPo
 
 
 def _between(run: Driven) -> PPoly:
-    """Recorded torque of all drives between the samples of a run [N m].
+    """Spline through the recorded torque of all drives in a run [N m].
 
-    A straight line would take noise away there, which favours any delay but whole samples.
+    Linear interpolation would reduce noise between samples, which favors delays of a fraction of a sample.
     """
     return CubicSpline(run.motion.time, run.prepared.gain * run.prepared.current)
 
 
 def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
-    """A column (t, n, 1) of the torque (t, n) [N m] of some drives; of all where none is given."""
-    own = np.isin(np.arange(torque.shape[1]), joints) if joints else True
-    return np.where(own, torque, 0.0)[:, :, None]
+    """A column (t, n, 1) of the torque (t, n) [N m] of some drives; of all drives if none is given."""
+    selected = np.isin(np.arange(torque.shape[1]), joints) if joints else True
+    return np.where(selected, torque, 0.0)[:, :, None]
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
-    """Efforts of some drives, or of all, that are recorded late; of a drive that surely deviates, its own."""
+    """The arm with delayed efforts of some or all drives, and the deviation of drives where it is certain."""
     names, parameters = arm.model.robot.joints, finding.parameters
     joints = tuple(names[joint] for joint in finding.joints) or None
     arm = arm.with_measurement(TimeDelay(parameters["delay"].value, joints))

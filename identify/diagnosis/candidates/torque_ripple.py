@@ -1,4 +1,4 @@
-"""Torque ripple: waves along a turn of the motor, of low numbers, or of any that what is left shows."""
+"""Torque ripple: waves per turn of the motor, of low numbers or of any number that the residual shows."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -18,23 +18,23 @@ from .parts import of_effect, on_each_joint
 
 NAME = "torque_ripple"
 LOWEST = 1.5
-"""Waves in the joint's own range from which on they are distinguished from a spring or an offset [-]."""
+"""Number of waves within the joint's range that distinguishes them from a spring or an offset [-]."""
 SLOW = 10.0
-"""Percentage of the samples that are slow enough to see the highest frequency within the filter's band."""
+"""Percentage of samples slow enough to show the highest frequency within the band of the filter [%]."""
 PEAKS = 3
-"""Frequencies of each joint that are asked for in a turn of the search."""
+"""Number of frequencies per joint that are tested in each step of the search."""
 FINE = 4
-"""Frequencies on the grid for each that the range of a joint can distinguish."""
+"""Oversampling of the frequencies that the range of a joint can distinguish."""
 MULTIPLES = 6
-"""Multiples of a wave along a turn that are asked for together; those beyond have little torque."""
+"""Number of harmonics of a wave that are tested together; higher ones have little torque."""
 WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
-"""Beginnings of the names of their coefficients."""
+"""Prefixes of the names of wave coefficients."""
 LONGEST = 2_000_000
-"""Steps of position that a joint's range is cut into, at most; some megabytes."""
+"""Maximum number of position steps in a joint's range; a few megabytes."""
 
 
 def low(model: Model) -> Iterator[Candidate]:
-    """On each joint, waves of low numbers a turn of its motor, where the joint goes through some of them."""
+    """On each joint, low numbers of waves per motor turn, if the joint moves through several of them."""
 
     def waving(candidate: Candidate, effect: Effect) -> Candidate:
         assert isinstance(effect, TorqueRipple)
@@ -46,17 +46,17 @@ def low(model: Model) -> Iterator[Candidate]:
 
 
 def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
-    """The waves along each joint's turn in which most of what is left stands out."""
+    """The waves per turn of each joint that stand out most in the residual."""
     position, velocity = (_at_rows(runs, name) for name in ("position", "velocity"))
     cutoff = min(run.prepared.decimation.cutoff for run in runs)
-    left = prediction.residual * prediction.rows.weight
+    residual = prediction.residual * prediction.rows.weight
     turns = np.abs(model.robot.gear_ratio)
     for joint, name in enumerate(model.robot.joints):
         moves = prediction.rows.weight[:, joint] > 0
         if not np.any(moves):
             continue
         fastest = 2 * np.pi * cutoff / max(float(np.percentile(np.abs(velocity[moves, joint]), SLOW)), 1e-9)
-        for waves, among in _peaks(position[:, joint], left[:, joint], fastest):
+        for waves, among in _peaks(position[:, joint], residual[:, joint], fastest):
             harmonic, step = waves / turns[joint], fastest / among / turns[joint]
             effect = EFFECTS[NAME](joints=(name,), harmonic=harmonic)  # type: ignore[call-arg]
             known = {
@@ -71,19 +71,22 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
             yield of_effect(model, NAME, effect, KINDS[NAME], (joint,), of_peak)
 
 
-def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
-    """Waves a turn at which what is left (r,) over position (r,) [rad] has most power, and among how many.
+def _peaks(position: np.ndarray, residual: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
+    """Waves per turn with most power in a residual (r,) over position (r,) [rad], and their number.
 
-    The fastest is that beyond which the filter has taken the torque away.
+    Args:
+        position: Position of a joint, shape (r,) [rad].
+        residual: Residual of the joint, shape (r,) [N m].
+        fastest: Waves per turn above which the filter has removed the torque.
     """
-    apart = position - position.min()
-    span = float(apart.max())
+    offset = position - position.min()
+    span = float(offset.max())
     step = np.pi / fastest / 2
     count = int(span / step) + 2
     if span <= 0.0 or count > LONGEST:
         return
     size = 1 << int(np.ceil(np.log2(FINE * count)))
-    sums = np.bincount(np.minimum((apart / step).astype(int), count - 1), left, size)
+    sums = np.bincount(np.minimum((offset / step).astype(int), count - 1), residual, size)
     power = np.abs(np.fft.rfft(sums)) ** 2
     waves = 2 * np.pi * np.arange(len(power)) / (size * step)
     width = 2 * np.pi / span
@@ -98,13 +101,13 @@ def _peaks(position: np.ndarray, left: np.ndarray, fastest: float) -> Iterator[t
 
 
 def _over_their_level(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
-    """Powers over the median of their octave, so that no end of the spectrum outshines the other."""
+    """Powers over the median of their octave, so that neither end of the spectrum dominates."""
     octave = np.floor(np.log2(np.maximum(waves, 1e-9))).astype(int)
-    found = np.zeros_like(power)
+    ratio = np.zeros_like(power)
     for number in np.unique(octave[power > 0.0]):
-        own = (octave == number) & (power > 0.0)
-        found[own] = power[own] / np.median(power[own])
-    return found
+        within = (octave == number) & (power > 0.0)
+        ratio[within] = power[within] / np.median(power[within])
+    return ratio
 
 
 def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
@@ -113,13 +116,13 @@ def _at_rows(runs: Sequence[Driven], name: str) -> np.ndarray:
 
 
 def amplitude(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Root of the sum of squares of all waves."""
+    """Amplitude: root of the sum of squares of all waves."""
     waves = [name for name in finding.parameters if name.startswith(WAVES)]
     return {"wave": length(finding.parameters, *waves)} if waves else {}
 
 
 def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Its amplitude; and what turns so often, which is the joint where no gear ratio is given."""
+    """Amplitude, and what a turn refers to: the motor, or the joint if the gear ratio is unknown."""
     turning = "its motor" if finding.geared else "the joint"
     return {**amplitude(finding, known), "turning": turning}
 

@@ -1,4 +1,4 @@
-"""Block answer: what a candidate does for each of the blocks, predicted by the others."""
+"""Block answer: how a candidate changes the prediction of each block by the others."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -11,25 +11,25 @@ from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 
 USUAL = 10.0
-"""How far a coefficient may be, over what is expected of it: alone it gives the joint's usual torque."""
+"""Prior deviation of a coefficient over its expected size: by itself it may give the joint's usual torque."""
 WIDE = 1000.0
-"""That limit where coefficients cancel, as those of a spring and its pretension do."""
+"""The same ratio where coefficients cancel, as those of a spring and its pretension do."""
 
 CREDIBLE = 0.95
-"""Probability from which on something is taken to be there, and below which it is taken out again."""
+"""Probability from which on an effect counts as found, and below which it is removed again."""
 CERTAIN_ODDS = float(np.log(CREDIBLE / (1 - CREDIBLE)))
-"""Logarithm of the odds at that probability."""
+"""Log odds at that probability."""
 STRANGE = 4.0
-"""Standard deviations from what physics expects at which something is not that effect: one in 16 000."""
+"""Standard deviations from the expected size at which it is not that effect: one in 16,000."""
 
 
 def against_all(*odds: float) -> float:
-    """Logarithm of the odds against several alternatives together, by those against each."""
-    return -float(np.logaddexp.reduce([-one for one in odds]))
+    """Log odds against several alternatives together, from the log odds against each."""
+    return -float(np.logaddexp.reduce([-alternative for alternative in odds]))
 
 
 def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
-    """How far each coefficient may be from its mean, shape (p,): flat where physics does not give one."""
+    """Prior standard deviation of each coefficient, shape (p,); wide where physics does not give one."""
     if candidate.expected is not None:
         return columns.std
     if candidate.cancels:
@@ -39,89 +39,89 @@ def prior_std(candidate: Candidate, columns: Thinned) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a candidate does for the blocks that are left out."""
+    """How a candidate changes the prediction of left-out blocks."""
 
-    candidate: Candidate  # in one shape
-    columns: Thinned  # its columns
-    values: np.ndarray  # its coefficients by all fitted blocks, shape (p,)
-    free: np.ndarray  # which of them are not at a limit of physics, shape (p,)
-    predicted: np.ndarray  # squares of the blocks as predicted without it, shape (k, n) [(N m)^2]
-    errors: np.ndarray  # the same with it
-    along: np.ndarray  # of each block, its residual along the predicted effect, over noise, shape (k,)
-    size: np.ndarray  # of each block, square of the predicted effect, over noise, shape (k,)
-    gains: np.ndarray  # logarithm of how much more probable each block is on each joint, shape (k, n)
+    candidate: Candidate  # candidate in one shape
+    columns: Thinned  # columns of the candidate
+    values: np.ndarray  # coefficients fitted to all fitted blocks, shape (p,)
+    free: np.ndarray  # whether each coefficient is within its physical limit, not at it, shape (p,)
+    predicted: np.ndarray  # squared prediction errors of the blocks without it, shape (k, n) [(N m)^2]
+    errors: np.ndarray  # squared prediction errors of the blocks with it, shape (k, n) [(N m)^2]
+    along: np.ndarray  # residual of each block along the predicted effect, over noise, shape (k,)
+    size: np.ndarray  # square of the predicted effect in each block, over noise, shape (k,)
+    gains: np.ndarray  # gain in log probability of each block and joint, shape (k, n)
     independent: np.ndarray  # independent rows over all rows for the gains, shape (n,)
-    fitted: np.ndarray  # whether a block is fitted, shape (k,); the others are only predicted
-    cost: float = 0.0  # logarithm of the number of shapes it was chosen of, less that of excluded signs
-    relief: float = 0.0  # logarithm of how much more probable all priors are, beside it
-    choice: float = 0.0  # what choosing the shape costs the odds by scatter, on a logarithm
-    # odds by the blocks' scatter, by whether the effect is there whole: copies of an answer share them
+    fitted: np.ndarray  # whether a block is fitted, shape (k,); the others are held out
+    cost: float = 0.0  # log of the number of shapes it was chosen from, less that of excluded signs
+    relief: float = 0.0  # gain in log probability of all priors
+    choice: float = 0.0  # cost of choosing the shape in the log odds by scatter
+    # log odds by the blocks' scatter, keyed by `sized`: copies of an answer share them
     scatter: dict[bool, float] = field(default_factory=dict)
 
     @property
     def strange(self) -> bool:
-        """Whether a coefficient is so far from what physics expects that it is not this effect."""
-        known = self.columns.mean != 0.0
-        apart = np.abs(self.values - self.columns.mean)[known]
-        return bool(np.any(apart > STRANGE * self.columns.std[known]))
+        """Whether a coefficient is too far from its expected size to be this effect."""
+        sized = self.columns.mean != 0.0
+        deviation = np.abs(self.values - self.columns.mean)[sized]
+        return bool(np.any(deviation > STRANGE * self.columns.std[sized]))
 
     @cached_property
     def gain(self) -> float:
-        """Logarithm of how much more probable fitted blocks are, each predicted by the others, and priors.
+        """Gain in log probability of the fitted blocks, each predicted by the others, and of the priors.
 
-        Runs held out have no part in it: they judge what was chosen.
+        Held-out runs are not included: they check what was chosen.
         """
         return float(self.by_joint.sum()) + self.relief - self.cost
 
     @cached_property
     def by_joint(self) -> np.ndarray:
-        """What each joint contributes to that by its blocks, shape (n,)."""
+        """Contribution of each joint's fitted blocks to the gain, shape (n,)."""
         return np.asarray(self.gains[self.fitted].sum(axis=0))
 
     @cached_property
     def held_out(self) -> float:
-        """Log of how much more probable blocks are that are only predicted; zero without any."""
+        """Gain in log probability of the held-out blocks; zero without any."""
         return float(self.gains[~self.fitted].sum())
 
     @property
     def scatter_held_out(self) -> float:
-        """By how much less probable scatter of the coefficients alone makes blocks that are only predicted.
+        """Expected loss in log probability of held-out blocks from scatter of the coefficients alone.
 
-        Half for each that is free (Akaike), by the number of those blocks over that of the fitted.
+        It is one half for each free coefficient (Akaike), times the ratio of held-out to fitted blocks.
         """
         return 0.5 * float(self.free.sum()) * float((~self.fitted).sum() / max(self.fitted.sum(), 1))
 
     @cached_property
     def amplitude(self) -> Amplitude:
-        """How much of the predicted effect the blocks have."""
+        """Amplitude of the predicted effect in the fitted blocks."""
         return amplitude(self.along[self.fitted], self.size[self.fitted])
 
     @cached_property
-    def whole(self) -> bool:
-        """Whether it is there as predicted or not at all, since physics gives its size."""
+    def sized(self) -> bool:
+        """Whether physics gives its size, so that it is there as predicted or not at all."""
         return bool(np.any(self.columns.mean != 0.0))
 
     @property
     def log_odds(self) -> float:
-        """Logarithm of the odds that blocks left out have the effect, by how they scatter.
+        """Log odds that left-out blocks contain the effect, from their scatter.
 
-        One whose size physics gives is there as predicted or not at all; of any other, some is.
+        An effect of known size is there as predicted or not at all; any other may have any amplitude.
         """
-        if self.whole not in self.scatter:
-            scattered([self])
-        return self.scatter[self.whole]
+        if self.sized not in self.scatter:
+            compute_scatter_odds([self])
+        return self.scatter[self.sized]
 
     @property
     def scatter_odds(self) -> float:
-        """Those odds with what priors say, less the cost of choosing a shape."""
+        """Log odds by scatter with the gain of the priors, less the cost of choosing a shape."""
         return self.log_odds + self.relief - self.choice
 
     @cached_property
     def odds(self) -> float:
-        """Logarithm of the odds that it is there, before the prior of its hypothesis.
+        """Log odds that it is there, before the prior of its hypothesis.
 
-        Against two alternatives that share the prior of nothing: nothing is there, or a misfit that differs
-        from block to block and has something of its direction by chance.
+        Two alternatives share the prior of "no effect": there is none, or there is a misfit that differs from
+        block to block and resembles the effect by chance.
         """
         return against_all(self.gain, self.scatter_odds) + float(np.log(2.0))
 
@@ -131,32 +131,32 @@ class Answer:
 
     @property
     def torque(self) -> np.ndarray:
-        """Its torque, shape (r, m) of the joints of its columns [N m]."""
+        """Torque on the m joints of its columns, shape (r, m) [N m]."""
         return self.columns.values @ self.values
 
     @property
     def std(self) -> np.ndarray:
-        """How far each coefficient may be from its mean once the effect is in the model, shape (p,)."""
+        """Prior standard deviation of each coefficient once the effect is in the model, shape (p,)."""
         return np.where(self.free, prior_std(self.candidate, self.columns), CERTAIN)
 
     @property
     def mean(self) -> np.ndarray:
-        """What each coefficient is then held to be, shape (p,)."""
+        """Prior mean of each coefficient once the effect is in the model, shape (p,)."""
         return np.where(self.free, self.columns.mean, self.values)
 
 
-def scattered(answers: Sequence[Answer]) -> None:
-    """Work out the odds by scatter of some answers together: one by one, that takes several times as long."""
-    for whole in (False, True):
-        alike = [one for one in answers if one.whole == whole and whole not in one.scatter]
-        if not alike:
+def compute_scatter_odds(answers: Sequence[Answer]) -> None:
+    """Compute the odds by scatter of several answers together, several times faster than one by one."""
+    for sized in (False, True):
+        group = [answer for answer in answers if answer.sized == sized and sized not in answer.scatter]
+        if not group:
             continue
-        along = np.stack([one.along[one.fitted] for one in alike])
-        size = np.stack([one.size[one.fitted] for one in alike])
+        along = np.stack([answer.along[answer.fitted] for answer in group])
+        size = np.stack([answer.size[answer.fitted] for answer in group])
         odds = (
             all_or_nothing_of_each(along, size).tolist()
-            if whole
+            if sized
             else [amplitude.log_odds for amplitude in amplitudes(along, size)]
         )
-        for one, own in zip(alike, odds, strict=True):
-            one.scatter[whole] = own
+        for answer, log_odds in zip(group, odds, strict=True):
+            answer.scatter[sized] = log_odds

@@ -1,4 +1,4 @@
-"""Question: would candidate columns have predicted the blocks that were left out better?"""
+"""Question: would the columns of a candidate have predicted the left-out blocks better?"""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -9,22 +9,25 @@ from ..blocks.block_likelihood import strain, strains, trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, beside_limits, fitted, solved, with_diagonal
+from .candidate_fit import Fitted, fitted, solved, with_diagonal, within_limits
 from .products import Products
 
 TOGETHER = 48
-"""Candidates that are asked for at once: some tens of megabytes of products."""
+"""Candidates that are evaluated at once: some tens of megabytes of products."""
 
 
 def ask(
-    prediction: Prediction, asked: Iterable[tuple[Candidate, Thinned]], strange: bool = False
+    prediction: Prediction, pairs: Iterable[tuple[Candidate, Thinned]], strange: bool = False
 ) -> list[Answer]:
-    """Answers of all blocks, each left out in turn, without those that physics excludes.
+    """Answers of candidates, from blocks that are each left out in turn; physics excludes some candidates.
 
-    With `strange`, those are included that physics excludes only in this shape.
+    Args:
+        prediction: Prediction without the candidates.
+        pairs: Candidates and their columns.
+        strange: Whether to include candidates that physics excludes only in this shape.
     """
     groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
-    for pair in asked:
+    for pair in pairs:
         groups.setdefault((pair[1].values.shape[2], *pair[1].joints), []).append(pair)
     return [
         answer
@@ -36,9 +39,8 @@ def ask(
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Answers of candidates on the same joints and with as many columns each."""
-    every = [columns for _, columns in alike]
-    products = Products.of(prediction, every)
+    """Answers of candidates on the same joints with the same number of columns."""
+    products = Products.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(prediction, products, alike)
     errors, along, size = _predicted(prediction, products, fits)
     share = prediction.weighting.independent
@@ -55,7 +57,7 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
 
 
 def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
-    """By how much an answer changes what the others predict of every block, shape (r, n) [N m]."""
+    """Change of every block's prediction by the others with an answer's effect, shape (r, n) [N m]."""
     candidate, columns = answer.candidate, answer.columns
     fits = Fitted(
         answer.values[None],
@@ -72,8 +74,8 @@ def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
     return torque
 
 
-class _Apart(NamedTuple):
-    """Candidates beside the prediction's unknowns, which are solved for anew."""
+class _Eliminated(NamedTuple):
+    """Normal equations of candidates, from which the unknowns of the prediction are eliminated."""
 
     whitened: np.ndarray  # products with the unknowns, whitened, shape (..., i, p, b)
     matrix: np.ndarray  # normal matrices of the coefficients, shape (..., i, p, p)
@@ -82,28 +84,28 @@ class _Apart(NamedTuple):
     @classmethod
     def of(
         cls, root: np.ndarray, mixed: np.ndarray, matrix: np.ndarray, right: np.ndarray, values: np.ndarray
-    ) -> "_Apart":
-        """By products with s of the unknowns.
+    ) -> "_Eliminated":
+        """Eliminate the unknowns, s of which act on the joints of the candidates.
 
         Args:
-            root: Those s columns of the root of the inverse normal matrix of the unknowns, (..., b, s).
-            mixed: Products of candidates with those unknowns, shape (..., i, p, s).
+            root: Columns of the s unknowns in the root of the inverse normal matrix, shape (..., b, s).
+            mixed: Products of candidates with the s unknowns, shape (..., i, p, s).
             matrix: Products of candidates with themselves, shape (..., i, p, p).
             right: Products of candidates with the torque, shape (..., i, p).
-            values: Those unknowns without candidates, shape (..., s).
+            values: Values of the s unknowns without candidates, shape (..., s).
         """
         flat = mixed.reshape(*right.shape[:-2], -1, mixed.shape[-1])
         whitened = (flat @ np.swapaxes(root, -1, -2)).reshape(*right.shape, -1)
         explained = (flat @ values[..., None]).reshape(right.shape)
         return cls(whitened, matrix - gram(whitened), right - explained)
 
-    def unwhitened(self, root: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """By how much coefficients (..., i, p) lower the unknowns, (..., i, s), by the root of those."""
+    def decrease(self, root: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """Decrease of unknowns (..., i, s) by coefficients (..., i, p), given the root's columns of these."""
         return combined(coefficients, self.whitened) @ root
 
 
 def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Sums (..., b) of rows (..., p, b) with coefficients (..., p), faster than by matrix products."""
+    """Linear combinations (..., b) of rows (..., p, b); faster than matrix products for few rows."""
     return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
 
 
@@ -117,33 +119,33 @@ def gram(rows: np.ndarray) -> np.ndarray:
 def _fitted(
     prediction: Prediction, products: Products, alike: Sequence[tuple[Candidate, Thinned]]
 ) -> tuple[Fitted, np.ndarray]:
-    """Coefficients by all fitted blocks, and by how much more probable priors are beside each, shape (i,)."""
+    """Coefficients from all fitted blocks, and the gain of the priors with each candidate, shape (i,)."""
     mixed, root = products.mixed.sum(axis=0), prediction.root
-    apart = _Apart.of(
+    eliminated = _Eliminated.of(
         root[:, products.places], mixed, products.weighted.sum(axis=0), products.torque.sum(axis=0),
         prediction.values[products.places],
     )  # fmt: skip
-    limited = apart.whitened @ root[:, prediction.rows.limited]
-    fits = fitted(apart.matrix, apart.right, alike)
-    fits = beside_limits(prediction, limited, apart.matrix, [columns for _, columns in alike], fits)
-    # What priors of the model say of the coefficients, beyond what blocks do.
+    limited = eliminated.whitened @ root[:, prediction.rows.limited]
+    fits = fitted(eliminated.matrix, eliminated.right, alike)
+    fits = within_limits(prediction, limited, eliminated.matrix, [columns for _, columns in alike], fits)
+    # Information on the coefficients from priors of the model, beyond that from blocks.
     of_blocks = (mixed.reshape(-1, mixed.shape[2]) @ prediction.root_of_blocks[:, products.places].T).reshape(
-        apart.whitened.shape
+        eliminated.whitened.shape
     )
-    informed = gram(of_blocks) - gram(apart.whitened)
-    change = apart.unwhitened(root, fits.values)
+    informed = gram(of_blocks) - gram(eliminated.whitened)
+    change = eliminated.decrease(root, fits.values)
     candidates = [candidate for candidate, _ in alike]
-    return fits, _relief(prediction, change, fits, candidates) - _freed(apart.matrix, informed, fits)
+    return fits, _relief(prediction, change, fits, candidates) - _optimism(eliminated.matrix, informed, fits)
 
 
 def _cost(candidate: Candidate) -> float:
-    """Logarithm of the number of shapes; with one sign only, half as many values may be."""
+    """Log of the number of shapes; a coefficient with only one sign halves the possible values."""
     signs = sum(limit == 0.0 for limit in candidate.lower)
     return float(np.log(candidate.among) - np.log(2.0) * signs)
 
 
 def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, columns: Thinned) -> float:
-    """By how much less probable an effect is for its torque, where its cause gives its size."""
+    """Loss in log probability of an effect from the size of its torque, if its cause gives a size."""
     if np.isinf(candidate.size) or columns.usual is None:
         return 0.0
     explained = prediction.power(prediction.errors) - prediction.power(errors)
@@ -154,25 +156,29 @@ def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, 
 def _relief(
     prediction: Prediction, change: np.ndarray, fits: Fitted, candidates: Sequence[Candidate]
 ) -> np.ndarray:
-    """By how much more probable priors are beside candidates, what physics expects of them included, (i,).
+    """Gain in log probability of the priors with each candidate, its own expected size included, (i,).
 
-    Unknowns are less beside each candidate by a change (i, b).
+    Args:
+        prediction: Prediction without the candidates.
+        change: Decrease of the unknowns with each candidate, shape (i, b).
+        fits: Fitted coefficients.
+        candidates: Candidates, i of them.
     """
     rows, values, known = prediction.rows, prediction.values, prediction.stated
     before, after = ((x - rows.mean)[..., known] / rows.std[known] for x in (values, values - change))
     expected = np.array([candidate.expected is not None for candidate in candidates])
     counted = fits.free & expected[:, None]
-    own = np.where(counted, (fits.values - fits.mean) * np.sqrt(fits.precision), 0.0)
+    deviations = np.where(counted, (fits.values - fits.mean) * np.sqrt(fits.precision), 0.0)
     bounded = rows.bounded[known]
-    less = strains(after, bounded).sum(axis=-1) + strains(own).sum(axis=-1)
-    return np.asarray(strain(before, bounded) - less)
+    strain_after = strains(after, bounded).sum(axis=-1) + strains(deviations).sum(axis=-1)
+    return np.asarray(strain(before, bounded) - strain_after)
 
 
-def _freed(matrix: np.ndarray, informed: np.ndarray, fits: Fitted) -> np.ndarray:
-    """How many directions of the model's unknowns each candidate takes from their priors, shape (i,).
+def _optimism(matrix: np.ndarray, informed: np.ndarray, fits: Fitted) -> np.ndarray:
+    """Effective number of coefficients that relieve the model's priors, for each candidate, shape (i,).
 
-    So many free coefficients fit priors better than they predict, by one each, even where nothing is missing:
-    the optimism of a fit (Akaike).
+    Each of these lowers the strain of the priors by one even where no effect is missing: the optimism of a
+    fit (Akaike).
     """
     free = fits.free[:, :, None] & fits.free[:, None, :]
     return np.trace(np.linalg.solve(fits.held(matrix), np.where(free, informed, 0.0)), axis1=1, axis2=2)
@@ -181,7 +187,7 @@ def _freed(matrix: np.ndarray, informed: np.ndarray, fits: Fitted) -> np.ndarray
 def _predicted(
     prediction: Prediction, products: Products, fits: Fitted
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and its squares (i, k)."""
+    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k)."""
     sums, noise = prediction.sums, 1.0 / prediction.weighting.variance
     share = prediction.weighting.independent
     coefficients, change = _without(prediction, products, fits)
@@ -189,34 +195,36 @@ def _predicted(
     along, size = np.zeros(errors.shape[:2]), np.zeros(errors.shape[:2])
     places = {int(joint): place for place, joint in enumerate(products.joints)}
     for joint, acting in enumerate(sums.acting):
-        moved = change[:, :, acting]
-        linear = -(moved @ prediction.slopes[joint][:, :, None])[..., 0]
-        square = np.einsum("kia,kia->ki", moved, moved @ sums.gram[joint])
+        decrease = change[:, :, acting]
+        linear = -(decrease @ prediction.slopes[joint][:, :, None])[..., 0]
+        square = np.einsum("kia,kia->ki", decrease, decrease @ sums.gram[joint])
         if joint in places:
             place = places[joint]
-            own = combined(coefficients, products.parts[place])
-            explained = own @ prediction.left_out[:, acting, None]
+            effect = combined(coefficients, products.parts[place])
+            explained = effect @ prediction.left_out[:, acting, None]
             linear += np.einsum("kip,kip->ki", coefficients, products.by_torque[:, place]) - explained[..., 0]
-            twice = combined(coefficients, products.own[:, place])
+            twice = combined(coefficients, products.gram[:, place])
             square += np.einsum("kip,kip->ki", twice, coefficients)
-            square -= 2.0 * np.einsum("kia,kia->ki", own, moved)
+            square -= 2.0 * np.einsum("kia,kia->ki", effect, decrease)
         errors[:, :, joint] = np.maximum(errors[:, :, joint] - 2.0 * linear + square, 1e-12)
-        # A block that was predicted from motions too unlike its own shows as little of the effect.
+        # A block predicted from motions too unlike its own is down-weighted, as in a fit.
         rows = share[joint] * sums.counts[:, joint, None]
-        sound = noise[joint] * trusted(share[joint] * noise[joint] * errors[:, :, joint], rows)
-        along += sound * linear
-        size += sound * square
+        weight = noise[joint] * trusted(share[joint] * noise[joint] * errors[:, :, joint], rows)
+        along += weight * linear
+        size += weight * square
     return errors.transpose(1, 0, 2), along.T, size.T
 
 
 def _without(prediction: Prediction, products: Products, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
-    """By the other blocks: coefficients (k, i, p), and by how much less the unknowns are, (k, i, b)."""
+    """Coefficients (k, i, p), and decrease of the unknowns (k, i, b), fitted without each block."""
     mixed, matrix, right = (
-        one.sum(axis=0) - one for one in (products.mixed, products.weighted, products.torque)
+        blocks.sum(axis=0) - blocks for blocks in (products.mixed, products.weighted, products.torque)
     )
     places = products.places
-    apart = _Apart.of(prediction.roots[:, :, places], mixed, matrix, right, prediction.left_out[:, places])
-    whole = with_diagonal(apart.matrix, fits.precision)
-    beside = apart.right + fits.precision * fits.mean
-    found = solved(whole, beside, fits.values, fits.free)
-    return found, apart.unwhitened(prediction.roots, found)
+    eliminated = _Eliminated.of(
+        prediction.roots[:, :, places], mixed, matrix, right, prediction.left_out[:, places]
+    )
+    matrix = with_diagonal(eliminated.matrix, fits.precision)
+    right = eliminated.right + fits.precision * fits.mean
+    coefficients = solved(matrix, right, fits.values, fits.free)
+    return coefficients, eliminated.decrease(prediction.roots, coefficients)

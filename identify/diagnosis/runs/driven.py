@@ -1,4 +1,4 @@
-"""Runs as the diagnosis asks about them: with the torque that the fitted model gives at every sample."""
+"""Runs of a diagnosis: prepared recordings with the fitted model's torque at every sample."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -17,38 +17,38 @@ from ...recordings.recording import Recording
 def link_torque(
     kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
 ) -> np.ndarray:
-    """Torque (t, n) [N m] of the bodies of a Pinocchio model, moving so, each (t, n)."""
+    """Inverse dynamics of a Pinocchio model for a motion, each argument (t, n); torque (t, n) [N m]."""
     data = kinematics.createData()
     states = zip(position, velocity, acceleration, strict=True)
     return np.array([pin.rnea(kinematics, data, *state) for state in states])
 
 
 SMOOTH = 4.0
-"""Samples a period of that cut-off which hold products of motions: twice what their band needs."""
+"""Samples per period of the cutoff frequency for products of motions: twice what their band needs."""
 CHUNK = 2000
-"""Samples whose regressor is held at once; a few megabytes."""
+"""Samples whose regressor is in memory at once; a few megabytes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unloaded:
-    """What a run has at any load of its gears: worked out once, and shared by the run at each load."""
+    """Quantities of a run that do not depend on the load of its gears, computed once and shared."""
 
-    bodies: pin.Model  # the arm with its links and its payload nominal
-    motion: Motion  # its load is not used
-    coarser: dict[int, "Unloaded"] = field(default_factory=dict)  # by step
+    bodies: pin.Model  # arm with nominal links and nominal payload
+    motion: Motion  # recorded motion, whose load is not used
+    coarser: dict[int, "Unloaded"] = field(default_factory=dict)  # cache of every k-th sample, by k
 
     @cached_property
     def of_links(self) -> np.ndarray:
-        """Torque of its links, moving as was recorded, shape (t, n) [N m]."""
+        """Torque of the links in the recorded motion, shape (t, n) [N m]."""
         return link_torque(self.bodies, self.motion.position, self.motion.velocity, self.motion.acceleration)
 
     @cached_property
     def tangent(self) -> Tangent:
-        """How much torque its links take when one is a little elsewhere."""
+        """Change of the links' torque for small displacements of each joint."""
         return tangent(self.bodies, self.motion)
 
-    def every(self, step: int) -> "Unloaded":
-        """Every so many of its samples."""
+    def strided(self, step: int) -> "Unloaded":
+        """A copy with every `step`-th sample."""
         if step not in self.coarser:
             self.coarser[step] = Unloaded(self.bodies, self.motion[::step])
         return self.coarser[step]
@@ -56,51 +56,51 @@ class Unloaded:
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """One run."""
+    """One run, with the torque of the fitted model."""
 
-    role: str  # "identify", "validate", "slow", "payload", or as the run's settings state
+    role: str  # "identify", "validate", "slow", "payload", or another role from the run's settings
     prepared: Prepared  # filtered motion and current
-    motion: Motion  # the same motion with the load that the gears transmit by the fitted model
-    torque: np.ndarray  # what the fitted model asks of the motors, at full rate, shape (t, n) [N m]
-    bodies: pin.Model  # the arm with its links and its payload nominal
-    peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for its own
-    shared: Unloaded | None = None  # what it has at any load; None for its own
+    motion: Motion  # filtered motion with the gear load of the fitted model
+    torque: np.ndarray  # motor torque of the fitted model, at full rate, shape (t, n) [N m]
+    bodies: pin.Model  # arm with nominal links and nominal payload
+    peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for this run
+    shared: Unloaded | None = None  # quantities independent of load; None to compute them
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
-        """Prepare a recording; the torque is that of the nominal model.
+        """Prepare a recording, with the torque of the nominal model.
 
         Raises:
-            RecordingError: It cannot be filtered.
+            RecordingError: If the recording cannot be filtered.
         """
         prepared = prepare(recording, filtering)
-        still = np.zeros_like(prepared.motion.position)
+        no_torque = np.zeros_like(prepared.motion.position)
         bodies, _ = model.bodies_apart(model.nominal_values, prepared.motion.payload)
         shared = Unloaded(bodies, prepared.motion)
-        nominal = cls(role, prepared, prepared.motion, still, bodies, shared=shared)
+        nominal = cls(role, prepared, prepared.motion, no_torque, bodies, shared=shared)
         return nominal.after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
-        """This run with the torque of other parameters (p,), and with the load that gears transmit then."""
+        """This run with the torque and gear load of other parameters (p,)."""
         load = model_torque(model, self.motion, values, transmitted=True)
         motion = replace(self.motion, load=load)
         torque = load + model_torque(model, motion, values, transmitted=False)
         return replace(self, motion=motion, torque=torque @ model.robot.to_motors.T)
 
-    def bearing(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
-        """This run with gears that transmit more torque (t, n) [N m], as joints and as motors feel it."""
+    def with_more_load(self, torque: np.ndarray, on_motors: np.ndarray) -> "Driven":
+        """This run with additional gear load at the joints and additional motor torque, each (t, n) [N m]."""
         motion = replace(self.motion, load=self.motion.load + torque)
         return replace(self, motion=motion, torque=self.torque + on_motors)
 
     def thinned(self, columns: np.ndarray) -> np.ndarray:
-        """Columns at full rate (t, ...), filtered and decimated to the rows that are compared, (r, ...)."""
+        """Columns at full rate (t, ...), filtered and decimated to the rows of the fit, (r, ...)."""
         return self.prepared.decimation.apply(columns)[: self.rows]
 
     @property
     def filtering(self) -> Filtering:
-        """Filters through which it was prepared."""
-        own, cutoff = self.prepared.decimation, self.prepared.position_cutoff
-        return Filtering(rate=own.rate, position_cutoff=cutoff, torque_cutoff=own.cutoff)
+        """Filters that prepared the run."""
+        decimation, cutoff = self.prepared.decimation, self.prepared.position_cutoff
+        return Filtering(rate=decimation.rate, position_cutoff=cutoff, torque_cutoff=decimation.cutoff)
 
     @cached_property
     def most(self) -> np.ndarray:
@@ -109,32 +109,32 @@ class Driven:
 
     @cached_property
     def unloaded(self) -> Unloaded:
-        """What it has at any load."""
+        """Quantities of this run that do not depend on the load."""
         return self.shared or Unloaded(self.bodies, self.motion)
 
     @property
     def of_links(self) -> np.ndarray:
-        """Torque of its links, moving as was recorded, shape (t, n) [N m]."""
+        """Torque of the links in the recorded motion, shape (t, n) [N m]."""
         return self.unloaded.of_links
 
     @property
     def tangent(self) -> Tangent:
-        """How much torque its links take when one is a little elsewhere."""
+        """Change of the links' torque for small displacements of each joint."""
         return self.unloaded.tangent
 
     @cached_property
     def rows(self) -> int:
-        """Rows after thinning out."""
+        """Number of rows after decimation."""
         return len(self.prepared.decimation.centres(len(self.motion)))
 
     @property
     def centres(self) -> np.ndarray:
-        """Samples that the rows are about, shape (r,)."""
+        """Index of the sample at the center of each row, shape (r,)."""
         return np.asarray(self.prepared.decimation.centres(len(self.motion))[: self.rows])
 
     @cached_property
     def coarse(self) -> "Driven":
-        """This run at a lower rate, for what is no more abrupt than the motion."""
+        """This run at a lower rate, for torques that are as smooth as the motion."""
         decimation = self.prepared.decimation.thinned(SMOOTH * self.prepared.decimation.cutoff)
         step = decimation.step
         prepared = replace(self.prepared, decimation=decimation)
@@ -143,22 +143,22 @@ class Driven:
             prepared=prepared,
             motion=self.motion[::step],
             torque=self.torque[::step],
-            shared=self.unloaded.every(step),
+            shared=self.unloaded.strided(step),
         )
         coarse.__dict__["rows"] = self.rows
         return coarse
 
 
 def model_torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:
-    """Torque of all effects that gears transmit, or of all others, by parameters (p,), (t, n) [N m]."""
+    """Torque of the effects that gears transmit, or of all others, with parameters (p,); (t, n) [N m]."""
     part = replace(model, effects=tuple(e for e in model.effects if e.transmitted == transmitted))
     known = dict(zip(model.names, values, strict=True))
-    own = np.array([known[name] for name in part.names])
+    part_values = np.array([known[name] for name in part.names])
     starts = range(0, len(motion), CHUNK)
-    return np.concatenate([part.torque(motion[start : start + CHUNK], own) for start in starts])
+    return np.concatenate([part.torque(motion[start : start + CHUNK], part_values) for start in starts])
 
 
 def slices(runs: Sequence[Driven]) -> tuple[slice, ...]:
-    """Rows of each run when they are stacked."""
+    """Rows of each run in the stacked rows."""
     stops = np.cumsum([0, *(run.rows for run in runs)])
     return tuple(slice(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True))

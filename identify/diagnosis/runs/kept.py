@@ -1,4 +1,4 @@
-"""Kept: what is made of a run once, for as long as the run itself is there."""
+"""Cache of values computed from a run, which lives as long as the run itself."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -11,25 +11,25 @@ Made = TypeVar("Made")
 Key = Callable[[Driven], object]
 
 
-def itself(run: Driven) -> object:
-    """What is made of a run at its load is kept by the run."""
+def at_its_load(run: Driven) -> object:
+    """Cache key for a value that depends on the load: the run itself."""
     return run
 
 
 def at_any_load(run: Driven) -> object:
-    """What does not depend on the load is kept by what the run has at any."""
+    """Cache key for a value that does not depend on the load."""
     return run.unloaded
 
 
-def kept(make: Callable[[Driven], Made], by: Key = itself) -> Callable[[Driven], Made]:
-    """The same function, which makes it once a run; a run that nobody has any more leaves nothing behind."""
-    found: WeakKeyDictionary[object, Made] = WeakKeyDictionary()
+def cached(make: Callable[[Driven], Made], by: Key = at_its_load) -> Callable[[Driven], Made]:
+    """The same function, computed once per run; a value is freed together with its run."""
+    cache: WeakKeyDictionary[object, Made] = WeakKeyDictionary()
 
     @wraps(make)
-    def once(run: Driven) -> Made:
+    def compute_once(run: Driven) -> Made:
         key = by(run)
-        if key not in found:
-            found[key] = make(run)
-        return found[key]
+        if key not in cache:
+            cache[key] = make(run)
+        return cache[key]
 
-    return once
+    return compute_once

@@ -1,4 +1,4 @@
-"""Rows: what was measured, what is nominal, and the columns of all unknowns that explain the difference."""
+"""Rows: measured minus nominal torque, and the columns of all unknowns that may explain the difference."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,32 +19,32 @@ from .driven import Driven, Unloaded, slices
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Stacked rows of some runs."""
+    """Stacked rows of several runs."""
 
     runs: tuple[slice, ...]  # rows of each run
-    difference: np.ndarray  # measured torque minus that of the nominal model, shape (r, n) [N m]
+    difference: np.ndarray  # measured minus nominal torque, shape (r, n) [N m]
     weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
     columns: np.ndarray  # torque per unit of each unknown, shape (r, n, b)
-    names: tuple[str, ...]  # of the unknowns
-    std: np.ndarray  # how far each may be from its mean, (b,); infinite without a prior
-    mean: np.ndarray  # prior mean, (b,); not zero for what was found and has a known size
+    names: tuple[str, ...]  # names of the unknowns
+    std: np.ndarray  # prior standard deviation, (b,); infinite without a prior
+    mean: np.ndarray  # prior mean, (b,); not zero for findings of known size
     lower: np.ndarray  # smallest value that physics allows, (b,)
-    bounded: np.ndarray  # whether each is certain to be within the square root of three deviations, (b,)
+    bounded: np.ndarray  # whether each is certain to lie within sqrt(3) standard deviations, (b,)
     passive: tuple[int, ...] = ()  # joints without a motor, whose measured torque is zero by definition
 
     def row_variance(self, variance: np.ndarray) -> np.ndarray:
-        """Variance of each joint's rows, (n,) [(N m)^2], from that of what a fit leaves of them.
+        """Variance of each joint's rows, (n,) [(N m)^2], from the variance of their residual (n,).
 
-        Values of zero solve 0 = 0, so what is left of a passive joint shows no noise: its rows are as
-        uncertain as those of the least certain motor, as in `identify`.
+        The residual of a passive joint shows no noise, since zero parameters fit its zero torque exactly. Its
+        rows therefore get the variance of the least certain motor, as in `identify`.
         """
         motors = np.setdiff1d(np.arange(len(variance)), self.passive)
-        least = np.max(variance[motors], initial=0.0)
-        return np.where(np.isin(np.arange(len(variance)), motors), variance, np.maximum(variance, least))
+        largest = np.max(variance[motors], initial=0.0)
+        return np.where(np.isin(np.arange(len(variance)), motors), variance, np.maximum(variance, largest))
 
     @property
     def limited(self) -> np.ndarray:
-        """Places of the unknowns that physics limits."""
+        """Indices of the unknowns that physics limits."""
         return np.flatnonzero(np.isfinite(self.lower))
 
     def plus(
@@ -56,7 +56,7 @@ class Rows:
         lower: Sequence[float] | None = None,
         bounded: bool = False,
     ) -> "Rows":
-        """These rows with more unknowns: columns (r, n, p), deviations (p,) from a mean (p,), and limits."""
+        """Rows with p more unknowns: columns (r, n, p), prior standard deviations, means and limits."""
         return replace(
             self,
             columns=np.concatenate([self.columns, columns], axis=2),
@@ -72,17 +72,17 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
     """Rows whose unknowns are the deviations of the model's parameters from their priors.
 
     Args:
-        model: With its priors.
-        runs: Runs that are stacked.
-        values: Parameters (p,) that give the load for the friction of gears; nominal ones by default.
+        model: Model with its priors.
+        runs: Runs to stack.
+        values: Parameters (p,) for the load in gear friction; nominal by default.
     """
     carrying = model
     if values is not None:
         priors = {name: Prior(float(value)) for name, value in zip(model.names, values, strict=True)}
         carrying = replace(model, stated=priors)
-    nominal, every = model.nominal_values, np.arange(len(model.names))
+    nominal, all_parameters = model.nominal_values, np.arange(len(model.names))
     # Priors make the system regular, so that no base parameters are needed.
-    base = BaseParameters(tuple(model.parameters), every, np.eye(len(every)), (1.0, 0.0))
+    base = BaseParameters(tuple(model.parameters), all_parameters, np.eye(len(all_parameters)), (1.0, 0.0))
     columns, difference = [], []
     for run in runs:
         regressor, known = decimated_regressor(carrying, base, run.prepared, run.motion)
@@ -104,57 +104,58 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
 
 
 def _limits(model: Model) -> np.ndarray:
-    """Smallest value of each parameter, shape (p,); none of bodies and rotors, which share their inertia."""
-    found: list[float] = []
+    """Smallest value of each parameter, shape (p,); none for bodies and rotors, which share inertia."""
+    limits: list[float] = []
     for effect in model.effects:
-        own = isinstance(effect, JointEffect) and effect.massless
-        found += [one.minimum if own else -np.inf for one in effect.parameters(model.robot)]
-    return np.array(found)
+        massless = isinstance(effect, JointEffect) and effect.massless
+        parameters = effect.parameters(model.robot)
+        limits += [parameter.minimum if massless else -np.inf for parameter in parameters]
+    return np.array(limits)
 
 
 REVERSALS = (0.001, 0.003, 0.01, 0.03)
-"""Velocities over which dry friction may change its sign [rad/s]: how it does is a matter of surfaces, and no
-model's shape is right at low speed."""
+"""Velocity ranges over which dry friction may change its sign [rad/s]: this depends on the surfaces, and no
+model is right at low speed."""
 REVERSAL_STD = 0.5
-"""Share of Coulomb friction that may reverse over another of them than nominal."""
+"""Prior deviation of the share of Coulomb friction that reverses over a different range than nominal [-]."""
 PRESLIDING = (5e-5, 2e-4, 6e-4)
-"""Displacements over which dry friction may build up [rad]: surfaces bend before they slide, as far as some
-thousandths of a gear's radius. What takes longer is a property of the gear and has a name."""
+"""Displacements over which dry friction may build up [rad]: surfaces bend before they slide, by a few
+thousandths of a gear's radius. A longer displacement is a property of the gear, with an effect of its own."""
 UNKNOWN_GAIN = 1.0
-"""Share by which an unstated drive gain may be another, beside those of the other drives [-]."""
+"""Relative prior deviation of a drive gain that is not stated [-]."""
 GAIN = "gain"
-"""How the unknown is called by whose share a drive gain is larger; the number of the joint is behind."""
+"""Name of the unknown relative error of a drive gain; the joint number follows."""
 REVERSAL = "reversal"
-"""How the unknowns begin by which dry friction turns otherwise; the number of the joint is behind."""
+"""Prefix of the unknowns for the reversal of dry friction; the joint number follows."""
 CLOCK = "clock"
-"""How the unknown is called by which all drives' clocks are wrong; each drive's own has its number behind."""
+"""Name of the unknown clock error of all drives; with a joint number, that of one drive."""
 CLOCKS = 2.5e-4
-"""Time by which currents may be older or younger than positions, of all drives or of one [s]: a sample of a
-drive's own loop, at 4 kHz or more; what comes later in a cycle of 2 ms than it should is a delay."""
+"""Prior deviation of the time between currents and positions, of all drives or of one [s]: one sample of a
+drive's control loop at 4 kHz. A time shift within a 2 ms cycle that exceeds it is a delay."""
 
 
 def with_nuisances(rows: Rows, model: Model, runs: Sequence[Driven], values: np.ndarray) -> Rows:
-    """The rows with low-speed friction, drive gains and clocks as unknowns too; values (p,) are a fit's."""
-    turning = reversals(model, runs, dry(model, values))
-    rows = rows.plus(*turning)
+    """The rows with low-speed friction, drive gains and clocks as unknowns too; fitted values (p,)."""
+    rows = rows.plus(*reversals(model, runs, dry_friction(model, values)))
     rows = rows.plus(*_gains(model, runs, rows), bounded=model.robot.drive_gain_bounded)
     return rows.plus(*_clock(model, runs))
 
 
-def dry(model: Model, values: np.ndarray) -> dict[int, float]:
-    """Dry friction among parameters (p,), joint -> [N m]."""
-    friction, robot = dict(zip(model.names, values, strict=True)), model.robot
-    found: dict[int, float] = {}
-    for effect in [one for one in model.effects if isinstance(one, JointEffect) and one.dry]:
+def dry_friction(model: Model, values: np.ndarray) -> dict[int, float]:
+    """Total dry friction of each joint, from parameters (p,): joint -> [N m]."""
+    by_name, robot = dict(zip(model.names, values, strict=True)), model.robot
+    total: dict[int, float] = {}
+    joint_effects = (effect for effect in model.effects if isinstance(effect, JointEffect))
+    for effect in (effect for effect in joint_effects if effect.dry):
         for joint, parameter in zip(effect.columns(robot), effect.parameters(robot), strict=True):
-            found[joint] = found.get(joint, 0.0) + abs(float(friction[parameter.name]))
-    return dict(sorted(found.items()))
+            total[joint] = total.get(joint, 0.0) + abs(float(by_name[parameter.name]))
+    return dict(sorted(total.items()))
 
 
 def reversals(
     model: Model, runs: Sequence[Driven], friction: Mapping[int, float]
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Differences between one way of turning the sign of dry friction, joint -> [N m], and the next."""
+    """Unknowns for how dry friction (joint -> [N m]) reverses: differences between successive ways."""
     robot, count = model.robot, len(REVERSALS) - 1 + len(PRESLIDING)
     names = [f"{REVERSAL}{joint + 1}_{k + 1}" for joint in friction for k in range(count)]
     parts = []
@@ -162,21 +163,21 @@ def reversals(
         columns = np.zeros((run.rows, robot.dof, len(names)))
         change = run.thinned(_turns(model, run)) if friction else np.zeros((run.rows, robot.dof, count))
         for place, (joint, torque) in enumerate(friction.items()):
-            own = slice(place * count, (place + 1) * count)
-            columns[:, joint, own] = change[:, joint] * torque
+            span = slice(place * count, (place + 1) * count)
+            columns[:, joint, span] = change[:, joint] * torque
         parts.append(np.einsum("ij,tjb->tib", robot.to_motors, columns))
     return names, np.concatenate(parts), np.full(len(names), REVERSAL_STD)
 
 
-def turning(model: Model, run: Driven, joint: int) -> np.ndarray:
-    """One way in which a joint's unit of dry friction changes its sign less another, (t, n, k) [-]."""
-    whole = np.zeros((len(run.motion), model.robot.dof, len(REVERSALS) - 1 + len(PRESLIDING)))
-    whole[:, joint] = _turns(model, run)[:, joint]
-    return whole
+def reversal_differences(model: Model, run: Driven, joint: int) -> np.ndarray:
+    """Differences between ways in which unit dry friction of one joint reverses, shape (t, n, k) [-]."""
+    differences = np.zeros((len(run.motion), model.robot.dof, len(REVERSALS) - 1 + len(PRESLIDING)))
+    differences[:, joint] = _turns(model, run)[:, joint]
+    return differences
 
 
 def _turns(model: Model, run: Driven) -> np.ndarray:
-    """One way in which dry friction changes its sign less another, shape (t, n, k) [-]."""
+    """Differences between ways in which unit dry friction reverses, shape (t, n, k) [-]."""
     if run.unloaded not in _TURNS:
         signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
         hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
@@ -187,20 +188,20 @@ def _turns(model: Model, run: Driven) -> np.ndarray:
 
 
 _TURNS: WeakKeyDictionary[Unloaded, np.ndarray] = WeakKeyDictionary()
-"""What `_turns` has made of the runs that are there: every candidate for dry friction asks for it."""
+"""Cache of `_turns` by run, since every candidate for dry friction needs it."""
 
 
 ENOUGH = 4000
-"""Rows, evenly spread, by which it is found how nominal values move with a gain: tens a parameter."""
+"""Number of evenly spread rows from which the effect of a gain on nominal values is computed."""
 UNDETERMINED = 1e-9
-"""Share of a column's square that keeps what no row determines at zero."""
+"""Regularization, relative to a column's square, that keeps undetermined parameters at zero."""
 
 
 def _gains(model: Model, runs: Sequence[Driven], rows: Rows) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Drive gains that are larger by a share show less current; torque itself has no gain.
+    """Unknown relative errors of drive gains; none if torque was recorded.
 
-    Where nominal values were identified with these gains they move with them: what remains is the torque that
-    the nominal model does not have.
+    Nominal values that were identified with these gains change with them, so only the torque outside the
+    nominal model shows an error.
     """
     if runs[0].prepared.measures != "current":
         return [], np.zeros((sum(run.rows for run in runs), model.robot.dof, 0)), np.zeros(0)
@@ -215,29 +216,29 @@ def _gains(model: Model, runs: Sequence[Driven], rows: Rows) -> tuple[list[str],
 
 
 def _identified_with(model: Model, rows: Rows) -> np.ndarray:
-    """Torque of the nominal model that moves with each drive gain, shape (r, n, n) [N m].
+    """Torque of the nominal model per relative change of each drive gain, shape (r, n, n) [N m].
 
-    An identification with a gain that is larger by a share finds the values that fit that joint's torque,
-    larger by this share, and those of the others as they are, best: each weighed by its usual torque.
+    If one gain is larger, an identification fits that joint's torque scaled up and the torque of the others
+    unchanged. The joints are weighted by the inverse of their usual torque.
     """
     count = len(model.names)  # the first unknowns of any rows
     torque = rows.columns[:, :, :count] @ model.nominal_values
-    some = slice(None, None, max(1, len(torque) // ENOUGH))
-    weight = rows.weight[some] / np.maximum(np.sqrt(np.mean(torque**2, axis=0)), np.finfo(float).tiny)
-    own = (rows.columns[some, :, :count] * weight[:, :, None]).reshape(-1, count)
-    targets = (torque[some] * weight)[:, :, None] * np.eye(torque.shape[1])
-    moved = solve(factored(own.T @ own, UNDETERMINED), own.T @ targets.reshape(len(own), -1))
-    return np.asarray(rows.columns[:, :, :count] @ moved)
+    subset = slice(None, None, max(1, len(torque) // ENOUGH))
+    weight = rows.weight[subset] / np.maximum(np.sqrt(np.mean(torque**2, axis=0)), np.finfo(float).tiny)
+    columns = (rows.columns[subset, :, :count] * weight[:, :, None]).reshape(-1, count)
+    targets = (torque[subset] * weight)[:, :, None] * np.eye(torque.shape[1])
+    change = solve(factored(columns.T @ columns, UNDETERMINED), columns.T @ targets.reshape(len(columns), -1))
+    return np.asarray(rows.columns[:, :, :count] @ change)
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Currents that come later than their positions, of all drives and of each, show a torque gone by."""
+    """Unknown delays of currents relative to positions, of all drives together and of each."""
     rate = np.concatenate([run.thinned(torque_rate(run)) for run in runs])
-    own = rate[:, :, None] * np.eye(model.robot.dof)
+    by_drive = rate[:, :, None] * np.eye(model.robot.dof)
     names = [CLOCK, *(f"{CLOCK}{joint + 1}" for joint in range(model.robot.dof))]
-    return names, -np.concatenate([rate[:, :, None], own], axis=2), np.full(len(names), CLOCKS)
+    return names, -np.concatenate([rate[:, :, None], by_drive], axis=2), np.full(len(names), CLOCKS)
 
 
 def torque_rate(run: Driven) -> np.ndarray:
-    """Time derivative of the torque, shape (t, n) [N m/s]."""
+    """Time derivative of the model torque, shape (t, n) [N m/s]."""
     return differentiate(run.torque, run.prepared.decimation.rate)[0]

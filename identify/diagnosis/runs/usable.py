@@ -1,4 +1,4 @@
-"""Runs that can be asked, and what is wrong with the others."""
+"""Usable runs, and the reasons why others are excluded."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from ...recordings.recording_checks import check, check_alive
 from .driven import Driven
 
 HELD_OUT = "validate"
-"""Role of the runs that are not fitted."""
+"""Role of held-out runs."""
 
 
 def usable(
@@ -24,16 +24,16 @@ def usable(
     recordings: Sequence[tuple[str, Recording]],
     filtering: Filtering = Filtering(),  # noqa: B008
 ) -> tuple[list[Driven], list[str]]:
-    """The runs that can be filtered and compared, and warnings about these and the others.
+    """Select the runs that can be filtered and compared; return them, and warnings about all runs.
 
     Args:
-        model: Nominal, with the payloads of the runs.
+        model: Nominal model with the payloads of the runs.
         recordings: Role and recording of each run.
-        filtering: Filters; chosen from the data where none is given.
+        filtering: Filters; chosen from the data by default.
 
     Raises:
-        DifferentRobot: A run of another robot.
-        RecordingError: No run is left to fit; gives the reason.
+        DifferentRobot: If a run belongs to another robot.
+        RecordingError: If no run remains to fit; the message gives the reason.
     """
     of_these_joints(model, [recording for _, recording in recordings])
     sound: list[tuple[str, Recording]] = []
@@ -49,15 +49,16 @@ def usable(
         except RecordingError as error:
             warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     measures = ["current" if "current" in recording.signals else "torque" for _, recording in sound]
-    for (_, recording), own in zip(sound, measures, strict=True):
-        if own != measures[0]:
+    for (_, recording), measure in zip(sound, measures, strict=True):
+        if measure != measures[0]:
             warnings.append(
-                f"{recording.name} is left out: it recorded {own}, and the first run {measures[0]}"
+                f"{recording.name} is left out: it recorded {measure}, "
+                f"but the first run recorded {measures[0]}"
             )
-    sound = [pair for pair, own in zip(sound, measures, strict=True) if own == measures[0]]
-    # Noise of one colour takes rows of one rate.
-    fitted_ones = [recording for role, recording in sound if role != HELD_OUT]
-    filtering = common_filtering(fitted_ones, filtering) if fitted_ones else filtering
+    sound = [pair for pair, measure in zip(sound, measures, strict=True) if measure == measures[0]]
+    # All rows need one rate, so that the noise has one autocorrelation.
+    to_fit = [recording for role, recording in sound if role != HELD_OUT]
+    filtering = common_filtering(to_fit, filtering) if to_fit else filtering
     runs: list[Driven] = []
     for role, recording in sound:
         try:
@@ -65,7 +66,7 @@ def usable(
         except RecordingError as error:
             warnings.append(f"{recording.name} is left out: {str(error).removeprefix(f'{recording.name}: ')}")
     if all(run.role == HELD_OUT for run in runs):
-        reason = "; ".join(warnings) or "all are held out. Give at least one that is not for validation"
+        reason = "; ".join(warnings) or "all are held out. Give at least one run that is not for validation"
         raise RecordingError(f"no run is left to fit: {reason}")
     fitted = [run.prepared for run in runs if run.role != HELD_OUT]
     warnings += torque_off_warnings(model.robot.joints, [run.prepared for run in runs])
@@ -74,14 +75,14 @@ def usable(
 
 
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
-    """What cannot be found from these runs, and why."""
+    """Warnings about effects that these runs cannot show, and why."""
     warnings = []
     if all(run.role != HELD_OUT for run in runs):
-        warnings.append("no run was held out: that the fit improves is no proof. Give one for validation")
+        warnings.append("no run was held out, so an improved fit proves nothing: give one for validation")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
         warnings.append(
-            "temperatures were not recorded: friction that changes with them can only be seen as a change "
-            "with time, or not at all"
+            "temperatures were not recorded: friction that depends on them appears as a change over time, "
+            "or not at all"
         )
     if not any(run.motion.payload for run in runs):
         warnings.append(
@@ -90,7 +91,7 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
         )
     if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
         warnings.append(
-            "the robot's description has no drive gains: what is compared are amperes, in which every prior "
-            "about masses is wrong. Give [drive] gain"
+            "the robot file has no drive gains: torques are in amperes, so every prior on masses is wrong. "
+            "Give [drive] gain"
         )
     return warnings

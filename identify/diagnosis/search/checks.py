@@ -1,4 +1,4 @@
-"""Checks at the end of a search: what runs held out say of findings, and of the fitted parameters."""
+"""Final checks of a search: whether held-out runs support the findings and the fitted parameters."""
 
 from collections.abc import Callable, Sequence
 
@@ -13,114 +13,120 @@ from .problem import Problem
 from .selected import Selected, answers_of, contradicted, log_prior
 
 WORSE = 1.02
-"""Residual of a joint held out, over that without any finding, which is no harm yet: noise does that [-]."""
+"""Largest held-out residual of a joint, relative to the baseline, that still counts as noise [-]."""
 
 
-def again_beside(
-    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+def answer_beside(
+    problem: Problem, answer: Answer, others: Sequence[Answer], similar: Prediction
 ) -> Answer | None:
-    """The answer of the same candidate beside some others; None where physics excludes it there."""
-    prediction = problem.prediction(others, near)
-    again = ask(prediction, [(answer.candidate, answer.columns)])
-    return colouring(prediction, again[0]).chosen_as(answer) if again else None
+    """Answer of the same candidate with other findings in the model; None where physics excludes it."""
+    prediction = problem.prediction(others, similar)
+    answers = ask(prediction, [(answer.candidate, answer.columns)])
+    return colouring(prediction, answers[0]).chosen_as(answer) if answers else None
 
 
-def in_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
-    """The answer refined in shape beside everything else; it was chosen at the cost that it has."""
+def with_refined_shape(problem: Problem, prediction: Prediction, answer: Answer) -> Answer:
+    """Answer with its shape refined given all other findings, at the cost of its original choice."""
     if not answer.candidate.bounds:
         return answer
-    again = ask(prediction, [(answer.candidate, answer.columns)])
-    if not again:
+    answers = ask(prediction, [(answer.candidate, answer.columns)])
+    if not answers:
         return answer
-    shaped = refined(prediction, again[0].chosen_as(answer), problem.runs)
-    return (again[0] if shaped.strange else shaped).chosen_as(answer)
+    refined_answer = refined(prediction, answers[0].chosen_as(answer), problem.runs)
+    return (answers[0] if refined_answer.strange else refined_answer).chosen_as(answer)
 
 
-def judged_by_held_out(
+def checked_by_held_out(
     problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
 ) -> list[Selected]:
-    """Findings that runs held out do not contradict; no other name is chosen in place of one that goes.
+    """Findings that held-out runs do not contradict; a finding that is removed is not replaced.
 
-    A finding goes that makes those runs less probable beside all others, or a joint of them worse.
+    A finding is removed if it makes the held-out runs less probable given all others, or predicts one of
+    their joints worse.
     """
-    whole = problem.prediction(answers_of(selected))
-    for one in sorted((one for one in selected if one.predicts_held_out), key=lambda one: one.certainty):
-        others = [other for other in selected if other is not one]
-        again = again_beside(problem, one.answer, answers_of(others), whole)
-        if again and contradicted(again):
+    with_all = problem.prediction(answers_of(selected))
+    predictive = (finding for finding in selected if finding.predicts_held_out)
+    for finding in sorted(predictive, key=lambda finding: finding.certainty):
+        others = [other for other in selected if other is not finding]
+        answer = answer_beside(problem, finding.answer, answers_of(others), with_all)
+        if answer and contradicted(answer):
             selected = others
-    return no_joint_worse(problem, selected, without_findings, total)
+    return without_harmful(problem, selected, without_findings, total)
 
 
-def no_joint_worse(
+def without_harmful(
     problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
 ) -> list[Selected]:
-    """Findings with which no joint held out is predicted worse than without any, as many as there can be.
+    """The most findings with which no held-out joint is predicted worse than by the baseline.
 
-    Several may share the blame, so that none alone is guilty: that goes without which the worst joint is
-    predicted best, until none is worse. Then each that went comes back if it does no harm beside the others,
-    the most certain first, in its shape or in another one.
+    Several findings may make a joint worse together, so they are removed one at a time: each time the one
+    whose removal improves the worst joint most, until no joint is worse. Then each removed finding, the most
+    certain first, is restored if it does no harm given the others, in its own shape or in another one.
     """
     allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
 
-    def worst(some: Sequence[Selected]) -> float:
-        return float(np.max(_held_out(problem, some, without_findings) / allowed, initial=0.0))
+    def worst(findings: Sequence[Selected]) -> float:
+        return float(np.max(_held_out(problem, findings, without_findings) / allowed, initial=0.0))
 
-    gone = list[Selected]()
-    while worst(selected) > 1.0 and (removable := [one for one in selected if one.predicts_held_out]):
-        without = {id(one): worst([other for other in selected if other is not one]) for one in removable}
-        out = min(removable, key=lambda one: (without[id(one)], one.odds))
-        selected = [one for one in selected if one is not out]
-        gone.append(out)
-    for one in sorted(gone, key=lambda one: -one.odds):
-        if worst([*selected, one]) <= 1.0:
-            selected = [*selected, one]
-        elif shaped := _in_another_shape(problem, selected, one, worst, total):
-            selected = [*selected, shaped]
+    removed = list[Selected]()
+    while worst(selected) > 1.0 and (
+        removable := [finding for finding in selected if finding.predicts_held_out]
+    ):
+        without = {
+            id(finding): worst([other for other in selected if other is not finding]) for finding in removable
+        }
+        harmful = min(removable, key=lambda finding: (without[id(finding)], finding.odds))
+        selected = [finding for finding in selected if finding is not harmful]
+        removed.append(harmful)
+    for finding in sorted(removed, key=lambda finding: -finding.odds):
+        if worst([*selected, finding]) <= 1.0:
+            selected = [*selected, finding]
+        elif reshaped := _in_another_shape(problem, selected, finding, worst, total):
+            selected = [*selected, reshaped]
     return selected
 
 
 def _in_another_shape(
     problem: Problem,
     others: Sequence[Selected],
-    gone: Selected,
+    removed: Selected,
     worst: Callable[[Sequence[Selected]], float],
     total: float,
 ) -> Selected | None:
-    """A finding in its most probable shape that predicts no joint held out worse; None without any."""
+    """The finding in its most probable shape that predicts no held-out joint worse; None if there is none."""
     prediction = problem.prediction(answers_of(others))
-    shapes = problem.pairs(lambda candidate, _: candidate.key == gone.answer.candidate.key)
-    for answer in sorted(ask(prediction, shapes), key=lambda one: -one.gain):
-        again = colouring(prediction, answer).chosen_as(gone.answer)
-        shaped = gone._replace(answer=again, odds=again.odds + log_prior(again, total))
-        if shaped.odds < CERTAIN_ODDS:
+    shapes = problem.pairs(lambda candidate, _: candidate.key == removed.answer.candidate.key)
+    for shape in sorted(ask(prediction, shapes), key=lambda answer: -answer.gain):
+        answer = colouring(prediction, shape).chosen_as(removed.answer)
+        reshaped = removed._replace(answer=answer, odds=answer.odds + log_prior(answer, total))
+        if reshaped.odds < CERTAIN_ODDS:
             break
-        if worst([*others, shaped]) <= 1.0:
-            return shaped
+        if worst([*others, reshaped]) <= 1.0:
+            return reshaped
     return None
 
 
-def nominal_where_better(
-    problem: Problem, found: Sequence[Selected], without_findings: Prediction
+def nominal_if_better(
+    problem: Problem, findings: Sequence[Selected], without_findings: Prediction
 ) -> Problem:
-    """The problem at nominal parameters, where those fitted predict a joint held out worse."""
-    worst = np.max(_held_out(problem, found, without_findings), initial=0.0) if found else 0.0
+    """The problem with nominal parameters, if the fitted ones predict a held-out joint worse."""
+    worst = np.max(_held_out(problem, findings, without_findings), initial=0.0) if findings else 0.0
     if worst <= WORSE**2:
         return problem
     nominal = problem.at_nominal()
-    return nominal if np.max(_held_out(nominal, found, without_findings)) < worst else problem
+    return nominal if np.max(_held_out(nominal, findings, without_findings)) < worst else problem
 
 
-def _held_out(problem: Problem, found: Sequence[Selected], without_findings: Prediction) -> np.ndarray:
-    """Squared residuals of runs held out with findings, over those without any, shape (n,); else empty."""
-    which = ~problem.blocks.fitted
-    if not np.any(which):
+def _held_out(problem: Problem, findings: Sequence[Selected], without_findings: Prediction) -> np.ndarray:
+    """Squared held-out residual of each joint relative to the baseline, (n,); empty without held-out runs."""
+    held_out = ~problem.blocks.fitted
+    if not np.any(held_out):
         return np.zeros(0)
     nominal = without_findings.sums.errors(
-        np.tile(problem.nominal_unknowns(without_findings), (len(which), 1))
+        np.tile(problem.nominal_unknowns(without_findings), (len(held_out), 1))
     )
-    least = np.minimum(
-        without_findings.power(without_findings.errors, which), without_findings.power(nominal, which)
+    baseline = np.minimum(
+        without_findings.power(without_findings.errors, held_out), without_findings.power(nominal, held_out)
     )
-    now = problem.prediction(answers_of(found))
-    return now.power(now.errors, which) / least
+    prediction = problem.prediction(answers_of(findings))
+    return prediction.power(prediction.errors, held_out) / baseline

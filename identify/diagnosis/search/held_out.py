@@ -1,4 +1,4 @@
-"""Held out: what runs that are only predicted say of a hypothesis, by how much they gain from it."""
+"""Held out: how far held-out runs support or contradict a hypothesis."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,32 +13,32 @@ from .problem import Problem
 from .selected import Selected, answers_of, log_prior
 
 PROVEN = 0.95
-"""Probability of the interval of what a name explains, which must not contain zero."""
+"""Confidence level of the interval of what a finding explains, which must exclude zero [-]."""
 FEW = 3
-"""Blocks below which their scatter says nothing about the effect on them."""
+"""Fewest blocks whose scatter says anything about an effect."""
 
 
 class Hint(NamedTuple):
-    """What runs held out show, and those that were fitted do not: one of them has to be fitted to find it."""
+    """An effect that held-out runs show and fitted runs do not: fit one of those runs to find it."""
 
-    answer: Answer  # beside all findings
-    odds: float  # logarithm of the odds that it is there, by the runs held out alone
+    answer: Answer  # with all findings in the model
+    odds: float  # log odds that the effect is there, from the held-out runs alone
 
     @property
     def joint(self) -> int:
-        """Where runs held out show it best, from 0."""
+        """Index of the joint on which held-out runs show it best, from 0."""
         return int(np.argmax(self.answer.gains[~self.answer.fitted].sum(axis=0)))
 
 
-def hints(left: Sequence[Answer], total: float) -> list[Hint]:
-    """Of each joint the hypothesis that runs held out support, and fitted blocks do not contradict.
+def hints(answers: Sequence[Answer], total: float) -> list[Hint]:
+    """Best hypothesis for each joint that held-out runs support and fitted blocks do not contradict.
 
     Args:
-        left: Answers beside all findings.
+        answers: Answers with all findings in the model.
         total: Sum of the prior weights of all hypotheses.
     """
     best: dict[int, Hint] = {}
-    for answer in left:
+    for answer in answers:
         hint = Hint(answer, odds_held_out(answer, total))
         undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
         held = ~answer.fitted, hint.joint
@@ -50,9 +50,9 @@ def hints(left: Sequence[Answer], total: float) -> list[Hint]:
 
 
 def odds_held_out(answer: Answer, total: float) -> float:
-    """Logarithm of the odds that an effect is there by runs held out alone, with its prior.
+    """Log odds that an effect is there, from its prior and the held-out runs alone.
 
-    As for fitted blocks: against nothing, and against a misfit that differs from block to block.
+    The alternatives are those of fitted blocks: no effect, or a misfit that differs from block to block.
     """
     held = ~answer.fitted
     if not np.any(held):
@@ -65,12 +65,11 @@ def odds_held_out(answer: Answer, total: float) -> float:
 
 
 def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
-    """The findings, each with whether its effect on fitted blocks and on runs held out excludes zero.
+    """The findings, each marked by whether its effect on fitted blocks and on held-out runs excludes zero.
 
-    What it explains beside all other findings counts, on the joint that shows it best. Where stated values of
-    the model would make up for it, these prove it, from which they would have to be far off. A finding goes
-    that is not proven so and that runs held out do not make credible either: it would move the numbers of the
-    others, and explain nothing.
+    Only what it explains beyond all other findings counts, on the joint that shows it best. A finding is also
+    proven if nominal values could only replace it by being far off. A finding that is neither proven nor made
+    credible by held-out runs is removed: it would shift the values of the others and explain nothing.
     """
 
     def is_proven(finding: Selected) -> bool:
@@ -78,22 +77,26 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
         return stated or _excludes_zero(problem, selected, finding)
 
     judged = [finding._replace(proven=is_proven(finding)) for finding in selected]
-    silent = bool(np.all(problem.blocks.fitted))
-    return [one for one in judged if one.proven or silent or one.answer.held_out > CERTAIN_ODDS]
+    no_held_out = bool(np.all(problem.blocks.fitted))
+    return [
+        finding
+        for finding in judged
+        if finding.proven or no_held_out or finding.answer.held_out > CERTAIN_ODDS
+    ]
 
 
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
-    with_it = problem.prediction(answers_of(selected))
-    without = problem.prediction([other.answer for other in selected if other is not finding], with_it)
+    with_finding = problem.prediction(answers_of(selected))
+    without = problem.prediction([other.answer for other in selected if other is not finding], with_finding)
     joint, fitted = int(np.argmax(finding.answer.by_joint)), problem.blocks.fitted
-    before, after = without.errors[:, joint], with_it.errors[:, joint]
+    before, after = without.errors[:, joint], with_finding.errors[:, joint]
     return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
 
 
 def explains(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether squared errors of blocks (k,) become less, by the interval of their relative change.
+    """Whether squared errors of blocks (k,) decrease: the interval of their relative change excludes zero.
 
-    True where blocks are too few to say.
+    True where there are too few blocks to tell.
     """
     if len(before) < FEW:
         return True

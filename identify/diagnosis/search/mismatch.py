@@ -1,7 +1,7 @@
-"""Mismatch: by how much the formulas of what was found may be wrong, as smooth curves.
+"""Mismatch: the error that the formulas of findings may have, as smooth curves.
 
-No formula of friction or gears is right to better than a tenth of its torque. Without such curves, what is
-left of a right one would be explained by a second name on the same joint.
+No formula of friction or gears is right to better than a tenth of its torque. Without such curves, the
+residual of a correct finding would be explained by a second effect on the same joint.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,85 +22,85 @@ from ..runs.driven import Driven
 from ..runs.rows import Rows
 
 CURVE = "curve"
-"""How unknowns begin by which the formula of a finding may be wrong."""
+"""Prefix of the names of unknowns for the error of a formula."""
 
 Place = tuple[str, int]
-"""What a curve is over, and its joint."""
+"""Abscissa of a curve, and its joint."""
 
 
 class Mismatch(NamedTuple):
-    """By how much formulas of one dependence on one joint may be wrong."""
+    """Error that formulas over one abscissa may have on one joint."""
 
     place: Place
-    effect: TorqueCurve  # over the range of the runs that were fitted
-    findings: tuple[int, ...]  # those whose formulas they are, by their places
-    share: np.ndarray  # of each of their coefficients in each spline, (p, s): that much is no mismatch
-    std: float  # of each coefficient of the curve [N m]
+    effect: TorqueCurve  # curve over the range of the fitted runs
+    findings: tuple[int, ...]  # indices of the findings that the formulas belong to
+    share: np.ndarray  # coefficients of the findings' columns in each spline, (p, s), which are no mismatch
+    std: float  # standard deviation of each coefficient of the curve [N m]
 
     @property
     def names(self) -> list[str]:
-        """Of its unknowns."""
+        """Names of its unknowns."""
         over, joint = self.place
         return [f"{CURVE} {over} {joint + 1} {k + 1}" for k in range(self.effect.count)]
 
-    def columns(self, splines: np.ndarray, found: Sequence[Answer]) -> np.ndarray:
-        """What splines (r, n, s) have beyond the torques of the findings themselves, shape (r, n, s)."""
-        formulas = _columns([found[place] for place in self.findings], splines.shape[1])
+    def columns(self, splines: np.ndarray, findings: Sequence[Answer]) -> np.ndarray:
+        """Splines (r, n, s) without the part that the findings' own columns explain, shape (r, n, s)."""
+        formulas = _columns([findings[place] for place in self.findings], splines.shape[1])
         return np.asarray(splines - formulas @ self.share)
 
 
 def splines_of(effect: TorqueCurve, model: Model, runs: Iterable[Driven]) -> np.ndarray:
-    """Torque of all motors per unit of each spline, thinned out, shape (r, n, s)."""
+    """Torque of all motors per unit of each spline, decimated, shape (r, n, s)."""
     robot = model.robot
     torques = (run.thinned(on_motors(robot, effect.regressor(robot, run.motion))) for run in runs)
     return np.concatenate(list(torques))
 
 
 def mismatches(
-    found: Sequence[Answer], curve_at: Callable[[Place], tuple[TorqueCurve, np.ndarray]]
+    findings: Sequence[Answer], curve_at: Callable[[Place], tuple[TorqueCurve, np.ndarray]]
 ) -> list[Mismatch]:
-    """Of everything found that follows a formula over one quantity of one joint.
+    """Mismatches of all findings that follow a formula over one quantity of one joint.
 
     Args:
-        found: Effects, with their columns over some runs.
-        curve_at: The curve at a place, and its splines (r, n, s) over the same runs.
+        findings: Answers of the findings, with their columns over some runs.
+        curve_at: Returns the curve at a place and its splines (r, n, s) over the same runs.
     """
     places: dict[Place, list[int]] = {}
-    for number, answer in enumerate(found):
+    for number, answer in enumerate(findings):
         place = _place(answer.candidate)
         if place is not None:
             places.setdefault(place, []).append(number)
-    return [_mismatch(place, numbers, found, *curve_at(place)) for place, numbers in places.items()]
+    return [_mismatch(place, numbers, findings, *curve_at(place)) for place, numbers in places.items()]
 
 
 def _mismatch(
-    place: Place, numbers: list[int], found: Sequence[Answer], effect: TorqueCurve, splines: np.ndarray
+    place: Place, numbers: list[int], findings: Sequence[Answer], effect: TorqueCurve, splines: np.ndarray
 ) -> Mismatch:
-    joint, formulas = place[1], _columns([found[number] for number in numbers], splines.shape[1])
+    joint, formulas = place[1], _columns([findings[number] for number in numbers], splines.shape[1])
     size = np.maximum(np.linalg.norm(formulas[:, joint], axis=0), np.finfo(float).tiny)
     share = np.linalg.lstsq(formulas[:, joint] / size, splines[:, joint], rcond=None)[0] / size[:, None]
-    torques = [found[number].torque[:, found[number].columns.joints == joint] for number in numbers]
+    torques = [findings[number].torque[:, findings[number].columns.joints == joint] for number in numbers]
     square = sum(float(np.mean(torque**2)) for torque in torques)
     return Mismatch(place, effect, tuple(numbers), share, FORMULA * float(np.sqrt(square)))
 
 
-def _columns(found: Sequence[Answer], joints: int) -> np.ndarray:
-    """Columns of some findings, shape (r, n, p)."""
-    return np.concatenate([answer.columns.everywhere(joints) for answer in found], axis=2)
+def _columns(findings: Sequence[Answer], joints: int) -> np.ndarray:
+    """Columns of findings, side by side, shape (r, n, p)."""
+    return np.concatenate([answer.columns.everywhere(joints) for answer in findings], axis=2)
 
 
 def with_mismatches(
-    rows: Rows, formulas: Sequence[Mismatch], found: Sequence[Answer], splines: Mapping[Place, np.ndarray]
+    rows: Rows, formulas: Sequence[Mismatch], findings: Sequence[Answer], splines: Mapping[Place, np.ndarray]
 ) -> Rows:
-    """The rows with these unknowns; splines (r, n, s) of each place and findings are over the same runs."""
+    """Rows with the unknowns of mismatches; splines (r, n, s) by place, over the runs of the findings."""
     for mismatch in formulas:
-        columns = mismatch.columns(splines[mismatch.place], found)
+        columns = mismatch.columns(splines[mismatch.place], findings)
         rows = rows.plus(mismatch.names, columns, np.full(mismatch.effect.count, mismatch.std))
     return rows
 
 
 def _place(candidate: Candidate) -> Place | None:
-    """What its formula is over, and its joint; None where it has no such formula."""
+    """Abscissa of a candidate's formula and its joint; None if it has no such formula."""
     family = family_of(candidate)
     if not family or not kind_of(candidate.effect).formula or len(candidate.joints) != 1:
         return None

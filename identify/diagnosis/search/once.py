@@ -1,4 +1,4 @@
-"""Once: what no other block predicts: contacts, which are set aside, and other moments that differ."""
+"""Once: events that no other block predicts: contacts, whose samples are excluded, and other moments."""
 
 import numpy as np
 
@@ -11,89 +11,99 @@ from .problem import Problem
 from .selected import Selected
 
 FEW = 3
-"""Contacts of one search: what happens more often is no contact, but something that comes again."""
+"""Maximum number of contacts in a search: what happens more often is a recurring effect, not a contact."""
 MOST = 10
-"""Moments that are reported."""
+"""Maximum number of moments that are reported."""
 SEEN = 0.05
-"""Share of what is gained on the joint that sees most from which on another sees it too [-]."""
+"""Gain of a joint, relative to the joint that gains most, from which on it counts as affected [-]."""
 MARGIN = 0.2
-"""Time about a contact that is set aside with it [s]: a push begins and ends within it."""
+"""Time before and after a contact that is excluded with it [s]: a push begins and ends within it."""
 
 
-def only_once(problem: Problem, found: list[Selected]) -> tuple[Problem, list[Selected]]:
-    """The problem and the findings with all contacts beside them; none where there are too many to be any."""
-    wider, more = problem, list(found)
+def with_contacts(problem: Problem, findings: list[Selected]) -> tuple[Problem, list[Selected]]:
+    """The problem and the findings with all contacts; unchanged if there are too many to be contacts."""
+    reduced, extended = problem, list(findings)
     for _ in range(FEW + 1):
-        pushed = _contact(wider, wider.prediction([one.answer for one in more]))
-        if pushed is None:
-            return wider, more
-        wider, more = pushed[0], [*more, pushed[1]]
-    return problem, found
+        contact = _contact(reduced, reduced.prediction([finding.answer for finding in extended]))
+        if contact is None:
+            return reduced, extended
+        reduced, extended = contact[0], [*extended, contact[1]]
+    return problem, findings
 
 
 def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selected] | None:
-    """The most credible contact, and the problem without the time that it takes; None without any.
+    """The problem without the samples of the most credible contact, and that contact; None without any.
 
-    At least two joints must feel more than the sensors' error of their usual torque.
+    On at least two joints, its torque must exceed the sensors' error of their usual torque.
     """
-    best = next(iter(contacts(problem.model, prediction, problem.runs, problem.reaches)), None)
+    best = next(iter(contacts(problem.model, prediction, problem.runs, problem.flange_torques)), None)
     if best is None:
         return None
     usual = np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0))
-    odds = min(best.gain, best.without_one) - np.log(len(problem.tried))
+    odds = min(best.gain, best.gain_without_best_joint) - np.log(len(problem.tried))
     if np.count_nonzero(_torque(problem, best) > LINEAR * usual) < 2 or not odds > CERTAIN_ODDS:
         return None
-    found = Selected(_answer(problem, prediction, best), odds, (), True)
-    return problem.without(_during(problem, prediction, best)), found
+    selected = Selected(_answer(problem, prediction, best), odds, (), True)
+    return problem.excluding(_during(problem, prediction, best)), selected
 
 
-def _torque(problem: Problem, one: Contact) -> np.ndarray:
-    """Root mean square of the torque of a contact while it lasts, shape (n,) [N m]."""
-    reach = problem.reaches[one.run]
-    during = (reach.time >= one.start) & (reach.time <= one.start + one.duration)
-    size = share(reach.time[during], one.start, one.duration)
-    torque = reach.torque[during] @ one.force * size[:, None]
+def _torque(problem: Problem, contact: Contact) -> np.ndarray:
+    """RMS torque of a contact while it lasts, shape (n,) [N m]."""
+    flange_torque = problem.flange_torques[contact.run]
+    during = (flange_torque.time >= contact.start) & (flange_torque.time <= contact.start + contact.duration)
+    size = share(flange_torque.time[during], contact.start, contact.duration)
+    torque = flange_torque.torque[during] @ contact.force * size[:, None]
     return np.asarray(np.sqrt(np.mean(torque**2, axis=0)))
 
 
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:
-    """Windows of all runs in which a force explains far more than at other times, the greatest first."""
-    found: list[Contact] = []
-    for one in contacts(problem.model, prediction, problem.runs, problem.reaches):
-        if one.gain < CERTAIN_ODDS or len(found) == MOST:
+    """Windows of all runs in which a force explains far more than at other times, largest gain first."""
+    reported: list[Contact] = []
+    for contact in contacts(problem.model, prediction, problem.runs, problem.flange_torques):
+        if contact.gain < CERTAIN_ODDS or len(reported) == MOST:
             break
-        same = [other for other in found if other.run == one.run]
-        if all(abs(one.middle - other.middle) >= one.duration + other.duration for other in same):
-            found.append(one)
-    return [_moment(one) for one in found]
+        same_run = [other for other in reported if other.run == contact.run]
+        if all(abs(contact.middle - other.middle) >= contact.duration + other.duration for other in same_run):
+            reported.append(contact)
+    return [_moment(contact) for contact in reported]
 
 
-def _moment(one: Contact) -> Moment:
-    joints = np.flatnonzero(one.gains > SEEN * one.gains.max())
-    # What one joint alone shows is no force on the flange, which the others would feel.
-    force = one.force if len(joints) > 1 else np.full(3, np.nan)
+def _moment(contact: Contact) -> Moment:
+    joints = np.flatnonzero(contact.gains > SEEN * contact.gains.max())
+    # A force on the flange would act on several joints, so one joint alone shows none.
+    force = contact.force if len(joints) > 1 else np.full(3, np.nan)
     size = float(np.linalg.norm(force))
-    end = one.start + one.duration
-    return Moment(one.name, one.start, end, tuple(map(int, joints)), force / max(size, 1e-300), size)
+    end = contact.start + contact.duration
+    return Moment(contact.name, contact.start, end, tuple(map(int, joints)), force / max(size, 1e-300), size)
 
 
-def _during(problem: Problem, prediction: Prediction, one: Contact) -> np.ndarray:
-    """Rows of a contact, shape (r,)."""
-    found = np.zeros(len(prediction.rows.difference), bool)
-    run, rows = problem.runs[one.run], prediction.rows.runs[one.run]
+def _during(problem: Problem, prediction: Prediction, contact: Contact) -> np.ndarray:
+    """Whether each row belongs to a contact, shape (r,)."""
+    during = np.zeros(len(prediction.rows.difference), bool)
+    run, rows = problem.runs[contact.run], prediction.rows.runs[contact.run]
     time = run.motion.time[run.centres]
-    found[rows] = (time > one.start - MARGIN) & (time < one.start + one.duration + MARGIN)
-    return found
+    during[rows] = (time > contact.start - MARGIN) & (time < contact.start + contact.duration + MARGIN)
+    return during
 
 
-def _answer(problem: Problem, prediction: Prediction, one: Contact) -> Answer:
-    """As columns whose coefficients are what they were where it happened."""
-    pushed, errors = candidate(problem.model, one), prediction.errors
-    gains, still = np.zeros(errors.shape), np.zeros(len(errors))
-    during = np.flatnonzero(_during(problem, prediction, one))
-    gains[prediction.blocks.number[during[len(during) // 2]]] = one.gains
-    columns, held = Thinned.of(pushed, problem.runs), np.zeros(len(one.force), bool)
-    weighed = prediction.weighting.independent, np.ones(len(errors), bool)
+def _answer(problem: Problem, prediction: Prediction, contact: Contact) -> Answer:
+    """Answer for a contact, whose coefficients are the force fitted to its window."""
+    pushed, errors = candidate(problem.model, contact), prediction.errors
+    gains, zeros = np.zeros(errors.shape), np.zeros(len(errors))
+    during = np.flatnonzero(_during(problem, prediction, contact))
+    gains[prediction.blocks.number[during[len(during) // 2]]] = contact.gains
+    columns, held = Thinned.of(pushed, problem.runs), np.zeros(len(contact.force), bool)
+    weighting = prediction.weighting.independent, np.ones(len(errors), bool)
     return Answer(
-        pushed, columns, one.force, held, errors, errors, still, still, gains, *weighed, np.log(one.among)
+        pushed,
+        columns,
+        contact.force,
+        held,
+        errors,
+        errors,
+        zeros,
+        zeros,
+        gains,
+        *weighting,
+        np.log(contact.among),
     )

@@ -1,4 +1,4 @@
-"""Ranking: every hypothesis in its best shape beside some findings, the most probable first."""
+"""Ranking: every hypothesis in its best shape given the findings, most probable first."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,29 +7,29 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import KINDS
-from ..questions.block_answer import Answer, scattered
+from ..questions.block_answer import Answer, compute_scatter_odds
 from ..questions.candidate import Candidate
-from ..questions.comparison import competing, levelled
+from ..questions.comparison import competing, equally_weighted
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Problem
 from .selected import Selected, keys_of
 
-COLOURED = 14
-"""Hypotheses whose answers are weighed with the colour of what they leave."""
+COLORED = 14
+"""Number of top hypotheses whose answers account for the autocorrelation of the residual."""
 REFINE = 3
-"""Hypotheses whose shape is refined before the best is chosen, and as many that only their shape excludes."""
+"""Number of top hypotheses whose shape is refined, and of those that only their grid shape excludes."""
 NEAR = 0.5
-"""Share of the foremost gain below which no finer shape makes a hypothesis the foremost [-]."""
+"""Gain relative to the best, below which a finer shape cannot make a hypothesis the best [-]."""
 
 Shapes = dict[object, Answer]
-"""Answers in the best shape of an earlier ranking, by hypothesis: a cache of what is slow to search."""
+"""Answers in the best shape of an earlier ranking, by hypothesis: a cache, as shapes are slow to search."""
 
 
 def total_prior(best: Sequence[Answer], problem: Problem) -> float:
     """Sum of the prior weights of all hypotheses."""
-    by_key = {candidate.key: candidate.prior for candidate, _ in problem.asked}
-    return float(sum((by_key | {one.candidate.key: one.candidate.prior for one in best}).values()))
+    by_key = {candidate.key: candidate.prior for candidate, _ in problem.candidates}
+    return float(sum((by_key | {answer.candidate.key: answer.candidate.prior for answer in best}).values()))
 
 
 def ranked(
@@ -39,84 +39,97 @@ def ranked(
     shapes: Shapes,
     joints: np.ndarray | None = None,
 ) -> list[Answer]:
-    """One answer for each hypothesis beside findings, the most probable first.
+    """One answer for each hypothesis given the findings, most probable first.
 
-    Of all joints, or of some. Shapes are asked for beside the grid; those that are refined here are put in.
+    Args:
+        problem: Problem of the search.
+        prediction: Prediction with the findings.
+        selected: Findings.
+        shapes: Shapes that are tried besides the grid; shapes refined here are added.
+        joints: Joints (j,) on which hypotheses act; all joints by default.
     """
-    taken, present = keys_of(selected), [one.answer.candidate for one in selected]
-    near = set(range(prediction.joints) if joints is None else joints.tolist())
+    present_keys, present = keys_of(selected), [finding.answer.candidate for finding in selected]
+    allowed = set(range(prediction.joints) if joints is None else joints.tolist())
 
     def wanted(candidate: Candidate, acting: Sequence[int] | np.ndarray) -> bool:
-        fresh = candidate.key not in taken and not candidate.covered(present)
-        return fresh and not near.isdisjoint(acting)
+        fresh = candidate.key not in present_keys and not candidate.covered(present)
+        return fresh and not allowed.isdisjoint(acting)
 
-    asked = problem.pairs(wanted)
+    pairs = problem.pairs(wanted)
     for kind in KINDS.values():
-        rest = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
-        asked += [(one, problem.columns_of(one)) for one in rest if wanted(one, one.joints)]
-    before = [one for one in shapes.values() if wanted(one.candidate, one.columns.joints)]
-    answers = ask(prediction, asked, strange=True)
-    strange = [one for one in _by_hypothesis(answers) if one.strange]
-    best = [*_by_hypothesis([one for one in answers if not one.strange]), *strange]
-    best = _with_known_shapes(best, _again(problem, prediction, before))
-    foremost = sorted(levelled(prediction, best[:COLOURED]), key=lambda one: -one.gain)
-    for place in _worth_refining(foremost, [one.candidate for one in before]):
-        one = foremost[place]
-        grid = [pair for pair in asked if pair[0].key == one.candidate.key]
-        fine = refined(prediction, one, problem.runs, grid if one.candidate.among == 1 else ())
-        foremost[place] = fine
+        suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
+        pairs += [
+            (candidate, problem.columns_of(candidate))
+            for candidate in suggested
+            if wanted(candidate, candidate.joints)
+        ]
+    earlier = [answer for answer in shapes.values() if wanted(answer.candidate, answer.columns.joints)]
+    answers = ask(prediction, pairs, strange=True)
+    strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
+    best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
+    best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
+    top = sorted(equally_weighted(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
+    for place in _worth_refining(top, [answer.candidate for answer in earlier]):
+        candidate = top[place].candidate
+        grid = [pair for pair in pairs if pair[0].key == candidate.key]
+        fine = refined(prediction, top[place], problem.runs, grid if candidate.among == 1 else ())
+        top[place] = fine
         if not fine.strange:
-            shapes[one.candidate.key] = fine
-    every = sorted([*foremost, *best[COLOURED:]], key=lambda one: -one.gain)
-    first = {one.candidate.key: one for one in reversed(every) if not one.strange}
-    return [one for one in every if first.get(one.candidate.key) is one]
+            shapes[candidate.key] = fine
+    ranking = sorted([*top, *best[COLORED:]], key=lambda answer: -answer.gain)
+    first = {answer.candidate.key: answer for answer in reversed(ranking) if not answer.strange}
+    return [answer for answer in ranking if first.get(answer.candidate.key) is answer]
 
 
-def _again(problem: Problem, prediction: Prediction, before: Sequence[Answer]) -> list[Answer]:
-    """Answers in the shapes they had, at the cost at which these were chosen."""
-    pairs = [(one.candidate, problem.columns_anew(one.candidate, one.columns)) for one in before]
-    chosen = {id(one.candidate): one for one in before}
-    return [one.chosen_as(chosen[id(one.candidate)]) for one in ask(prediction, pairs)]
+def _in_same_shapes(problem: Problem, prediction: Prediction, earlier: Sequence[Answer]) -> list[Answer]:
+    """New answers in the shapes of earlier ones, at the cost of the earlier choice."""
+    pairs = [(old.candidate, problem.columns_at_load(old.candidate, old.columns)) for old in earlier]
+    by_candidate = {id(old.candidate): old for old in earlier}
+    return [answer.chosen_as(by_candidate[id(answer.candidate)]) for answer in ask(prediction, pairs)]
 
 
 def _with_known_shapes(grid: Sequence[Answer], known: Sequence[Answer]) -> list[Answer]:
-    """The most probable first, each in the shape known before where none of the grid fits blocks better."""
-    by_key = {one.candidate.key: one for one in known}
-    fits = {one.candidate.key: one.gain + one.cost for one in known}
-    better = [one for one in grid if one.gain + one.cost > fits.get(one.candidate.key, -np.inf)]
-    for one in better:
-        if not one.strange:
-            by_key.pop(one.candidate.key, None)
-    return sorted([*better, *by_key.values()], key=lambda one: -one.gain)
+    """Answers, most probable first, each in its known shape unless a grid shape fits the blocks better."""
+    by_key = {answer.candidate.key: answer for answer in known}
+    fits = {answer.candidate.key: answer.gain + answer.cost for answer in known}
+    better = [
+        answer for answer in grid if answer.gain + answer.cost > fits.get(answer.candidate.key, -np.inf)
+    ]
+    for answer in better:
+        if not answer.strange:
+            by_key.pop(answer.candidate.key, None)
+    return sorted([*better, *by_key.values()], key=lambda answer: -answer.gain)
 
 
-def _worth_refining(foremost: Sequence[Answer], before: Sequence[Candidate]) -> list[int]:
-    """Places of those, not refined before, whose finer shape may be the foremost, or may not be excluded."""
-    least = max(NEAR * foremost[0].gain, 0.0) if foremost else 0.0
-    near = [k for k, one in enumerate(foremost) if one.gain > least and competing(one, foremost[0])]
-    places = dict.fromkeys([*near[:REFINE], *[k for k in near if foremost[k].strange][:REFINE]])
-    return [k for k in places if foremost[k].candidate.bounds and foremost[k].candidate not in before]
+def _worth_refining(top: Sequence[Answer], earlier: Sequence[Candidate]) -> list[int]:
+    """Indices of answers not refined earlier that a finer shape may make the best, or physically possible."""
+    least = max(NEAR * top[0].gain, 0.0) if top else 0.0
+    near = [k for k, answer in enumerate(top) if answer.gain > least and competing(answer, top[0])]
+    places = dict.fromkeys([*near[:REFINE], *[k for k in near if top[k].strange][:REFINE]])
+    return [k for k in places if top[k].candidate.bounds and top[k].candidate not in earlier]
 
 
 def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
-    """The best shape of each, at the cost of having chosen it, the most probable first."""
+    """The best shape of each hypothesis, at the cost of having chosen it, most probable first."""
     groups: dict[object, list[Answer]] = {}
-    for one in answers:
-        groups.setdefault(one.candidate.key, []).append(one)
-    chosen = [group for group in groups.values() if len(group) > 1 and max(one.gain for one in group) > 0.0]
-    scattered([one for group in chosen for one in group])
-    found = [_chosen(group) for group in groups.values()]
-    return sorted(found, key=lambda one: -one.gain)
+    for answer in answers:
+        groups.setdefault(answer.candidate.key, []).append(answer)
+    shaped = [
+        group for group in groups.values() if len(group) > 1 and max(answer.gain for answer in group) > 0.0
+    ]
+    compute_scatter_odds([answer for group in shaped for answer in group])
+    best = [_chosen(group) for group in groups.values()]
+    return sorted(best, key=lambda answer: -answer.gain)
 
 
 def _chosen(group: Sequence[Answer]) -> Answer:
-    """The best shape at the cost of having chosen it: as probable as all are on average."""
-    best = max(group, key=lambda one: one.gain)
-    if len(group) == 1 or best.gain <= 0.0:  # nothing comes of it either way
+    """The best shape at the cost of having chosen it: as probable as the average shape."""
+    best = max(group, key=lambda answer: answer.gain)
+    if len(group) == 1 or best.gain <= 0.0:  # the cost would change nothing
         return best
     gain, odds = (
-        float(np.logaddexp.reduce(every) - np.log(len(group)))
-        for every in ([one.gain for one in group], [one.scatter_odds for one in group])
+        float(np.logaddexp.reduce(logs) - np.log(len(group)))
+        for logs in ([answer.gain for answer in group], [answer.scatter_odds for answer in group])
     )
     choice = best.choice + max(best.scatter_odds - odds, 0.0)
     return replace(best, cost=best.cost + best.gain - gain, choice=choice)

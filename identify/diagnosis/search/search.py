@@ -1,4 +1,4 @@
-"""Search: effects are added, and each is chosen anew given all others, until a pass changes nothing."""
+"""Search: effects are added, then each is chosen again given all others, until a pass changes nothing."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,102 +14,102 @@ from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
-from .checks import again_beside, in_shape, judged_by_held_out, nominal_where_better
+from .checks import answer_beside, checked_by_held_out, nominal_if_better, with_refined_shape
 from .held_out import proven
-from .once import only_once
+from .once import with_contacts
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
 from .selected import Selected, answers_of, credible, keys_of, log_prior, odds_of
 from .simpler import simplest
 
 TURNS = 16
-"""Times that something is added in one pass, at most."""
+"""Maximum number of additions in one pass."""
 PASSES = 4
-"""Passes, at most: most searches are at rest after two or three; in some, findings come and go to the end."""
+"""Maximum number of passes: most searches converge in two or three; in some, findings keep alternating."""
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """What a search has come to."""
+    """Result of a search."""
 
-    problem: Problem  # the runs, and what was asked
-    selected: tuple[Selected, ...]  # in the order of their columns, the greatest first
-    prediction: Prediction  # with columns for everything that was found, at the end of its rows
-    without_findings: Prediction  # prediction without any of them
-    single: tuple[Answer, ...]  # all hypotheses, each beside nothing else, the most probable first
-    left: tuple[Answer, ...] = ()  # the others beside all findings, the most probable first
+    problem: Problem  # runs and candidates
+    selected: tuple[Selected, ...]  # findings in the order of their columns, largest first
+    prediction: Prediction  # prediction with the columns of all findings, which are the last of its rows
+    without_findings: Prediction  # prediction of the baseline
+    single: tuple[Answer, ...]  # every hypothesis as the only finding, most probable first
+    left: tuple[Answer, ...] = ()  # remaining hypotheses given all findings, most probable first
     total: float = 1.0  # sum of the prior weights of all hypotheses
 
     def ordered(self) -> "SearchResult":
-        """The same with those findings first that are certain enough to be named."""
-        selected = sorted(self.selected, key=lambda one: not one.named)
+        """The same result, with the findings that are certain enough to be named first."""
+        selected = sorted(self.selected, key=lambda finding: not finding.named)
         return replace(
             self, selected=tuple(selected), prediction=self.problem.prediction(answers_of(selected))
         )
 
 
 def search(problem: Problem) -> SearchResult:
-    """Find what the model leaves out."""
+    """Find the effects that the model lacks."""
     without_findings = problem.without_findings
-    selected = _measured(problem, without_findings)
-    problem = problem.asking(_asked_first(problem, without_findings))
+    selected = _measured_effects(problem, without_findings)
+    problem = problem.with_candidates(_suggested_by_baseline(problem, without_findings))
     shapes: Shapes = {}
-    every = ranked(problem, without_findings, [], shapes)
-    total, single = total_prior(every, problem), without_idle_curves(every, without_findings)
+    ranking = ranked(problem, without_findings, [], shapes)
+    total, single = total_prior(ranking, problem), without_idle_curves(ranking, without_findings)
     before, visited = list[Selected](), list[set[object]]()
     for _ in range(PASSES):
-        at, added = _added(problem, selected, total, shapes)
-        problem, added = _bearing(at, added)
-        if problem is not at:
-            at.forget()
-        changed = _changed(before, added, without_findings.joints) | (problem is not at)
-        before = selected = _chosen_anew(problem, added, total, changed, shapes)
+        searched, added = _with_additions(problem, selected, total, shapes)
+        problem, added = _at_own_load(searched, added)
+        if problem is not searched:
+            searched.forget()
+        changed = _changed_joints(before, added, without_findings.joints) | (problem is not searched)
+        before = selected = _rechosen(problem, added, total, changed, shapes)
         keys = keys_of(selected)
-        if (problem is at and keys == keys_of(added)) or keys in visited:  # at rest, or some come and go
+        if (problem is searched and keys == keys_of(added)) or keys in visited:  # converged, or alternating
             break
         visited.append(keys)
-    kept = judged_by_held_out(problem, selected, without_findings, total)
-    problem = nominal_where_better(problem, kept, without_findings)
-    kept = proven(problem, kept)
-    prediction = problem.prediction(answers_of(kept))
+    checked = checked_by_held_out(problem, selected, without_findings, total)
+    problem = nominal_if_better(problem, checked, without_findings)
+    checked = proven(problem, checked)
+    prediction = problem.prediction(answers_of(checked))
     return SearchResult(
         problem,
-        tuple(kept),
+        tuple(checked),
         prediction,
         without_findings,
         tuple(single),
-        tuple(ranked(problem, prediction, kept, shapes)),
+        tuple(ranked(problem, prediction, checked, shapes)),
         total,
     )
 
 
-def _asked_first(problem: Problem, prediction: Prediction) -> Iterator[Candidate]:
-    """Hypotheses by what the model leaves without any finding."""
+def _suggested_by_baseline(problem: Problem, prediction: Prediction) -> Iterator[Candidate]:
+    """Candidates that the residual of the baseline suggests."""
     for kind in KINDS.values():
         if kind.ask_first is not None:
             yield from kind.ask_first(problem.model, prediction, problem.runs)
 
 
-def _measured(problem: Problem, prediction: Prediction) -> list[Selected]:
-    """Effects that were measured otherwise than by torque, the most certain first.
+def _measured_effects(problem: Problem, prediction: Prediction) -> list[Selected]:
+    """Effects that were measured by other sensors than torque, most certain first.
 
-    Where blocks show the torque of one as well, that is taken.
+    If the blocks show the torque of such an effect as well, its answer by torque replaces it.
     """
-    found = []
+    findings = []
     for measured in (kind.measured for kind in KINDS.values() if kind.measured):
         for evidence, answer in measured(problem.model, prediction, problem.runs):
             odds = odds_of(evidence, prediction.joints)
             if odds > CERTAIN_ODDS:
-                found.append(Selected(answer, odds, (), once=True))
-    found.sort(key=lambda one: -one.odds)
-    for place, one in enumerate(found):
-        before = problem.prediction(answers_of(found[:place]))
-        found[place] = _with_torque(problem, before, one.answer.candidate) or one
-    return found
+                findings.append(Selected(answer, odds, (), once=True))
+    findings.sort(key=lambda finding: -finding.odds)
+    for place, finding in enumerate(findings):
+        before = problem.prediction(answers_of(findings[:place]))
+        findings[place] = _with_torque(problem, before, finding.answer.candidate) or finding
+    return findings
 
 
 def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) -> Selected | None:
-    """What was measured otherwise, with its torque; None where blocks do not show that."""
+    """An effect that another sensor measured, by its torque; None if the blocks do not show that."""
     candidate = measured.reshaped(measured.shape)
     for answer in ask(prediction, [(candidate, Thinned.of(candidate, problem.runs))]):
         best = refined(prediction, answer, problem.runs)
@@ -119,164 +119,166 @@ def _with_torque(problem: Problem, prediction: Prediction, measured: Candidate) 
     return None
 
 
-def _added(
+def _with_additions(
     problem: Problem, selected: list[Selected], total: float, shapes: Shapes
 ) -> tuple[Problem, list[Selected]]:
-    """Findings with all that is credible beside them, and the problem at their load.
+    """Findings with all credible additions, and the problem at their load.
 
-    Hypotheses that the latest finding's joints see are asked until none is credible, then all are.
+    Hypotheses on the joints of the latest finding are tested until none is credible, then all hypotheses.
     """
     out: set[object] = set()
     joints: np.ndarray | None = None
     for _ in range(TURNS):
-        problem, selected = only_once(problem, selected)
+        problem, selected = with_contacts(problem, selected)
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
-        open_ = [one for one in _material_answers(best, prediction) if one.candidate.key not in out]
-        one = simplest(prediction, without_idle_curves(open_, prediction), total)
-        if one is None and (joints is None or len(joints) == prediction.joints):
+        open_ = [answer for answer in _material_answers(best, prediction) if answer.candidate.key not in out]
+        finding = simplest(prediction, without_idle_curves(open_, prediction), total)
+        if finding is None and (joints is None or len(joints) == prediction.joints):
             break
-        joints = np.flatnonzero(seeing(one.answer)) if one else None
-        if one is None:
+        joints = np.flatnonzero(seeing(finding.answer)) if finding else None
+        if finding is None:
             continue
-        beside = [other for other in selected if not other.answer.candidate.covered([one.answer.candidate])]
-        settled, stay = _settled(problem, [*beside, one], total)
-        gone = keys_of([*selected, one]) - keys_of(stay)
-        if gone and _less_probable(settled, stay, selected):
-            out.add(one.answer.candidate.key)  # it takes out what explains more
+        candidate = finding.answer.candidate
+        uncovered = [other for other in selected if not other.answer.candidate.covered([candidate])]
+        reloaded, needed = _still_needed(problem, [*uncovered, finding], total)
+        gone = keys_of([*selected, finding]) - keys_of(needed)
+        if gone and _less_probable(reloaded, needed, selected):
+            out.add(candidate.key)  # it would replace findings that explain more
             continue
-        if settled is not problem:
+        if reloaded is not problem:
             problem.forget()
-        problem, selected = settled, stay
-        out |= gone  # in this pass: it would come and go
+        problem, selected = reloaded, needed
+        out |= gone  # in this pass: they would alternate
     return problem, selected
 
 
-def _chosen_anew(
+def _rechosen(
     problem: Problem, selected: list[Selected], total: float, changed: np.ndarray, shapes: Shapes
 ) -> list[Selected]:
-    """Each finding replaced by the most probable hypothesis beside all others; one not credible goes.
+    """Each finding replaced by the most probable hypothesis given all others; removed if none is credible.
 
-    Those on whose joints nothing has changed since they were chosen stay.
+    Findings on whose joints nothing has changed since they were chosen stay.
     """
-    whole = problem.prediction(answers_of(selected))
-    for one in list(selected):
-        settled = not np.any(seeing(one.answer) & changed)
-        if settled or one.once or not (one.others or one.answer.candidate.bounds):
+    with_all = problem.prediction(answers_of(selected))
+    for finding in list(selected):
+        unchanged = not np.any(seeing(finding.answer) & changed)
+        if unchanged or finding.once or not (finding.others or finding.answer.candidate.bounds):
             continue
-        place, others = selected.index(one), [other for other in selected if other is not one]
-        prediction = problem.prediction(answers_of(others), whole)
-        again = in_shape(problem, prediction, one.answer)
-        shapes[again.candidate.key] = again
-        best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(again)))
+        place, others = selected.index(finding), [other for other in selected if other is not finding]
+        prediction = problem.prediction(answers_of(others), with_all)
+        answer = with_refined_shape(problem, prediction, finding.answer)
+        shapes[answer.candidate.key] = answer
+        best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(answer)))
         best = without_idle_curves(_material_answers(best, prediction), prediction)
         chosen = simplest(prediction, best, total)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
 
 
-def _changed(before: Sequence[Selected], after: Sequence[Selected], joints: int) -> np.ndarray:
-    """Joints that see what only one of two lists of findings has, shape (n,)."""
-    apart = keys_of(before) ^ keys_of(after)
+def _changed_joints(before: Sequence[Selected], after: Sequence[Selected], joints: int) -> np.ndarray:
+    """Joints that see a finding which only one of two lists contains, shape (n,)."""
+    different = keys_of(before) ^ keys_of(after)
     changed = np.zeros(joints, bool)
-    for one in (*before, *after):
-        if one.answer.candidate.key in apart:
-            changed |= seeing(one.answer)
+    for finding in (*before, *after):
+        if finding.answer.candidate.key in different:
+            changed |= seeing(finding.answer)
     return changed
 
 
-def _less_probable(problem: Problem, some: Sequence[Selected], others: Sequence[Selected]) -> bool:
-    """Whether blocks are less probable with some findings than with others."""
-    one, other = (problem.prediction(answers_of(found)) for found in (some, others))
-    independent = other.weighting.independent
-    gain = one.log_probability(one.errors, independent) - other.log_probability(other.errors, independent)
+def _less_probable(problem: Problem, after: Sequence[Selected], before: Sequence[Selected]) -> bool:
+    """Whether blocks are less probable with the findings `after` than with the findings `before`."""
+    new, old = (problem.prediction(answers_of(findings)) for findings in (after, before))
+    independent = old.weighting.independent
+    gain = new.log_probability(new.errors, independent) - old.log_probability(old.errors, independent)
     return float(gain.sum()) < 0.0
 
 
 def _material_answers(answers: Sequence[Answer], prediction: Prediction) -> list[Answer]:
-    """The answers that make blocks more probable, and whose effect is material."""
+    """Answers that make blocks more probable, and whose effect is material."""
     return [answer for answer in answers if answer.gain > 0.0 and _material(answer, prediction)]
 
 
-def _material(one: Answer, prediction: Prediction) -> bool:
-    """Whether an effect explains more of what is left than the formulas of others may be wrong by.
+def _material(answer: Answer, prediction: Prediction) -> bool:
+    """Whether an effect explains more of the residual than errors in the formulas of other effects could.
 
-    On the joint that shows it best, by the variance that blocks share. A smooth torque must also be more than
-    the sensors' error of the joint's usual torque.
+    This is judged on the joint that shows it best, by the common variance of blocks. A smooth torque must
+    also exceed the sensors' error of the joint's usual torque.
     """
-    joint = int(np.argmax(one.by_joint))
-    variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
+    joint = int(np.argmax(answer.by_joint))
+    variance = prediction.common_variance(np.stack([answer.predicted, answer.errors]), answer.independent)
     before, after = variance[:, joint]
-    least, usual = FORMULA**2 * before, one.columns.usual
-    if one.candidate.smooth and usual is not None and joint in one.columns.joints:
-        least = max(least, (LINEAR * usual[one.columns.joints == joint][0]) ** 2)
-    return bool(before - after > least) or one.relief > CERTAIN_ODDS
+    least, usual = FORMULA**2 * before, answer.columns.usual
+    if answer.candidate.smooth and usual is not None and joint in answer.columns.joints:
+        least = max(least, (LINEAR * usual[answer.columns.joints == joint][0]) ** 2)
+    return bool(before - after > least) or answer.relief > CERTAIN_ODDS
 
 
 def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[Answer]:
-    """The answers without curves that explain hardly more than a formula of the same dependence."""
-    explained = {id(one): _explained(one, prediction) for one in best}
+    """Answers without the curves that explain hardly more than a formula over the same quantity."""
+    explained = {id(answer): _explained_variance(answer, prediction) for answer in best}
     formulas: dict[tuple[str, tuple[int, ...]], float] = {}
-    for one in best:
-        place = _dependence(one.candidate)
-        if place and kind_of(one.candidate.effect).formula:
-            formulas[place] = max(formulas.get(place, 0.0), explained[id(one)])
+    for answer in best:
+        place = _dependence(answer.candidate)
+        if place and kind_of(answer.candidate.effect).formula:
+            formulas[place] = max(formulas.get(place, 0.0), explained[id(answer)])
 
-    def needed(one: Answer) -> bool:
-        place = _dependence(one.candidate)
-        if place is None or kind_of(one.candidate.effect).formula:
+    def needed(answer: Answer) -> bool:
+        place = _dependence(answer.candidate)
+        if place is None or kind_of(answer.candidate.effect).formula:
             return True
-        return explained[id(one)] > (1.0 + FORMULA**2) * formulas.get(place, 0.0)
+        return explained[id(answer)] > (1.0 + FORMULA**2) * formulas.get(place, 0.0)
 
-    return [one for one in best if needed(one)]
+    return [answer for answer in best if needed(answer)]
 
 
 def _dependence(candidate: Candidate) -> tuple[str, tuple[int, ...]] | None:
-    """What the torque of a candidate depends on, and its joints."""
+    """Quantity that the torque of a candidate depends on, and its joints."""
     family = family_of(candidate)
     return (FAMILIES[family].dependence, candidate.joints) if family else None
 
 
-def _explained(one: Answer, prediction: Prediction) -> float:
-    """Variance that an effect takes from the joint that shows it best [(N m)^2]."""
-    variance = prediction.common_variance(np.stack([one.predicted, one.errors]), one.independent)
-    before, after = variance[:, int(np.argmax(one.by_joint))]
+def _explained_variance(answer: Answer, prediction: Prediction) -> float:
+    """Variance that an effect explains on the joint that shows it best [(N m)^2]."""
+    variance = prediction.common_variance(np.stack([answer.predicted, answer.errors]), answer.independent)
+    before, after = variance[:, int(np.argmax(answer.by_joint))]
     return float(before - after)
 
 
-def _settled(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:
-    """Findings that are each still needed beside the one that came last, at the load they leave."""
+def _still_needed(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:
+    """Findings that are still needed given the last one, and the problem at their load."""
     latest = selected[-1].answer
     if latest.candidate.carried or latest.candidate.reloads:
-        problem, selected = _bearing(problem, selected)
-    whole = problem.prediction(answers_of(selected), problem.prediction(answers_of(selected[:-1])))
-    for one in [one for one in selected[:-1] if not one.once and competing(one.answer, latest)]:
-        others = [other for other in selected if other is not one]
-        again = again_beside(problem, one.answer, answers_of(others), whole)
-        again = again or _in_allowed_shape(problem, one.answer, answers_of(others), whole)
-        if again is None or not credible(again.odds + log_prior(again, total), one):
+        problem, selected = _at_own_load(problem, selected)
+    with_all = problem.prediction(answers_of(selected), problem.prediction(answers_of(selected[:-1])))
+    for finding in [old for old in selected[:-1] if not old.once and competing(old.answer, latest)]:
+        others = [other for other in selected if other is not finding]
+        answer = answer_beside(problem, finding.answer, answers_of(others), with_all)
+        answer = answer or _in_allowed_shape(problem, finding.answer, answers_of(others), with_all)
+        if answer is None or not credible(answer.odds + log_prior(answer, total), finding):
             selected = others
             continue
-        # Beside others a coefficient may have come to a limit of physics, or left it.
-        own = {name: getattr(again, name) for name in ("candidate", "columns", "values", "free")}
-        bounded = replace(one.answer, **own)
-        selected = [other._replace(answer=bounded) if other is one else other for other in selected]
+        # Given the others, a coefficient may have reached a physical limit, or left it.
+        refitted = {name: getattr(answer, name) for name in ("candidate", "columns", "values", "free")}
+        bounded = replace(finding.answer, **refitted)
+        selected = [other._replace(answer=bounded) if other is finding else other for other in selected]
     return problem, selected
 
 
-def _bearing(problem: Problem, selected: Sequence[Selected]) -> tuple[Problem, list[Selected]]:
-    """The problem and the findings at the load that they leave."""
-    problem, answers = problem.bearing(answers_of(selected))
-    return problem, [one._replace(answer=answer) for one, answer in zip(selected, answers, strict=True)]
+def _at_own_load(problem: Problem, selected: Sequence[Selected]) -> tuple[Problem, list[Selected]]:
+    """The problem and the findings at the load that follows from these findings."""
+    problem, answers = problem.at_load_of(answers_of(selected))
+    pairs = zip(selected, answers, strict=True)
+    return problem, [finding._replace(answer=answer) for finding, answer in pairs]
 
 
 def _in_allowed_shape(
-    problem: Problem, answer: Answer, others: Sequence[Answer], near: Prediction
+    problem: Problem, answer: Answer, others: Sequence[Answer], similar: Prediction
 ) -> Answer | None:
-    """The same effect in its most probable shape that physics allows beside some others, if any."""
+    """The same effect in its most probable shape that physics allows given the others; None without any."""
     shapes = problem.pairs(lambda candidate, _: candidate.key == answer.candidate.key)
     if len(shapes) < 2:
         return None
-    prediction = problem.prediction(others, near)
-    again = max(ask(prediction, shapes), key=lambda one: one.gain, default=None)
-    return colouring(prediction, again).chosen_as(answer) if again else None
+    prediction = problem.prediction(others, similar)
+    best = max(ask(prediction, shapes), key=lambda shape: shape.gain, default=None)
+    return colouring(prediction, best).chosen_as(answer) if best else None

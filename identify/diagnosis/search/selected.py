@@ -1,4 +1,4 @@
-"""Selected: an effect that is credible, and what else may explain the same."""
+"""Selected: a credible effect, and its rivals, which may explain the same."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -13,89 +13,89 @@ from ..questions.comparison import SEEN, better, competing
 from ..questions.shape import Shaped
 
 NAMED = 0.9
-"""Probability from which on something is named: it is nine times as likely as all else together."""
+"""Probability from which on an effect is named: nine times that of all alternatives together."""
 NAMED_ODDS = float(np.log(NAMED / (1.0 - NAMED)))
-"""Logarithm of the odds at that probability."""
+"""Log odds at that probability."""
 EXCLUDED = 0.01
-"""Probability below which something is no alternative any more, and is not listed."""
+"""Probability below which a rival is excluded, and not listed."""
 EXCLUDED_ODDS = float(-np.log(EXCLUDED))
-"""Logarithm of the odds against something from which on it is not compared any further."""
+"""Log odds against a rival from which on it is not compared any further."""
 ByBlocks = Callable[[Answer, Answer], float]
-"""Logarithm of the odds of one answer against another, by how blocks left out scatter."""
+"""Log odds of one answer against another, from the scatter of left-out blocks."""
 
 
 class FamilyShare(NamedTuple):
-    """A family to which an effect belongs, and the probability that it is any member of it."""
+    """A family of effects, and the probability that the effect is any member of it."""
 
     name: str
     probability: float
 
 
 class Selected(NamedTuple):
-    """An effect that was found, and what else it might be."""
+    """A finding and its rivals."""
 
     answer: Answer  # the effect
-    odds: float  # logarithm of the odds that it is there, after every check
-    others: tuple[tuple[Answer, float], ...] = ()  # what may explain the same, log odds against each
+    odds: float  # log odds that it is there, after every check
+    others: tuple[tuple[Answer, float], ...] = ()  # rivals, and the log odds against each
     once: bool = False  # whether it happened once, so that no other block predicts it
-    alone: bool = False  # whether one joint alone shows what acts on the whole arm: not named then
-    proven: bool = True  # whether its effect on fitted blocks and on runs held out excludes zero
-    unnamed: float = 0.0  # what is left beside it without a name, over what it explains [-]
+    alone: bool = False  # whether one joint alone shows an effect on the whole arm, which is then not named
+    proven: bool = True  # whether its effect on fitted blocks and on held-out runs excludes zero
+    unnamed: float = 0.0  # unexplained squared torque over that explained by it [-]
 
     @property
     def predicts_held_out(self) -> bool:
-        """Whether runs held out can support or contradict it."""
+        """Whether held-out runs can support or contradict it."""
         return not self.once and not self.answer.candidate.by_run
 
     @property
     def _weights(self) -> np.ndarray:
-        """Of nothing, of the effect itself and of the others, over that of the effect, (2 + m,)."""
+        """Relative probabilities of "no effect", of this effect (1) and of its rivals, (2 + m,)."""
         return np.exp(-np.clip([self.odds, 0.0, *(odds for _, odds in self.others)], -700.0, 700.0))
 
     @property
     def probability(self) -> float:
-        """That it is there, and that it is this and nothing else that explains the same."""
+        """Probability that it is there, and is this effect and none of its rivals."""
         return float(self._share / self._weights.sum())
 
     @property
     def certainty(self) -> float:
-        """The same of its effect on its joints, of whatever shape or frequency."""
+        """Probability of the same effect on the same joints, in any shape or at any frequency."""
         here = self.answer.candidate
-        alike = [p for one, p in self.not_excluded if _place(one.candidate) == _place(here)]
+        alike = [p for rival, p in self.not_excluded if _place(rival.candidate) == _place(here)]
         return self.probability + sum(alike)
 
     @property
     def together(self) -> float:
-        """Logarithm of how much likelier it is that any rival on its joints is there than this one alone."""
+        """Log of how much likelier this effect or any rival on its joints is than this effect alone."""
         here = self.answer.candidate.joints
-        alike = [-odds for one, odds in self.others if one.candidate.joints == here]
+        alike = [-odds for rival, odds in self.others if rival.candidate.joints == here]
         return float(np.logaddexp.reduce([0.0, *alike]))
 
     @property
     def family(self) -> FamilyShare | None:
-        """The narrowest family on its joints that is certain enough to be named; None if unproven too."""
+        """The narrowest family on its joints that is certain enough to be named; None if unproven."""
         narrow = family_of(self.answer.candidate) if self.proven else ""
         wide = FAMILIES[narrow].dependence if narrow else ""
         shares = (FamilyShare(name, self._probability_of(name)) for name in (narrow, wide) if name)
-        return next((one for one in shares if one.probability >= NAMED), None)
+        return next((share for share in shares if share.probability >= NAMED), None)
 
     @property
     def dependence_probability(self) -> float:
-        """That something is there whose torque depends on what this one's depends on."""
+        """Probability that an effect is there whose torque depends on the same quantity."""
         narrow = family_of(self.answer.candidate)
         return self._probability_of(FAMILIES[narrow].dependence) if narrow else self.certainty
 
     def _probability_of(self, family: str) -> float:
-        """That it is any member of a family on the same joints."""
+        """Probability that it is any member of a family on the same joints."""
         here, weights = self.answer.candidate, self._weights
-        every = [here, *(one.candidate for one, _ in self.others)]
+        hypotheses = [here, *(rival.candidate for rival, _ in self.others)]
         members = _families_of(family)
-        alike = [one.joints == here.joints and family_of(one) in members for one in every]
+        alike = [other.joints == here.joints and family_of(other) in members for other in hypotheses]
         return float(weights[1:][alike].sum() * self._share / weights.sum())
 
     @property
     def _share(self) -> float:
-        """Of what is not noise: where physics without a name does as much, this may be a part of that."""
+        """Share of the probability left to it: unexplained torque of the same size may include its own."""
         return 1.0 / (1.0 + self.unnamed) if self.unnamed >= 1.0 else 1.0
 
     @property
@@ -105,21 +105,21 @@ class Selected(NamedTuple):
 
     @property
     def elsewhere(self) -> list[tuple[Answer, float]]:
-        """Other effects, or other joints, that are not excluded, each once and with its probability."""
+        """Other effects, or other joints, that are not excluded, each once with its probability."""
         here = _place(self.answer.candidate)
-        first = {_place(one.candidate): (one, p) for one, p in self.not_excluded[::-1]}
+        first = {_place(rival.candidate): (rival, p) for rival, p in self.not_excluded[::-1]}
         return [pair for place, pair in reversed(first.items()) if place != here]
 
     @property
     def not_excluded(self) -> list[tuple[Answer, float]]:
-        """Others that are credible enough to be reported, with their probability."""
+        """Rivals that are credible enough to be reported, with their probability."""
         weights = self._weights
-        every = zip(self.others, weights[2:] * self._share / weights.sum(), strict=True)
-        return [(one, float(p)) for (one, _), p in every if p > EXCLUDED]
+        rivals = zip(self.others, weights[2:] * self._share / weights.sum(), strict=True)
+        return [(rival, float(p)) for (rival, _), p in rivals if p > EXCLUDED]
 
 
 def _families_of(name: str) -> tuple[str, ...]:
-    """A family, and those that it contains."""
+    """A family, and the families that it contains."""
     return (name, *(inner for inner, family in FAMILIES.items() if family.dependence == name))
 
 
@@ -128,17 +128,17 @@ def _place(candidate: Candidate) -> tuple[str, tuple[int, ...]]:
 
 
 def log_prior(answer: Answer, total: float) -> float:
-    """Logarithm of the prior odds of one hypothesis, of all hypotheses' total weight.
+    """Prior log odds of one hypothesis, given the total prior weight of all hypotheses.
 
-    All together are as likely as nothing.
+    All hypotheses together are as likely as "no effect".
     """
     return float(np.log(answer.candidate.prior / total))
 
 
 def odds_of(answer: Answer, total: float) -> float:
-    """Logarithm of the odds that an effect is there, with the prior of its hypothesis.
+    """Log odds that an effect is there, with the prior of its hypothesis.
 
-    What acts on the whole arm is not there unless it is also seen without the joint that sees most of it.
+    An effect on the whole arm must also be seen without the joint that shows it best; otherwise -inf.
     """
     if not answer.candidate.joints and len(answer.by_joint) > 1:
         if not answer.gain - max(float(answer.by_joint.max()), 0.0) > CERTAIN_ODDS:
@@ -147,12 +147,12 @@ def odds_of(answer: Answer, total: float) -> float:
 
 
 def contradicted(answer: Answer) -> bool:
-    """Whether runs held out are less probable with it, beyond what scatter of its coefficients makes."""
+    """Whether it makes held-out runs less probable than scatter of its coefficients alone would."""
     return answer.held_out < -answer.scatter_held_out
 
 
 def _odds(answer: Answer, total: float) -> float:
-    """The same, whether or not one joint alone sees it: so what else may explain a finding is weighed."""
+    """Log odds that an effect is there, even if one joint alone sees it: for weighing rivals."""
     everywhere = not answer.candidate.everywhere or _everywhere(answer)
     return answer.odds + log_prior(answer, total) if everywhere and answer.gain > 0.0 else -np.inf
 
@@ -160,95 +160,96 @@ def _odds(answer: Answer, total: float) -> float:
 def _everywhere(answer: Answer) -> bool:
     """Whether every joint is predicted better, and at least half of them clearly.
 
-    Where the clock that all drives share had to be beyond its prior without it, blocks are predicted as well
-    with that clock, and none may be predicted clearly worse.
+    If the common clock of all drives strains its prior without the effect, that clock predicts the blocks as
+    well as the effect does. Then it suffices that no joint is predicted clearly worse.
     """
     if answer.relief > CERTAIN_ODDS:
         return bool(np.all(answer.by_joint > -SEEN))
     return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
 
 
-def judged(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
-    """The most probable hypothesis that is credible, with what else may explain the same.
+def most_probable(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
+    """The most probable credible hypothesis, with its rivals.
 
-    Another counts for no more than the odds that it is there at all. Where no name is certain the likeliest
-    comes first, even if one joint alone shows it.
+    A rival counts for no more than the odds that it is there at all. If no hypothesis is certain enough to be
+    named, the likeliest is returned, even if one joint alone shows it.
 
     Args:
-        best: One answer for each hypothesis, the most probable first.
+        best: One answer for each hypothesis, most probable first.
         total: Sum of the prior weights of all hypotheses.
-        blocks: Logarithm of the odds of one answer against another by how blocks scatter.
+        blocks: Returns the log odds of one answer against another from the scatter of blocks.
     """
 
-    def against(one: Answer, other: Answer) -> float:
-        prior = log_prior(one, total) - log_prior(other, total)
-        return better(one, other, blocks(one, other), prior)
+    def against(answer: Answer, other: Answer) -> float:
+        prior = log_prior(answer, total) - log_prior(other, total)
+        return better(answer, other, blocks(answer, other), prior)
 
-    likely = [one for one in best if odds_of(one, total) > CERTAIN_ODDS] or _together(best, total)
+    likely = [answer for answer in best if odds_of(answer, total) > CERTAIN_ODDS] or _together(best, total)
     if not likely:
         return None
     first = likely[0]
-    for one in likely[1:]:
-        if competing(one, first) and against(one, first) > 0.0:
-            first = one
-    found = _beside_others(first, odds_of(first, total), best, total, against)
-    if found.named or not found.others or found.others[0][1] > 0.0:
-        return found
-    likelier = found.others[0][0]
+    for answer in likely[1:]:
+        if competing(answer, first) and against(answer, first) > 0.0:
+            first = answer
+    finding = _with_rivals(first, odds_of(first, total), best, total, against)
+    if finding.named or not finding.others or finding.others[0][1] > 0.0:
+        return finding
+    likelier = finding.others[0][0]
     odds = _odds(likelier, total)
     if odds < CERTAIN_ODDS:
-        return found
-    again = _beside_others(likelier, odds, best, total, against)
-    return again._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
+        return finding
+    replacement = _with_rivals(likelier, odds, best, total, against)
+    return replacement._replace(alone=odds_of(likelier, total) < CERTAIN_ODDS)
 
 
 def _together(best: Sequence[Answer], total: float) -> list[Answer]:
-    """The likeliest of rivals on the same joints, none credible alone, where it is credible that it is any.
+    """The likeliest of rivals on the same joints that are credible together, though none is alone.
 
-    Hypotheses exclude one another, so that their odds against nothing add up.
+    Hypotheses exclude one another, so their odds against "no effect" add up.
     """
     groups: dict[tuple[int, ...], list[Answer]] = {}
-    for one in best:
-        if np.isfinite(odds_of(one, total)) and one.candidate.joints:
-            groups.setdefault(one.candidate.joints, []).append(one)
+    for answer in best:
+        if np.isfinite(odds_of(answer, total)) and answer.candidate.joints:
+            groups.setdefault(answer.candidate.joints, []).append(answer)
     odds = {
-        joints: float(np.logaddexp.reduce([odds_of(one, total) for one in group]))
+        joints: float(np.logaddexp.reduce([odds_of(answer, total) for answer in group]))
         for joints, group in groups.items()
     }
     joints = max(odds, key=lambda key: odds[key], default=None)
     if joints is None or odds[joints] < NAMED_ODDS:
         return []
-    return [max(groups[joints], key=lambda one: odds_of(one, total))]
+    return [max(groups[joints], key=lambda answer: odds_of(answer, total))]
 
 
-def _beside_others(
+def _with_rivals(
     first: Answer, odds: float, best: Sequence[Answer], total: float, against: ByBlocks
 ) -> Selected:
-    """One hypothesis with what else may explain the same."""
-    others = []
-    for one in best:
-        if one is not first and competing(one, first) and one.gain > 0.0:
-            # It does not matter whether a second joint shows it, as a base tilt may be seen on one alone.
-            less = odds - _odds(one, total)
-            others.append((one, less if less > EXCLUDED_ODDS else max(against(first, one), less)))
-    return Selected(first, odds, tuple(sorted(others, key=lambda pair: pair[1])))
+    """One hypothesis with its rivals."""
+    rivals = []
+    for answer in best:
+        if answer is not first and competing(answer, first) and answer.gain > 0.0:
+            # A rival needs no second joint that shows it: one joint alone may show a base tilt.
+            least = odds - _odds(answer, total)
+            rivals.append((answer, least if least > EXCLUDED_ODDS else max(against(first, answer), least)))
+    return Selected(first, odds, tuple(sorted(rivals, key=lambda pair: pair[1])))
 
 
-def credible(odds: float, one: Selected) -> bool:
-    """Whether a finding is there at other odds: itself, or, as one of its rivals would be, any of them."""
-    return odds > CERTAIN_ODDS or odds + one.together > NAMED_ODDS
+def credible(odds: float, finding: Selected) -> bool:
+    """Whether a finding with these new log odds is credible, by itself or together with its rivals."""
+    return odds > CERTAIN_ODDS or odds + finding.together > NAMED_ODDS
 
 
-def answers_of(found: Sequence[Selected]) -> list[Answer]:
-    """Effects of findings, in their order."""
-    return [one.answer for one in found]
+def answers_of(findings: Sequence[Selected]) -> list[Answer]:
+    """Answers of findings, in the same order."""
+    return [finding.answer for finding in findings]
 
 
-def keys_of(found: Sequence[Selected]) -> set[object]:
-    """Hypotheses of findings."""
-    return {one.answer.candidate.key for one in found}
+def keys_of(findings: Sequence[Selected]) -> set[object]:
+    """Keys of the hypotheses of findings."""
+    return {finding.answer.candidate.key for finding in findings}
 
 
-def shapes_of(found: Sequence[Selected]) -> list[Shaped]:
-    """Shapes of findings, to be asked for again."""
-    return [Shaped.of(one.answer.candidate) for one in found if one.answer.candidate.bounds]
+def shapes_of(findings: Sequence[Selected]) -> list[Shaped]:
+    """Shapes of findings, for a later search to try again."""
+    candidates = (finding.answer.candidate for finding in findings)
+    return [Shaped.of(candidate) for candidate in candidates if candidate.bounds]

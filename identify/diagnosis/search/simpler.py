@@ -1,7 +1,7 @@
-"""Simpler: an effect whose torque another contains wins, unless what the other has beyond it is needed.
+"""Simpler: of two effects, one of which contains the other, the smaller wins unless the larger is needed.
 
-An offset is a part of a spring, the inertia of a rotor one of a link. The larger effect always fits as well,
-and its further parameters take up what the model misses elsewhere.
+An offset is part of a spring, and a rotor inertia part of a link inertia. The larger effect always fits at
+least as well, and its extra parameters absorb errors of the model elsewhere.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,33 +11,35 @@ import numpy as np
 from ..blocks.prediction import Prediction
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.comparison import better, by_blocks
-from .selected import Selected, judged, log_prior, odds_of
+from .selected import Selected, log_prior, most_probable, odds_of
 
 SAME = 1e-3
-"""Share of a torque by which two ways of thinning it out differ [-]."""
+"""Relative difference between two ways of decimating the same torque [-]."""
 
 
 def simplest(prediction: Prediction, best: Sequence[Answer], total: float) -> Selected | None:
-    """The most probable hypothesis that is credible, or the part of it that is.
+    """The most probable credible hypothesis, or the part of it that suffices.
 
     Args:
-        prediction: Without any of them.
-        best: One answer for each hypothesis, the most probable first.
+        prediction: Prediction without any of them.
+        best: One answer for each hypothesis, most probable first.
         total: Sum of the prior weights of all hypotheses.
     """
     open_ = list(best)
     while True:
-        found = judged(open_, total, lambda one, other: by_blocks(prediction, one, other))
-        if found is None or not any(_enough(prediction, found.answer, open_, total)):
-            return found
-        open_ = [answer for answer in open_ if answer is not found.answer]
+        finding = most_probable(open_, total, lambda first, second: by_blocks(prediction, first, second))
+        if finding is None or not any(_part_suffices(prediction, finding.answer, open_, total)):
+            return finding
+        open_ = [answer for answer in open_ if answer is not finding.answer]
 
 
-def _enough(prediction: Prediction, larger: Answer, best: Sequence[Answer], total: float) -> Iterator[bool]:
-    """For each credible part of an effect, whether what is beyond it is not credible as an effect of its own.
+def _part_suffices(
+    prediction: Prediction, larger: Answer, best: Sequence[Answer], total: float
+) -> Iterator[bool]:
+    """For each credible part of an effect, whether the remainder of the effect is not credible by itself.
 
-    Each further parameter, whose size nothing gives, costs half the logarithm of the rows that show it, as in
-    Schwarz's criterion.
+    Each extra parameter of unknown size costs half the logarithm of the number of rows that show it, as in
+    the Bayesian information criterion (Schwarz).
     """
     joint = int(np.argmax(larger.by_joint))
     rows = larger.independent[joint] * prediction.sums.counts[larger.fitted, joint].sum()
@@ -50,10 +52,10 @@ def _enough(prediction: Prediction, larger: Answer, best: Sequence[Answer], tota
 
 
 def contains(larger: Answer, part: Answer) -> bool:
-    """Whether any torque of one effect is a torque of another on the same joints."""
+    """Whether the columns of one effect reproduce the torque of another on the same joints."""
     if not np.array_equal(larger.columns.joints, part.columns.joints):
         return False
     columns, torque = (answer.columns.values.reshape(-1, len(answer.values)) for answer in (larger, part))
     size = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    left = torque - columns / size @ np.linalg.lstsq(columns / size, torque, rcond=None)[0]
-    return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * np.linalg.norm(torque, axis=0)))
+    residual = torque - columns / size @ np.linalg.lstsq(columns / size, torque, rcond=None)[0]
+    return bool(np.all(np.linalg.norm(residual, axis=0) <= SAME * np.linalg.norm(torque, axis=0)))

@@ -208,7 +208,7 @@ def test_what_cannot_be_asked_is_a_warning_and_the_rest_is_answered(tmp_path, ca
     assert main(["diagnose", *paths, "--quick", "--output", str(tmp_path / "out")]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "Short is left out: 1.00 s is too short for filters" in text
-    assert "No run was held out: that the fit improves is no proof" in text
+    assert "No run was held out, so an improved fit proves nothing" in text
     assert "Temperatures were not recorded" in text
 
 

@@ -16,7 +16,7 @@ from exidyn.identification.diagnosis.blocks.block_likelihood import (
     trust,
 )
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS, CREDIBLE
-from exidyn.identification.diagnosis.questions.comparison import colouring, levelled
+from exidyn.identification.diagnosis.questions.comparison import colouring, equally_weighted
 from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.search.search import _material
 from exidyn.identification.diagnosis.search.selected import odds_of
@@ -142,7 +142,7 @@ def test_of_two_answers_the_one_that_leaves_less_is_ahead_be_it_slower():
     pairs = [asked(one[:, :, None], (0,), effect=name) for name, one in (("slow", slow), ("rough", rough))]
     prediction = predicted(rows(torque, np.ones((3200, 1, 1)), np.array([np.inf])), blocks((160,) * 20))
     answers = ask(prediction, pairs)
-    ahead, behind = levelled(prediction, answers)
+    ahead, behind = equally_weighted(prediction, answers)
     assert ahead.candidate.effect == "slow"
     assert ahead.errors.sum() < behind.errors.sum()
     assert ahead.gain > behind.gain

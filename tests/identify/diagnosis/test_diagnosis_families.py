@@ -12,7 +12,7 @@ from exidyn.identification.diagnosis.candidates.friction import GRADUAL
 from exidyn.identification.diagnosis.findings.family import FAMILIES
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.search import selected
-from exidyn.identification.diagnosis.search.selected import judged, odds_of
+from exidyn.identification.diagnosis.search.selected import most_probable, odds_of
 from exidyn.identification.effects import StribeckFriction
 from exidyn.identification.effects.effect import JointEffect
 from exidyn.identification.effects.smooth_sign import smooth_sign
@@ -38,7 +38,7 @@ def plain(monkeypatch):
 
 
 def asked(*answers):
-    return judged(answers, 1.0, lambda one, other: 0.0)
+    return most_probable(answers, 1.0, lambda one, other: 0.0)
 
 
 DRAG, DRY = {"exponent": 0.5}, {"reversal": 0.1}

@@ -34,9 +34,9 @@ def test_nominal_values_stay_where_fitted_ones_predict_a_joint_worse(monkeypatch
     as_fitted = SimpleNamespace(at_nominal=lambda: at_nominal)
     squares = {id(as_fitted): [0.5, fitted], id(at_nominal): [0.5, nominal]}
     monkeypatch.setattr(checks, "_held_out", lambda one, *_: np.array(squares[id(one)]))
-    chosen = checks.nominal_where_better(as_fitted, [object()], None)
+    chosen = checks.nominal_if_better(as_fitted, [object()], None)
     assert chosen is {"nominal": at_nominal, "fitted": as_fitted}[kept]
-    assert checks.nominal_where_better(as_fitted, [], None) is as_fitted
+    assert checks.nominal_if_better(as_fitted, [], None) is as_fitted
 
 
 def test_a_problem_at_nominal_holds_what_the_model_states():
@@ -53,7 +53,7 @@ def test_a_finding_that_predicts_a_joint_held_out_worse_goes(monkeypatch):
     def judged(with_it, without):
         ratios = {True: np.array(with_it), False: np.array(without)}
         monkeypatch.setattr(checks, "_held_out", lambda _, some, __: ratios[bool(some)])
-        return checks.judged_by_held_out(found.problem, [spring], found.without_findings, found.total)
+        return checks.checked_by_held_out(found.problem, [spring], found.without_findings, found.total)
 
     assert judged([0.5, 0.5], [1.0, 1.0]) == [spring]
     assert judged([1.0, 1.5], [1.0, 1.0]) == []
@@ -80,7 +80,7 @@ def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(mon
         return np.array([1.0, 1.5 if any(one.answer.candidate is best for one in some) else 1.0])
 
     monkeypatch.setattr(checks, "_held_out", held_out)
-    [kept] = checks.judged_by_held_out(found.problem, [drag], found.without_findings, found.total)
+    [kept] = checks.checked_by_held_out(found.problem, [drag], found.without_findings, found.total)
     assert kept.answer.candidate.key == best.key
     assert kept.answer.candidate.shape != best.shape
     assert CERTAIN_ODDS < kept.odds < drag.odds
@@ -93,7 +93,7 @@ def test_findings_that_share_the_blame_go_until_no_joint_is_worse(monkeypatch):
     ratios = {0: 1.0, 1: 1.01, 2: 1.06, 3: 1.1}  # each is harmless alone
     monkeypatch.setattr(checks, "_held_out", lambda _, some, __: np.array([0.5, ratios[len(some)] ** 2]))
     monkeypatch.setattr(checks, "_in_another_shape", lambda *_: None)
-    [kept] = checks.no_joint_worse(found.problem, three, found.without_findings, found.total)
+    [kept] = checks.without_harmful(found.problem, three, found.without_findings, found.total)
     assert kept is three[0]  # the most certain comes back
 
 

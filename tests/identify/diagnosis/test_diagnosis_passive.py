@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.candidates.contact_event import Reach, _pushed
+from exidyn.identification.diagnosis.candidates.contact_event import FlangeTorque, _pushed
 from exidyn.identification.diagnosis.diagnose import diagnose, nominal
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.problem import Problem
@@ -63,6 +63,6 @@ def test_a_force_that_the_arm_does_not_feel_is_none_however_certain_its_rows():
     torque[:, 0, 0] = 1.0 + time
     left = torque @ np.array([3.0, 0.0, 0.0])
     weight = np.full(left.shape, 1e20)
-    [(_, force, _)] = _pushed(Reach(time, torque), left, weight, 1e-4, np.array([1.0]), 0.6)
+    [(_, force, _)] = _pushed(FlangeTorque(time, torque), left, weight, 1e-4, np.array([1.0]), 0.6)
     np.testing.assert_allclose(force[1:], 0.0, atol=1e-9)
     assert force[0] > 1.0

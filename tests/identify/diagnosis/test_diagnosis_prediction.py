@@ -317,13 +317,13 @@ def test_sums_with_further_unknowns_are_those_of_the_dense_columns():
     wider = given.plus(["first", "second"], more, np.array([1.0, 2.0]))
     sums = BlockSums.of(given, pieces).plus(wider, UNKNOWNS)
     columns, torque = wider.columns * given.weight[:, :, None], wider.difference * given.weight
-    gram, right = sums.whole(np.ones(sums.counts.shape), UNKNOWNS + 2)
+    gram, right = sums.normal_equations(np.ones(sums.counts.shape), UNKNOWNS + 2)
     for block, piece in enumerate(pieces.rows):
         own = columns[piece].reshape(-1, UNKNOWNS + 2)
         assert gram[block] == pytest.approx(own.T @ own)
         assert right[block] == pytest.approx(own.T @ torque[piece].ravel())
     values = random.normal(size=UNKNOWNS + 2)
-    assert sums.left(values) == pytest.approx(torque - columns @ values)
+    assert sums.residual(values) == pytest.approx(torque - columns @ values)
     assert sums.mixed(torque, UNKNOWNS + 2) == pytest.approx(np.einsum("rnb,rn->b", columns, torque))
 
 

@@ -93,7 +93,7 @@ def test_without_a_ripple_frequencies_are_asked_for_and_none_is_found():
 
 def test_waves_that_the_range_of_a_joint_does_not_show_are_not_asked_for():
     at = runs(7.0, 0.0)
-    low = [one for one, _ in at.asked if one.effect == "torque_ripple"]
+    low = [one for one, _ in at.candidates if one.effect == "torque_ripple"]
     assert {one.shape["harmonic"] for one in low if "harmonic" in one.shape} == {1.0, 2.0, 3.0, 4.0, 6.0}
     direct = replace(at.model, robot=replace(at.model.robot, gear_ratio=np.ones(2)))
     made = [Thinned.of(one, at.runs) for one in hypotheses("torque_ripple", direct)]

@@ -55,7 +55,7 @@ def answer(gains, effect="something", joints=(0,), rows=None, held_out=0, **more
 
 def judged(best, total):
     """As of blocks that leave no doubt which of two they have."""
-    return selected.judged(best, total, lambda one, other: np.sign(one.gain - other.gain) * 1e3)
+    return selected.most_probable(best, total, lambda one, other: np.sign(one.gain - other.gain) * 1e3)
 
 
 def sizes(found):
@@ -88,7 +88,7 @@ def test_two_effects_at_once_are_both_named():
 def relief_of_drag(deviations):
     """Of viscous friction at the elbow, so many standard deviations from what is stated, (1.425 ± 0.3)."""
     at = problem(record([], {"Fv2": 1.425 + 0.3 * deviations}))
-    [drag] = [pair for pair in at.asked if pair[0].key == ("viscous_friction", (1,), "")]
+    [drag] = [pair for pair in at.candidates if pair[0].key == ("viscous_friction", (1,), "")]
     [answer] = ask(at.prediction([]), [drag])
     return answer.relief
 
@@ -147,10 +147,10 @@ def test_a_push_in_the_run_held_out_is_a_contact_and_a_moment():
 
 def test_a_push_of_less_than_the_sensors_error_of_the_usual_torque_is_no_contact(monkeypatch):
     at = problem(record(change=pushed))
-    selected = once.only_once(at, [])[1]
+    selected = once.with_contacts(at, [])[1]
     assert [one.answer.candidate.effect for one in selected] == ["contact_event"]
     monkeypatch.setattr(once, "LINEAR", 1.0)  # sensors as wrong as their joints' usual torque
-    assert once.only_once(at, []) == (at, [])
+    assert once.with_contacts(at, []) == (at, [])
 
 
 def late(seconds, joints):
@@ -430,7 +430,7 @@ def test_what_two_predict_alike_is_distinguished_by_what_its_shape_cost_when_jud
 def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
     at = problem(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
     prediction = at.prediction([])
-    [whole] = [pair for pair in at.asked if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
+    [whole] = [pair for pair in at.candidates if pair[0].key == ("nonlinear_viscous_friction", (1,), "")][2:3]
     [start] = ask(prediction, [whole])
     best = refined(prediction, start, at.runs)
     at_best, bounds = best.candidate.shape["exponent"], best.candidate.bounds["exponent"]
@@ -448,7 +448,7 @@ def test_a_shape_costs_how_many_are_distinguished_within_its_bounds():
 def test_a_spring_within_the_sensors_error_of_the_usual_torque_is_none(share, there):
     """However quiet the joint is: a sensor that is not linear has torque by position, too."""
     at = problem(record(roles=("identify", "identify")))
-    (_, columns), *_ = [pair for pair in at.asked if pair[0].key == ("joint_spring", (1,), "")]
+    (_, columns), *_ = [pair for pair in at.candidates if pair[0].key == ("joint_spring", (1,), "")]
     spring = columns.everywhere(2)[:, :, 0]
     spring *= share * columns.usual[0] / np.std(spring[:, 1])
     quiet = at.rows.difference - 0.98 * at.without_findings.residual + spring
@@ -468,16 +468,16 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
     drag, spring = by_name["nonlinear_viscous_friction"], by_name["joint_spring"]
     problem = replace(
         found.problem,
-        asked=[pair for pair in found.problem.asked if pair[0].key != spring.answer.candidate.key],
+        candidates=[pair for pair in found.problem.candidates if pair[0].key != spring.answer.candidate.key],
     )
-    monkeypatch.setattr(search, "again_beside", lambda *_: None)
-    _, stay = search._settled(problem, [drag, spring], found.total)
+    monkeypatch.setattr(search, "answer_beside", lambda *_: None)
+    _, stay = search._still_needed(problem, [drag, spring], found.total)
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction", "joint_spring"]
-    grid = [one.shape["exponent"] for one, _ in problem.asked if one.key == drag.answer.candidate.key]
+    grid = [one.shape["exponent"] for one, _ in problem.candidates if one.key == drag.answer.candidate.key]
     assert stay[0].answer.candidate.shape["exponent"] in grid
     assert abs(stay[0].answer.candidate.shape["exponent"] - 1.7) < 0.5
     # One that has no other shape goes.
-    _, stay = search._settled(problem, [spring, drag], found.total)
+    _, stay = search._still_needed(problem, [spring, drag], found.total)
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction"]
 
 
@@ -489,7 +489,7 @@ def test_what_is_not_credible_beside_all_others_goes():
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
 
     def stay(total, changed=EVERYWHERE):
-        return search._chosen_anew(found.problem, list(found.selected), total, changed, {})
+        return search._rechosen(found.problem, list(found.selected), total, changed, {})
 
     assert len(stay(found.total)) == 1
     # All is as improbable as one of very many.
@@ -507,19 +507,19 @@ def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
     ]
     others = [one for one in found.selected if one is not spring]
     mistaken = Selected(wrong, 50.0, ((wrong, 30.0),))
-    left = search._chosen_anew(found.problem, [*others, mistaken], found.total, EVERYWHERE, {})
+    left = search._rechosen(found.problem, [*others, mistaken], found.total, EVERYWHERE, {})
     assert {one.answer.candidate.effect for one in left} == {"joint_spring", "nonlinear_viscous_friction"}
 
 
 def test_a_search_goes_on_until_a_pass_changes_nothing(monkeypatch):
-    at, real, passes = problem(record([SPRING], SOFT)), search._chosen_anew, []
+    at, real, passes = problem(record([SPRING], SOFT)), search._rechosen, []
 
     def mistaken(problem, selected, *more):
         """The first pass drops everything."""
         passes.append([one.answer.candidate.effect for one in selected])
         return [] if len(passes) == 1 else real(problem, selected, *more)
 
-    monkeypatch.setattr(search, "_chosen_anew", mistaken)
+    monkeypatch.setattr(search, "_rechosen", mistaken)
     found = search.search(at)
     assert passes[:2] == [["joint_spring"], ["joint_spring"]]
     assert names(found) == [("joint_spring", (1,))]
@@ -537,14 +537,14 @@ def test_what_another_effect_took_out_is_not_taken_again_in_the_same_pass(monkey
         taken.append(found[-1].answer.candidate.effect)
         return here, found[-1:]
 
-    monkeypatch.setattr(search, "only_once", lambda here, found: (here, found))
+    monkeypatch.setattr(search, "with_contacts", lambda here, found: (here, found))
     monkeypatch.setattr(search, "ranked", beside)
     monkeypatch.setattr(search, "without_idle_curves", lambda best, _: best)
     monkeypatch.setattr(search, "simplest", lambda _, best, __: Selected(best[0], 50.0) if best else None)
-    monkeypatch.setattr(search, "_settled", latest_alone)
+    monkeypatch.setattr(search, "_still_needed", latest_alone)
     for fixed, name in ((True, "_material"), (False, "_less_probable")):
         monkeypatch.setattr(search, name, lambda *_, fixed=fixed: fixed)
-    _, found = search._added(at, [], 1.0, {})
+    _, found = search._with_additions(at, [], 1.0, {})
     assert taken == ["one", "other"]
     assert [one.answer for one in found] == either[1:]
 

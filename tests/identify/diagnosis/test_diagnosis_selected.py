@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.search import selected
-from exidyn.identification.diagnosis.search.selected import Selected, judged, odds_of
+from exidyn.identification.diagnosis.search.selected import Selected, most_probable, odds_of
 
 
 def answer(effect, joints, gain, by_joint):
@@ -28,7 +28,7 @@ def test_a_base_tilt_that_one_joint_alone_shows_comes_first_and_has_no_name(monk
     tilt = answer("base_tilt", (), 44.0, [43.0, 1.0])
     spring = answer("joint_spring", (0,), 40.0, [40.0, 0.0])
     assert odds_of(tilt, 2.0) < CERTAIN_ODDS
-    found = judged([tilt, spring], 2.0, lambda one, other: 0.0)
+    found = most_probable([tilt, spring], 2.0, lambda one, other: 0.0)
     assert found.answer is tilt
     assert found.probability > 0.95
     assert found.alone

@@ -3,7 +3,7 @@
 import pytest
 
 from exidyn.identification.diagnosis.candidates import candidates
-from exidyn.identification.diagnosis.questions.shape import Shaped, asked_again
+from exidyn.identification.diagnosis.questions.shape import Shaped, in_found_shapes
 from exidyn.identification.diagnosis.search.problem import Problem
 
 from ...parts.small import small_diagnosis, small_search
@@ -17,7 +17,7 @@ def gears(asked):
 
 def test_a_shape_between_those_of_the_grid_is_asked_for():
     grid = gears(candidates(small_diagnosis.nominal_model()))
-    [one] = asked_again(grid, [Shaped("joint_elasticity", (1,), "", RINGING)])
+    [one] = in_found_shapes(grid, [Shaped("joint_elasticity", (1,), "", RINGING)])
     assert {name: one.shape[name] for name in RINGING} == RINGING
     assert one.key == grid[0].key
     assert all(abs(one.shape["resonance"] - other.shape["resonance"]) > 0.1 for other in grid)
@@ -33,15 +33,15 @@ def test_a_shape_between_those_of_the_grid_is_asked_for():
     ids=["another arm's joint", "other numbers", "an effect that is gone"],
 )
 def test_what_the_model_does_not_have_is_left_out(other):
-    assert not list(asked_again(list(candidates(small_diagnosis.nominal_model())), [other]))
+    assert not list(in_found_shapes(list(candidates(small_diagnosis.nominal_model())), [other]))
 
 
 def test_a_problem_has_columns_of_the_shape():
     [run], model = small_search.record(roles=("identify",)), small_diagnosis.nominal_model()
     one = small_search.problem([run])
     again = Problem.of(one.model, one.runs, [Shaped("joint_elasticity", (1,), "", RINGING)])
-    assert len(again.asked) == len(one.asked) + 1
-    found = [pair for pair in again.asked if pair[0].shape.get("resonance") == RINGING["resonance"]]
+    assert len(again.candidates) == len(one.candidates) + 1
+    found = [pair for pair in again.candidates if pair[0].shape.get("resonance") == RINGING["resonance"]]
     assert len(found) == 1
     assert found[0][1].values.shape[0] == len(again.rows.columns)
     assert model.robot.dof == 2

@@ -196,7 +196,7 @@ def windows(push, white=0.5, seed=3):
         model,
         run,
         start,
-        list(contact_event.contacts(model, prediction, [run], [contact_event.Reach.of(model, run)])),
+        list(contact_event.contacts(model, prediction, [run], [contact_event.FlangeTorque.of(model, run)])),
     )
 
 
@@ -206,7 +206,7 @@ def test_a_contact_is_found_where_it_was():
     assert abs(best.start + 0.5 * best.duration - start - 0.3) < 0.1
     assert best.among > 200
     assert best.gain > 20.0
-    assert best.without_one > 5.0
+    assert best.gain_without_best_joint > 5.0
     assert best.force[[0, 2]] == pytest.approx([30.0, -10.0], rel=0.35)
     columns = contact_event.candidate(model, best).columns(run)
     assert not np.any(columns[run.motion.time < best.start])

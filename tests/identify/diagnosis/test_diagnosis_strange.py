@@ -24,20 +24,20 @@ def clean():
 
 def with_gear(clean, resonance, share=1.0):
     """A problem that asks for one resonance only, and an arm whose gear has another."""
-    asked = [pair for pair in clean.asked if pair[0].key == ("joint_elasticity", (1,), "")]
+    asked = [pair for pair in clean.candidates if pair[0].key == ("joint_elasticity", (1,), "")]
     tried = min(asked, key=lambda pair: abs(pair[0].shape["resonance"] - TRIED))
     true = tried[0].reshaped({**tried[0].shape, "resonance": resonance})
     columns = Thinned.of(true, clean.runs)
     torque = share * columns.everywhere(2) @ columns.mean
     rows = replace(clean.rows, difference=clean.rows.difference + torque)
-    return replace(clean, rows=rows, asked=[tried])
+    return replace(clean, rows=rows, candidates=[tried])
 
 
 def test_a_strange_shape_is_no_answer_until_another_is_found_near_it(clean):
     soft = with_gear(clean, 3.75)
     prediction = soft.prediction([])
-    assert ask(prediction, soft.asked) == []
-    [strange] = ask(prediction, soft.asked, strange=True)
+    assert ask(prediction, soft.candidates) == []
+    [strange] = ask(prediction, soft.candidates, strange=True)
     assert strange.strange
     best = ranked(soft, prediction, [], {})[0]
     assert best.candidate.key == strange.candidate.key
@@ -48,8 +48,8 @@ def test_a_strange_shape_is_no_answer_until_another_is_found_near_it(clean):
 
 def test_a_strange_shape_without_a_finer_one_is_no_answer(clean):
     asked = with_gear(clean, 3.75)
-    only = [(replace(candidate, bounds={}), columns) for candidate, columns in asked.asked]
-    best = ranked(replace(asked, asked=only), asked.prediction([]), [], {})
+    only = [(replace(candidate, bounds={}), columns) for candidate, columns in asked.candidates]
+    best = ranked(replace(asked, candidates=only), asked.prediction([]), [], {})
     assert "joint_elasticity" not in {one.candidate.effect for one in best}
 
 

@@ -47,7 +47,7 @@ def question(belief, *effects):
 def apart(belief, asked, run):
     """Separations over the power of what is to be separated."""
     stances, gram = [belief.stance(asked, one) for one in asked.answers], information(belief, run)
-    power = [np.sum(one.ways * (gram @ one.ways)) for one in stances]
+    power = [np.sum(one.variations * (gram @ one.variations)) for one in stances]
     return separations(stances, gram) / np.array(power)[:, None]
 
 
@@ -67,7 +67,7 @@ def test_what_two_answers_share_no_run_separates_and_the_words_say_why():
     assert np.max(alike) < 0.1
     assert np.max(other) > 10.0 * np.max(alike)
     words = " ".join(remaining(belief, asked))
-    assert "No motion settles it" in words
+    assert "No motion can decide" in words
     assert "a run with a body of known mass on the flange" in words
 
 
@@ -106,7 +106,7 @@ def test_a_body_tests_gains_and_no_motion_without_one_does_where_masses_are_not_
     without, with_body = (gain_deviations(belief, information(belief, run)) for run in (empty, loaded))
     assert np.all(without > 0.06)  # by friction, which is stated
     assert np.all(with_body < 0.03)
-    assert "as stated: no run so far or on offer tests that" in gain_words(belief)
+    assert "taken as stated: no run so far or on offer tests them" in gain_words(belief)
 
 
 def test_masses_that_are_stated_test_gains():
@@ -132,7 +132,7 @@ def test_a_long_motion_is_looked_at_in_stretches_that_add_up_to_it(monkeypatch):
     # Each stretch loses what its filters need at both ends.
     assert 0.6 * whole.rows < parts.rows < whole.rows
     sizes = [
-        np.sqrt(np.diagonal(one.each[:, :count, :count].sum(axis=0)) / one.rows) for one in (whole, parts)
+        np.sqrt(np.diagonal(one.by_joint[:, :count, :count].sum(axis=0)) / one.rows) for one in (whole, parts)
     ]
     assert np.corrcoef(*sizes)[0, 1] > 0.99
     assert [len(one) for one in parts.suspects] == [len(one) for one in whole.suspects]

@@ -8,9 +8,9 @@ import pytest
 
 from exidyn.identification.diagnosis.belief.questions import (
     belief_of,
+    excluded_by_physics,
     nameless_odds,
     nameless_torque,
-    refused,
 )
 from exidyn.identification.diagnosis.belief.suspects import suspects_of
 from exidyn.identification.diagnosis.findings.diagnosis import UNCERTAIN, Remainder
@@ -30,11 +30,11 @@ def found(share, std=0.1, mean=1.0):
 
 @pytest.mark.parametrize(("share", "out"), [(1.0, False), (1.35, False), (1.826, True), (0.141, True)])
 def test_a_coefficient_beyond_what_physics_allows_beside_all_refuses_the_finding(share, out):
-    assert refused(found(share), 0) is out
+    assert excluded_by_physics(found(share), 0) is out
 
 
 def test_a_coefficient_of_which_physics_says_nothing_refuses_nothing():
-    assert not refused(found(1e3, mean=0.0), 0)
+    assert not excluded_by_physics(found(1e3, mean=0.0), 0)
 
 
 @cache

@@ -22,7 +22,7 @@ def stance(held, own, precision=4e-6):
 
 def least(true, rival, columns=COLUMNS):
     """The same by a solution of all rows and priors at once."""
-    torque = columns @ true.ways.sum(axis=1)
+    torque = columns @ true.variations.sum(axis=1)
     root = np.diag(np.sqrt(rival.precision))
     matrix = np.concatenate([columns[:, rival.held], root])
     right = np.concatenate([torque, np.zeros(len(rival.held))])
@@ -45,7 +45,7 @@ def test_columns_that_coincide_separate_nothing():
 def test_what_is_not_known_of_an_effect_counts_as_its_spread():
     there, nothing = stance([0, 1], [0.0]), stance([0], [])
     assert separations([there, nothing], GRAM)[0, 1] == 0.0
-    spread = there._replace(ways=np.column_stack([there.ways, [0.0, 0.5, 0.0, 0.0]]))
+    spread = there._replace(variations=np.column_stack([there.variations, [0.0, 0.5, 0.0, 0.0]]))
     assert separations([spread, nothing], GRAM)[0, 1] == pytest.approx(least(spread, nothing), rel=1e-5)
 
 
