@@ -47,18 +47,23 @@ NEEDS = {
 """Packages of extras without which a page cannot run."""
 
 
-STOPPED = {1, 5}
-"""Exit codes of a run that its monitors stopped, as they do where a busy computer misses cycles."""
+BUSY = re.compile(
+    "nothing was received from|of the last second's (?:cycles were missed|samples)|no cycle for|clock went on by"
+)
+"""Why a run is stopped where a busy computer misses cycles; all other stops are a fault of the page."""
 TRIES = 3
 """How often a page with a peer is run, at most, where its runs are stopped so."""
 
 
 class BlockFailed(AssertionError):
-    """A block ended with another exit code than 0; the text has the end of what it printed."""
+    """A block ended with another exit code than 0; the text has the end of what it printed.
 
-    def __init__(self, code: int, text: str) -> None:
-        super().__init__(text)
-        self.code = code
+    `busy` is whether a run in it was stopped because cycles were missed.
+    """
+
+    def __init__(self, code: int, block: str, printed: str) -> None:
+        super().__init__(f"exit code {code} of\n{block}\n{printed[-1500:]}")
+        self.busy = bool(BUSY.search(printed))
 
 
 class Block(NamedTuple):
@@ -129,9 +134,9 @@ def run_page(text: str, folder: Path) -> int:
                 )
             groups.append(process.pid)
             code = process.wait(LONGEST)
-            last = printed.read_text(errors="replace")[-1500:]
             if code != 0:
-                raise BlockFailed(code, f"exit code {code} of\n{Path(command[-1]).read_text()}\n{last}")
+                block = Path(command[-1]).read_text(encoding="utf-8")
+                raise BlockFailed(code, block, printed.read_text(encoding="utf-8", errors="replace"))
             count += 1
     finally:
         for group in groups:  # peers that a block has left in the background
@@ -141,15 +146,15 @@ def run_page(text: str, folder: Path) -> int:
 
 
 def run_page_again(text: str, folder: Path, tries: int) -> int:
-    """Run a page, and from its beginning again where the monitors of a run stopped it."""
+    """Run a page, and from its beginning again where missed cycles stopped a run of it."""
     for number in range(tries):
         (attempt := folder / f"try-{number}").mkdir()
         try:
             return run_page(text, attempt)
         except BlockFailed as failed:
-            if failed.code not in STOPPED or number == tries - 1:
+            if not failed.busy:
                 raise
-    raise AssertionError("a page is run once at least")
+    pytest.skip("this computer is too busy for the peer: cycles were missed in each try")
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=marks, id=name) for name, marks in PAGES.items()])
@@ -219,8 +224,15 @@ def test_a_page_whose_command_fails_is_reported(tmp_path, wrong):
         run_page(f"```sh\n{wrong}\n```\n", tmp_path)
 
 
-@pytest.mark.parametrize(("code", "tries"), [(2, 1), (1, 3), (5, 3)])
-def test_only_a_page_whose_run_was_stopped_is_run_again(tmp_path, code, tries):
-    with pytest.raises(BlockFailed):
-        run_page_again(f"```sh\nexit {code}\n```\n", tmp_path, 3)
-    assert len(list(tmp_path.iterdir())) == tries
+def test_a_page_is_run_again_where_cycles_were_missed(tmp_path):
+    """The second try finds the file that the first has left."""
+    missed = "echo nothing was received from joint1 for 5 cycles; exit 1"
+    assert run_page_again(f"```sh\n[ -e ../done ] || {{ touch ../done; {missed}; }}\n```\n", tmp_path, 3) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["done", "try-0", "try-1"]
+
+
+@pytest.mark.parametrize("printed", ["tracking error 0.3 rad, limit 0.26", "Did you mean --mass?"])
+def test_a_page_is_not_run_again_for_a_fault_of_its_own(tmp_path, printed):
+    with pytest.raises(BlockFailed, match=re.escape(printed)):
+        run_page_again(f"```sh\necho '{printed}'; exit 1\n```\n", tmp_path, 3)
+    assert len(list(tmp_path.iterdir())) == 1
