@@ -16,7 +16,8 @@ README = ROOT / "README.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 COMMAND = re.compile(r"\bexidyn ([a-z]+)\b([^`|>\n#]*)")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)")
-BLOCK = re.compile(r"^ *```sh\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^ *```sh(?: title=\"[^\"]*\")?\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+"""A block of the shell; a title states where it is run, such as on the robot."""
 FILE = re.compile(r"[\w./-]+\.(?:toml|mcap|csv|json|urdf|xml)\b")
 YOUR_ARM = ROOT / "docs" / "your-own-arm.md"
 DEFAULTS = {"exidyn-example", "exidyn-fit", "exidyn-diagnosis"}
