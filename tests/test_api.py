@@ -131,7 +131,7 @@ def test_a_planned_motion_is_simulated_in_closed_loop_and_compared():
     assert first.duration > plan.trajectory.duration
     assert not np.array_equal(first.signals["current"].values, second.signals["current"].values)
     mismatch = ex.compare(first, second)
-    assert {one.quantity for one in mismatch.mismatches} >= {"position"}
+    assert set(mismatch.mismatch) >= {"position"}
     sprung = nominal_model() + JointSpring(("elbow",))
     sprung = replace(sprung, stated={**sprung.stated, "Ks2": Prior(40.0)})
     assert np.ptp(ex.simulate(sprung, plan, exact=True).signals["current"].values) > 1.2 * np.ptp(

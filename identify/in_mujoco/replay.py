@@ -9,6 +9,7 @@ from ..errors import RecordingError, RobotError
 from ..export.mjcf_gears import TWIST
 from ..model import Model
 from ..preparation.prepare import Filtering, prepare
+from ..preparation.undelayed import without_delay
 from ..recordings.recording import Recording
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
@@ -46,13 +47,15 @@ class Run(NamedTuple):
 
     @classmethod
     def of(cls, recording: Recording, filtering: Filtering) -> "Run":
-        """The run of a recording: its filtered motion, and its commands and effort as recorded.
+        """The run of a recording: its filtered motion, and its commands and effort at the times they acted.
 
         Raises:
             RecordingError: If the recording is too short or has no effort.
         """
-        prepared = prepare(check(recording), filtering)
-        time, command = prepared.motion.time, recording.signals.get("command")
+        checked = check(recording)
+        prepared = prepare(checked, filtering)
+        # The time at which the servos received the commands, where the model states a delay of the recorder.
+        time, command = prepared.motion.time, without_delay(checked).signals.get("command")
         commanded = None
         if command is not None:
             commanded = _between(time, command.time, command.values)

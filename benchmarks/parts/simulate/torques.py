@@ -6,6 +6,7 @@ import pinocchio as pin
 from common import show
 
 from exidyn.identification.arm.motion import Motion
+from exidyn.identification.effects import SpringBalancer
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
@@ -82,8 +83,9 @@ def _urdf_part(portable: Portable, motion: Motion) -> np.ndarray:
     model, joints = portable.model, portable.joints
     whole = model.torque(motion, model.nominal_values)
     whole = whole - joints.armature * motion.acceleration - joints.constant
-    for spring, *values in portable.balancers:
-        whole -= spring.regressor(model.robot, motion) @ np.array(values)
+    for spring in portable.balancers:
+        effect = SpringBalancer(spring.joint, d21=spring.d21, d22=spring.d22, phi=spring.phi)
+        whole -= effect.regressor(model.robot, motion) @ [spring.stiffness, spring.preload]
     return whole
 
 

@@ -82,9 +82,8 @@ def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity
     assert abs(np.rad2deg(lean.value) - angle) < 1.0
     assert 0.0 < np.rad2deg(lean.std) < 1.0
     assert abs(one.parameters["gravity_x"].value - np.sin(turn)) < 0.02
-    assert found.improvement is not None
     # Noise at rest is known to some thirty per cent.
-    assert np.all(found.improvement.after < 1.4 * found.improvement.noise)
+    assert np.all(found.torque_rms_after < 1.4 * found.noise)
     turned = as_found(found.evidence, found.findings).model.robot.gravity
     # Nothing along y is seen by joints that turn about it.
     np.testing.assert_allclose(turned[[0, 2]], field[[0, 2]], atol=0.2)

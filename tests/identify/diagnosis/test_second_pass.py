@@ -56,4 +56,4 @@ def test_what_is_named_is_held_and_not_named_again(effect):
     assert isinstance(model.measurements[0], type(CASES[effect]))
     second = diagnose(model, runs, "second", as_recorded=True)
     assert second.findings == ()
-    assert np.all(second.improvement.before < 1.3 * first.improvement.after)
+    assert np.all(second.torque_rms_before < 1.3 * first.torque_rms_after)

@@ -13,7 +13,7 @@ from exidyn.identification.fit.fit_warnings import SMALLEST, WORST, excitation_w
 from exidyn.identification.fit.identification import priors_away_from_zero, solvable
 from exidyn.identification.fit.settled_gains import unsupported
 from exidyn.identification.preparation.filters import Decimation
-from exidyn.identification.preparation.noise import quantisation
+from exidyn.identification.preparation.noise import quantization
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import other_run
@@ -83,5 +83,5 @@ def test_the_resolution_of_a_current_is_a_floor_of_its_noise():
     exact = 20.0 * np.sin(np.arange(20000)[:, None] * [0.003, 0.002]) + random.normal(size=(20000, 2))
     rounded = np.round(exact / 0.5) * 0.5
     made = decimation.apply(rounded - exact).std(axis=0)
-    np.testing.assert_allclose(quantisation(rounded, decimation), made, rtol=0.1)
-    assert np.all(quantisation(np.ones((100, 2)), decimation) == 0.0)
+    np.testing.assert_allclose(quantization(rounded, decimation), made, rtol=0.1)
+    assert np.all(quantization(np.ones((100, 2)), decimation) == 0.0)

@@ -1,6 +1,7 @@
 """Logs of position servos without current: their error takes its place."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,14 @@ import pytest
 from exidyn.identification.arm.robot import PositionServo
 from exidyn.identification.errors import RecordingError, RobotError, WrongShape
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.in_mujoco.replay import Run
+from exidyn.identification.measurements import TimeDelay
+from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.importers.tables.written import columns_of
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import Recording, Signal
-from exidyn.identification.recordings.servo_error import delayed_command, servo_words, with_servo_error
+from exidyn.identification.recordings.servo_error import LAW, delayed_command, servo_words, with_servo_error
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.small.two_joint_files import NOMINAL
@@ -101,6 +105,24 @@ def test_commands_that_come_earlier_change_the_error(tmp_path):
     assert np.abs(run.signals["current"].values[50:-50]).max() > 0.05
     assert np.abs(found.signals["current"].values[50:-50]).max() < 1e-9
     assert delayed_command(Recording("run", servo_arm(), signals), np.full(2, -0.02)) is None
+
+
+def test_a_replay_gives_commands_when_the_servos_received_them():
+    position, _ = follower()
+    sent = Signal(position.time, position.values + [0.1, 0.2])
+    arm = servo_arm()
+    delayed = replace(arm, measurements=(TimeDelay(-0.03),))  # commands are stamped 0.03 s before they act
+    signals = with_servo_error({"position": position, "command": sent}, arm.robot.servo, "log")
+    settings = {LAW: servo_words(arm.robot.servo)}
+    at_once, later = (
+        Run.of(Recording("run", model, signals, settings=settings), Filtering()).command
+        for model in (arm, delayed)
+    )
+    time = Run.of(Recording("run", arm, signals, settings=settings), Filtering()).time
+    inner = slice(50, -50)
+    expected = np.stack([np.sin(2.0 * (time - 0.03)) + 0.1, np.cos(3.0 * (time - 0.03)) + 0.2], axis=1)
+    np.testing.assert_allclose(later[inner], expected[inner], atol=1e-3)
+    assert np.abs(at_once - expected)[inner].max() > 0.02
 
 
 @pytest.mark.parametrize(

@@ -106,6 +106,6 @@ def test_the_noise_level_is_in_the_file_with_where_it_is_from(read, tmp_path):
 def test_a_comparison_takes_the_level_of_a_fit(read):
     sim, real = run("sim", 2, 4), run("other", 2, 3)
     found, own = compare(sim, real, fit=read), compare(sim, real)
-    assert found.cutoff == pytest.approx(read.filtering.torque_cutoff, rel=0.1)
+    assert found.filter_hz == pytest.approx(read.filtering.torque_cutoff, rel=0.1)
     assert np.all(found.effort.noise >= read.noise)
     assert not np.array_equal(found.effort.noise, own.effort.noise)

@@ -11,7 +11,7 @@ import numpy as np
 
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.diagnosis_files import read_answers
-from exidyn.acquire.files.report_files import read_diagnosed
+from exidyn.acquire.files.report_files import read_shown
 from exidyn.acquire.fleet.store import CHANGES
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.study.rounds import CHOICE
@@ -215,7 +215,7 @@ def _recover(folder: Path, name: str) -> None:
 
 
 def _read_diagnosis(folder: Path, name: str) -> None:
-    read_diagnosed(folder / "diagnosis.json")
+    read_shown(folder / "diagnosis.json")
 
 
 def _view_diagnosis(folder: Path, name: str) -> None:
