@@ -12,15 +12,27 @@ PHRASE = re.compile(r"[a-z]{2,} [a-z]{2,}")
 ASKS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "find", "index", "count"}
 PATTERNS = {"search", "match", "fullmatch", "compile", "sub"}
 OF_OTHERS = {
-    ("acquire/arguments/parser.py", "the following arguments are required: "),
+    ("acquire/arguments/parser.py", "the following arguments are required"),
     ("acquire/views/viewers.py", r"\x1b\[[0-9;]*m|os error at \S+: "),
     ("identify/schema.py", "^Object missing required field `(.*)`$"),
     ("identify/schema.py", "^Object contains unknown field `(.*)`$"),
     ("identify/schema.py", r"^(?P<text>.*?)(?: - at `(?P<key>key in )?\$(?P<path>.*)`)?$"),
 }
 """Messages of argparse, msgspec and Rerun, which give no other sign."""
-LABELS = {("acquire/run/perform.py", "link lost"), ("trajectories/planning/wanted.py", " of joint")}
-"""The kind of a stop as outcomes have it, and what a user writes of a joint."""
+LABELS = {
+    "link lost",  # kind of a stop, as outcomes have it
+    "of the way",  # unit of a judgment, as its JSON has it
+    "sensor noise",  # kind of a share, as diagnosis.json has it
+    "nothing that was recorded",  # likewise
+    "high frequencies",  # source of a noise floor, as fit.json has it
+    "N m against the joint",  # answer to a question, as a proposal's JSON has it
+    "not N m: needs gain",  # likewise
+    "gain of ",  # beginning of such a question
+    "an excitation",  # name of a run on offer, as choice.json has it
+    "an excitation where the fit knows least",  # likewise
+    " of joint",  # what a user writes of a joint
+}
+"""Values of an enumeration that files, scripts or users know by these words."""
 
 
 def product_files():
@@ -28,12 +40,39 @@ def product_files():
     return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
+def constants(tree):
+    """Texts by the names that a module gives them."""
+    texts = {}
+    for node in tree.body:
+        if not isinstance(node, ast.Assign):
+            continue
+        [target, *_] = node.targets
+        values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        for name, value in zip(names, values, strict=False):
+            if isinstance(name, ast.Name) and isinstance(getattr(value, "value", None), str):
+                texts[name.id] = value.value
+    return texts
+
+
+CONSTANTS = {
+    (path.stem, name): text
+    for path in product_files()
+    for name, text in constants(ast.parse(path.read_text(encoding="utf-8"))).items()
+    if name.isupper()
+}
+"""Text of a constant by the name of its module and its own."""
+
+
 def decisions(tree):
     """Every phrase that a comparison or a search of text looks for."""
-    phrases = {}
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
-            phrases |= {name.id: node.value.value for name in node.targets if isinstance(name, ast.Name)}
+    phrases = constants(tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            module = (node.module or "").rpartition(".")[2]
+            for alias in node.names:
+                if (module, alias.name) in CONSTANTS:
+                    phrases[alias.asname or alias.name] = CONSTANTS[module, alias.name]
 
     def text(node):
         value = phrases.get(node.id) if isinstance(node, ast.Name) else getattr(node, "value", None)
@@ -52,7 +91,7 @@ def decisions(tree):
 def test_no_decision_looks_into_a_sentence(path):
     looked_for = set(decisions(ast.parse(path.read_text(encoding="utf-8"))))
     name = path.relative_to(ROOT).as_posix()
-    assert looked_for <= {phrase for file, phrase in OF_OTHERS | LABELS if file == name}
+    assert looked_for - LABELS <= {phrase for file, phrase in OF_OTHERS if file == name}
 
 
 def test_a_decision_by_a_sentence_is_seen():

@@ -5,9 +5,9 @@ from typing import Any
 
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.belief.belief import Belief
-from exidyn.identification.diagnosis.belief.gain_item import GAINS, gain_words
+from exidyn.identification.diagnosis.belief.gain_item import gain_words
 from exidyn.identification.diagnosis.belief.open_items import (
-    UNSEEN,
+    Subject,
     hidden,
     open_torque,
     remaining,
@@ -124,9 +124,9 @@ def _remains(belief: Belief, choice: Choice) -> Iterator[str]:
             continue
         if place < len(questions):
             yield " ".join(remaining(belief, questions[place]))
-        elif item.words == UNSEEN:
+        elif item.subject == Subject.UNSEEN:
             yield unseen_words(belief)
-        elif item.words == GAINS:
+        elif item.subject == Subject.GAINS:
             yield gain_words(belief)
         else:
             yield f"Parameter values leave {100 * open_torque(belief):.0f} % of the resolution open."

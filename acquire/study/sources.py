@@ -17,7 +17,6 @@ from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.trajectories.next_run.offers import (
     EXCITATIONS,
-    WARM_UP,
     Offer,
     Planned,
     distinguishing,
@@ -223,7 +222,7 @@ def _reason_to_refuse(motion: Plan, model: Model, payload: KnownPayload | None) 
 
 def _is_new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
     assert offer.plan is not None
-    return offer.request == WARM_UP or (plan_text(offer.plan), offer.payload) not in made
+    return offer.warm or (plan_text(offer.plan), offer.payload) not in made
 
 
 @dataclass(frozen=True)

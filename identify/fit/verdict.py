@@ -1,6 +1,7 @@
 """Verdict on a fit in plain words, and the center of mass of each payload."""
 
 from collections.abc import Sequence
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -25,23 +26,35 @@ TESTED = 0.75
 """R^2 below which a joint was not tested, regardless of its noise: the residual rms is then more than half of
 the torque's standard deviation. A model without most of the joint's physics would fit nearly as well, and a
 residual at the noise floor shows only that there was little but noise to explain."""
-EXPLAINED, ABOVE_NOISE, FAR_ABOVE = "at the noise floor", "a little above noise", "above noise"
-UNTESTED = (
-    "not distinguished from noise: the motion moves it too little, or the current does not follow the model"
-)
-UNJUDGED = (
-    "not judged: the recordings were smoothed, so neither the noise at rest nor the noise at high "
-    "frequencies represents the noise during motion"
-)
-NO_MOTOR = "no motor"
-LISTED_AS = {
-    FAR_ABOVE: "More than noise is left on",
-    ABOVE_NOISE: "A little more than noise is left on",
-    UNTESTED: "Not distinguished from noise on",
-    UNJUDGED: "Not judged on",
-    NO_MOTOR: "Without a motor:",
+
+
+class JointState(Enum):
+    """How the residual of a joint compares with its noise; the value is that in words."""
+
+    EXPLAINED = "at the noise floor"
+    ABOVE_NOISE = "a little above noise"
+    FAR_ABOVE = "above noise"
+    UNTESTED = "not distinguished from noise"
+    UNJUDGED = "not judged"
+    NO_MOTOR = "no motor"
+
+
+REASONS = {
+    JointState.UNTESTED: "the motion moves it too little, or the current does not follow the model",
+    JointState.UNJUDGED: (
+        "the recordings were smoothed, so neither the noise at rest nor the noise at high frequencies "
+        "represents the noise during motion"
+    ),
 }
-"""Words about one joint -> beginning of a sentence about several joints."""
+"""Why a joint is in a state; a verdict states it once for all joints."""
+LISTED_AS = {
+    JointState.FAR_ABOVE: "More than noise is left on",
+    JointState.ABOVE_NOISE: "A little more than noise is left on",
+    JointState.UNTESTED: "Not distinguished from noise on",
+    JointState.UNJUDGED: "Not judged on",
+    JointState.NO_MOTOR: "Without a motor:",
+}
+"""State of a joint -> beginning of a sentence about several joints in it."""
 LISTED = 3
 """Number of unclear parameters named in the verdict; tables list all of them."""
 SURPRISE = 3.0
@@ -50,12 +63,17 @@ chance."""
 
 
 class JointVerdict(NamedTuple):
-    """Residual over noise of one joint in its worst run, and its judgment in words."""
+    """Residual over noise of one joint in its worst run, and how that compares with its noise."""
 
     joint: str
     run: str
     over_noise: float
-    words: str
+    state: JointState
+
+    @property
+    def words(self) -> str:
+        """Its state in words, with the reason if there is one."""
+        return ": ".join(filter(None, (self.state.value, REASONS.get(self.state, ""))))
 
 
 def judged(fit: Fit) -> Sequence[Agreement | Scores]:
@@ -80,8 +98,8 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
     for j, joint in enumerate(fit.model.robot.joints):
         run, over = runs[worst[j]], float(ratios[worst[j], j])
         passive = joint in fit.model.robot.passive
-        words = NO_MOTOR if passive else _words(over, bool(tested[j]), run.noise_source)
-        verdicts.append(JointVerdict(joint, run.run, over, words))
+        state = JointState.NO_MOTOR if passive else _state(over, bool(tested[j]), run.noise_source)
+        verdicts.append(JointVerdict(joint, run.run, over, state))
     return verdicts
 
 
@@ -137,12 +155,12 @@ def surprises(fit: Fit) -> list[str]:
     return [name for name, is_far in zip(fit.names, far, strict=True) if is_far]
 
 
-def _words(over_noise: float, tested: bool, source: str) -> str:
+def _state(over_noise: float, tested: bool, source: str) -> JointState:
     if source == SMOOTHED or (source == SMOOTHED_REST and over_noise > TO_NOISE):
-        return UNJUDGED
+        return JointState.UNJUDGED
     if over_noise <= TO_NOISE:
-        return EXPLAINED if tested else UNTESTED
-    return ABOVE_NOISE if over_noise <= MISSING else FAR_ABOVE
+        return JointState.EXPLAINED if tested else JointState.UNTESTED
+    return JointState.ABOVE_NOISE if over_noise <= MISSING else JointState.FAR_ABOVE
 
 
 def _joints(fit: Fit) -> str:
@@ -153,7 +171,7 @@ def _joints(fit: Fit) -> str:
             "Identify again from the recordings to see them."
         )
     kind = "held-out runs" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
-    not_explained = [v for v in verdicts if v.words != EXPLAINED]
+    not_explained = [v for v in verdicts if v.state != JointState.EXPLAINED]
     worst = max(verdicts, key=lambda v: np.nan_to_num(v.over_noise))
     if not not_explained:
         all_joints = {1: "the only joint", 2: "both joints"}.get(len(verdicts), f"all {len(verdicts)} joints")
@@ -161,15 +179,15 @@ def _joints(fit: Fit) -> str:
             f"The residual of {all_joints} is at the noise floor on the {kind}; the largest is that of "
             f"{worst.joint}, {worst.over_noise:.2f} times its noise."
         )
-    if all(v.words == UNJUDGED for v in verdicts):
-        _, _, why = UNJUDGED.partition(": ")
+    if all(v.state == JointState.UNJUDGED for v in verdicts):
+        why = REASONS[JointState.UNJUDGED]
         return f"Whether the residual of any joint is at the noise floor is not judged: {why}."
     explained = len(verdicts) - len(not_explained)
     joints = f"{explained} of {len(verdicts)} joints" if explained else "no joint"
-    sentences = [_listed(words, not_explained) for words in LISTED_AS]
+    sentences = [_listed(state, not_explained) for state in LISTED_AS]
     above = bool(sentences[0])
     by_scale = fit.measures == "current" and not gains_estimated(fit) and len(verdicts) > 1
-    if by_scale and any(v.words in (FAR_ABOVE, ABOVE_NOISE) for v in not_explained):
+    if by_scale and any(v.state in (JointState.FAR_ABOVE, JointState.ABOVE_NOISE) for v in not_explained):
         gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
         sentences.append(
             f" The only cause may be {gains}: two joints then measure the same link in different scales."
@@ -179,15 +197,15 @@ def _joints(fit: Fit) -> str:
     return f"The residual of {joints} is at the noise floor on the {kind}." + "".join(sentences)
 
 
-def _listed(words: str, verdicts: Sequence[JointVerdict]) -> str:
-    """One sentence about all joints with the same words; empty if there are none."""
+def _listed(state: JointState, verdicts: Sequence[JointVerdict]) -> str:
+    """One sentence about all joints in a state; empty if there are none."""
     joints = [
-        v.joint if words == NO_MOTOR else f"{v.joint} ({v.over_noise:.1f} x noise)"
+        v.joint if state == JointState.NO_MOTOR else f"{v.joint} ({v.over_noise:.1f} x noise)"
         for v in verdicts
-        if v.words == words
+        if v.state == state
     ]
-    _, colon, why = words.partition(":")
-    return f" {LISTED_AS[words]} {', '.join(joints)}{colon}{why}." if joints else ""
+    why = f": {REASONS[state]}" if state in REASONS else ""
+    return f" {LISTED_AS[state]} {', '.join(joints)}{why}." if joints else ""
 
 
 def gains_sentence(fit: Fit) -> str:

@@ -28,8 +28,7 @@ from ..fit.agreement import Agreement, Scores
 from ..fit.estimators.nominal_gains import given_nominal
 from ..fit.fit import Fit
 from ..fit.verdict import (
-    EXPLAINED,
-    FAR_ABOVE,
+    JointState,
     gains_estimated,
     gains_sentence,
     joint_verdicts,
@@ -122,8 +121,8 @@ def _joint_table(fit: Fit) -> list[Table]:
     rows: list[Row] = []
     for joint, one in enumerate(joint_verdicts(fit)):
         run = runs[one.run]
-        kind = {EXPLAINED: "good", FAR_ABOVE: "bad"}.get(one.words, "middling")
-        words = one.words.partition(":")[0]  # the verdict has the reason once, for all joints
+        kind = {JointState.EXPLAINED: "good", JointState.FAR_ABOVE: "bad"}.get(one.state, "middling")
+        words = one.state.value  # the verdict has the reason once, for all joints
         values = (one.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
         rows.append(
             [

@@ -9,7 +9,7 @@ from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
 from ..recordings.importers.tables.name_index import column_words
 from ..recordings.recording_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
-from ..recordings.steps_back import DIGITS, advice, steps_back
+from ..recordings.steps_back import Remedy, advice, remedy, steps_back
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 
@@ -54,7 +54,7 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
 
 def has_few_digits(values: np.ndarray, place: int) -> bool:
     """Whether time stamps, column `place` of values (t, c), repeat for lack of digits but never decrease."""
-    return advice(values[:, place], np.delete(values, place, axis=1)) == DIGITS
+    return remedy(values[:, place], np.delete(values, place, axis=1)) == Remedy.STATE_RATE
 
 
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:

@@ -1,5 +1,7 @@
 """Times that do not increase from one row to the next: the likely reason, and advice."""
 
+from enum import Enum
+
 import numpy as np
 
 OFTEN = 3
@@ -14,10 +16,19 @@ ROUNDED = 0.2
 """Share of zero steps above which stamps have too few digits."""
 ROUGHER = 1.5
 """Ratio of the distance from row to row after sorting to that before, above which rows were in order."""
-CUT = "Time begins anew there: cut the file there, into a run each"
-DIGITS = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
-SORT = "Sort the rows by time, or leave out those that repeat a time"
-SKIP = "Leave out the first rows (skip_rows, --skip-rows)"
+
+
+class Remedy(Enum):
+    """What to do about times that do not increase; the value is the advice."""
+
+    SEPARATE = (
+        "Rows of two sources seem mixed, as of two publishers: {} rows are far from those around them. Leave "
+        "out those of one"
+    )
+    SKIP = "Leave out the first rows (skip_rows, --skip-rows)"
+    STATE_RATE = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
+    CUT = "Time begins anew there: cut the file there, into a run each"
+    SORT = "Sort the rows by time, or leave out those that repeat a time"
 
 
 def steps_back(time: np.ndarray) -> np.ndarray:
@@ -27,19 +38,20 @@ def steps_back(time: np.ndarray) -> np.ndarray:
 
 def advice(time: np.ndarray, values: np.ndarray) -> str:
     """Advice about times (t,) that do not increase; values (t, c) show whether two sources alternate."""
+    return remedy(time, values).value.format(_late(time).sum())
+
+
+def remedy(time: np.ndarray, values: np.ndarray) -> Remedy:
+    """What to do about times (t,) that do not increase, see `advice`."""
     back = steps_back(time)
-    late = _late(time)
-    if _take_turns(time, values, late):
-        return (
-            f"Rows of two sources seem mixed, as of two publishers: {late.sum()} rows are far from those "
-            "around them. Leave out those of one"
-        )
+    if _take_turns(time, values, _late(time)):
+        return Remedy.SEPARATE
     if len(back) and back[-1] + 1 < BEGINNING * len(time):
-        return SKIP
+        return Remedy.SKIP
     steps = np.diff(time)
     if np.any(steps > 0.0) and np.mean(steps == 0.0) > ROUNDED and not np.any(steps < 0.0):
-        return DIGITS
-    return CUT if _in_order(time, values) else SORT
+        return Remedy.STATE_RATE
+    return Remedy.CUT if _in_order(time, values) else Remedy.SORT
 
 
 def _in_order(time: np.ndarray, values: np.ndarray) -> bool:

@@ -53,6 +53,7 @@ class Offer:
         plan: The motion; None for an existing recording.
         request: Sentence on what a person has to do first; empty for nothing.
         setup: Time for this preparation [s].
+        warm: Whether the arm has to be warm.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Offer:
     plan: Plan | None = None
     request: str = ""
     setup: float = 0.0
+    warm: bool = False
 
     @property
     def payload(self) -> KnownPayload | None:
@@ -209,9 +211,10 @@ def offered(
         request, setup = _request(carried), HANDLING
     if carried is not None:
         words = f"{words}, with {dict(carried.known)['M']:g} kg on the flange"
-    if temperature == WARM:
+    warm = temperature == WARM
+    if warm:
         request, setup, words = WARM_UP, WARMING, f"{words}, with a warm arm"
-    return Offer(words, _simulated(model, motion, carried, rate, temperature), motion, request, setup)
+    return Offer(words, _simulated(model, motion, carried, rate, temperature), motion, request, setup, warm)
 
 
 def _request(carried: KnownPayload | None) -> str:

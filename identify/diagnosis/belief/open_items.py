@@ -1,6 +1,7 @@
 """Open items: the entropy of everything that is open, now and expected after a further run [nat]."""
 
 from collections.abc import Iterator, Sequence
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -31,18 +32,29 @@ Compared = Sequence[tuple[Question, list[Stance], np.ndarray]]
 """Questions about a misfit, the stances of their answers, and their separations by the runs so far."""
 
 
+class Subject(Enum):
+    """What an item is about."""
+
+    QUESTION = 1
+    UNSEEN = 2
+    PARAMETERS = 3
+    GAINS = 4
+
+
 class Item(NamedTuple):
     """One thing that may be open.
 
     Attributes:
-        words: Subject of the item: effects and joints of a question, `UNSEEN`, `PARAMETERS` or `GAINS`.
+        words: Subject of the item in words, such as effects and joints of a question.
         entropy: Entropy of its answers [nat].
         open: Whether it is still undecided.
+        subject: What it is about.
     """
 
     words: str
     entropy: float
     open: bool
+    subject: Subject = Subject.QUESTION
 
 
 def items(belief: Belief) -> list[Item]:
@@ -54,9 +66,9 @@ def items(belief: Belief) -> list[Item]:
             words = " or ".join(map(_label, likely))
             listed.append(Item(words, entropy(question.probabilities), not question.settled))
     unseen = sum(entropy(question.probabilities) for question in belief.questions if not question.seen)
-    listed.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE))
-    listed.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0))
-    return [*listed, Item(GAINS, gain_entropy(belief), bool(untested(belief)))]
+    listed.append(Item(UNSEEN, unseen, hidden(belief) > 1.0 - CREDIBLE, Subject.UNSEEN))
+    listed.append(Item(PARAMETERS, parameter_entropy(belief), open_torque(belief) > 1.0, Subject.PARAMETERS))
+    return [*listed, Item(GAINS, gain_entropy(belief), bool(untested(belief)), Subject.GAINS)]
 
 
 def compared(belief: Belief) -> Compared:

@@ -13,7 +13,7 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, read_fit
 from exidyn.identification.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.fit.verdict import UNTESTED, joint_verdicts, payload_centres, verdict
+from exidyn.identification.fit.verdict import JointState, joint_verdicts, payload_centres, verdict
 from exidyn.identification.pages.fit_document import fit_document, report_html, summary
 from exidyn.identification.preparation.prepare import Filtering, choose
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
@@ -108,8 +108,8 @@ def with_agreement(residual: float, noise_source: str = "rest") -> Fit:
 
 
 def test_noise_explained_by_noise_is_no_explanation():
-    words = [[v.words for v in joint_verdicts(with_agreement(share))] for share in (0.51, 0.49)]
-    assert words == [[UNTESTED, "at the noise floor"], ["at the noise floor"] * 2]
+    states = [[v.state for v in joint_verdicts(with_agreement(share))] for share in (0.51, 0.49)]
+    assert states == [[JointState.UNTESTED, JointState.EXPLAINED], [JointState.EXPLAINED] * 2]
     first = verdict(with_agreement(0.51))[0]
     assert "The residual of 1 of 2 joints is at the noise floor" in first
     assert "Not distinguished from noise on shoulder (1.0 x noise): the motion moves it too little" in first
@@ -123,7 +123,7 @@ def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
 def test_a_joint_that_never_slides_was_not_tested():
     run = with_agreement(0.2).validation[0]
     still = replace(run, weight=run.weight * [0.0, 1.0])
-    assert joint_verdicts(replace(fit(), validation=(still,)))[0].words == UNTESTED
+    assert joint_verdicts(replace(fit(), validation=(still,)))[0].state == JointState.UNTESTED
 
 
 def test_joints_of_one_verdict_share_a_sentence():
