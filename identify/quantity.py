@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from .schema import Real
-from .text_table import NORMAL_95
+from .text_table import NORMAL_95, raised
 
 
 @dataclass(frozen=True, repr=False)
@@ -26,4 +26,4 @@ class Quantity:
         return self.value - half, self.value + half
 
     def __repr__(self) -> str:
-        return f"{self.value:.4g} ± {NORMAL_95 * self.std:.2g} {self.unit}".rstrip()
+        return raised(f"{self.value:.4g} ± {NORMAL_95 * self.std:.2g} {self.unit}").rstrip()

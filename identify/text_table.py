@@ -28,6 +28,11 @@ UNKNOWN = "-"
 """Text for an unknown number."""
 
 
+def raised(text: str) -> str:
+    """Text with raised exponents: kg m² for kg m^2."""
+    return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("^3", "\N{SUPERSCRIPT THREE}")
+
+
 def digits(value: float, significant: int = 4) -> str:
     """A number with `significant` digits; all digits before the decimal point are kept."""
     value = float(value)

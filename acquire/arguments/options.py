@@ -41,7 +41,7 @@ JSON = Option(
 BODY = (
     Option("--mass KG", "mass of the payload", positive),
     Option("--com X Y Z", "its center of mass [m]", any_number),
-    Option("--inertia XX XY XZ YY YZ ZZ", "its inertia about the center of mass [kg m^2]", any_number),
+    Option("--inertia XX XY XZ YY YZ ZZ", "its inertia about the center of mass [kg m²]", any_number),
 )
 """Options of the payload on the flange."""
 ALARMS = Option(

@@ -143,7 +143,7 @@ PAYLOADS = (
     ),
     Option(
         "--inertia XX XY XZ YY YZ ZZ",
-        "its inertia about the center of mass, along the flange axes [kg m^2]",
+        "its inertia about the center of mass, along the flange axes [kg m²]",
         any_number,
         dest="payload",
         action=_OfLastPayload,

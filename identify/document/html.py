@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 from exidyn.quoting import visible
 
-from ..text_table import UNKNOWN, digits
+from ..text_table import UNKNOWN, digits, raised
 from .document import (
     Block,
     Cell,
@@ -71,11 +71,6 @@ def prose(words: str) -> Markup:
     )
 
 
-def unit(name: str) -> str:
-    """A unit with raised exponents."""
-    return name.replace("^2", "\N{SUPERSCRIPT TWO}").replace("^3", "\N{SUPERSCRIPT THREE}")
-
-
 @singledispatch
 def cell(content: Cell) -> Markup:
     """HTML of a cell."""
@@ -84,7 +79,7 @@ def cell(content: Cell) -> Markup:
 
 @cell.register
 def _(content: str) -> Markup:
-    return Markup(NAMELESS) if content == UNKNOWN else prose(unit(content))
+    return Markup(NAMELESS) if content == UNKNOWN else prose(raised(content))
 
 
 @cell.register
@@ -92,7 +87,7 @@ def _(content: Number) -> Markup:
     shown = digits(content.value, content.digits)
     if shown == UNKNOWN:
         return Markup(NAMELESS)
-    suffix = f" {unit(content.unit)}" if content.unit else ""
+    suffix = f" {raised(content.unit)}" if content.unit else ""
     pattern = Markup('<data value="{!r}">{}</data>{}')
     return pattern.format(float(content.value), shown.replace("-", MINUS), prose(suffix))
 

@@ -2,13 +2,14 @@
 
 from functools import singledispatch
 
+from ..text_table import raised
 from .document import Block, Figure, Grid, Heading, Links, Paragraph, Section, Statements, Table
 from .text import shortened
 
 
 def section_markdown(section: Section) -> str:
     """The section as Markdown, without plots."""
-    return "\n\n".join([f"## {section.title}", *filter(None, map(_block, section.blocks))])
+    return raised("\n\n".join([f"## {section.title}", *filter(None, map(_block, section.blocks))]))
 
 
 @singledispatch

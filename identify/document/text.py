@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import singledispatch
 
-from ..text_table import WIDTH, at_point, paragraph, table
+from ..text_table import WIDTH, at_point, paragraph, raised, table
 from .document import (
     Block,
     Cell,
@@ -28,7 +28,7 @@ def text(document: Document) -> str:
     """The document as text, without plots and details."""
     parts = [[document.title.center(WIDTH).rstrip(), "=" * WIDTH, *_facts(document)]]
     parts += [_section(section) for section in short(document)]
-    return "\n\n".join("\n".join(part) for part in parts if part) + "\n" + "=" * WIDTH
+    return raised("\n\n".join("\n".join(part) for part in parts if part)) + "\n" + "=" * WIDTH
 
 
 def short(document: Document) -> list[Section]:

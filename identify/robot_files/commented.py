@@ -72,7 +72,7 @@ KEYS = {
     ("[[link]]", "rotation"): "rotation matrix of the joint's frame in that frame [-]",
     ("[[link]]", "mass"): "mass of the link [kg]",
     ("[[link]]", "center_of_mass"): "center of mass in the joint's frame [m]",
-    ("[[link]]", "inertia"): "XX, XY, XZ, YY, YZ, ZZ about the center of mass [kg m^2]",
+    ("[[link]]", "inertia"): "XX, XY, XZ, YY, YZ, ZZ about the center of mass [kg m²]",
     ("[[effect]]", "name"): "name of the effect; valid names are in docs/robot-toml.md",
     ("[[measurement]]", "name"): "name of the measurement; valid names are in docs/robot-toml.md",
     ("[[effect]]", "joints"): "names of the joints it acts on; default: all",

@@ -63,7 +63,7 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
     # a thin rod has a principal moment of zero, which rounding may make negative
     if lowest < -1e-9 * (1.0 + np.abs(about_center).max()):
         raise BrokenTree(
-            f"{where}: principal moment of inertia {lowest:g} kg m^2 about the center of mass; "
+            f"{where}: principal moment of inertia {lowest:g} kg m² about the center of mass; "
             "none may be negative"
         )
     try:
@@ -91,7 +91,7 @@ def inertia_doubt(inertia: np.ndarray, where: str) -> str:
     low, middle, high = np.linalg.eigvalsh(inertia)
     if high - low - middle <= FLAT * abs(high) and low >= -FLAT * abs(high):
         return ""
-    moments = f"principal moments of inertia {low:.3g}, {middle:.3g}, {high:.3g} kg m^2"
+    moments = f"principal moments of inertia {low:.3g}, {middle:.3g}, {high:.3g} kg m²"
     why = "none can be negative" if low < 0.0 else "the largest can be at most the sum of the others"
     return f"{where}: {moments}; {why}"
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...quantity import Quantity
-from ...text_table import NORMAL_95, digits
+from ...text_table import NORMAL_95, digits, raised
 from ..questions.block_answer import Answer
 from ..questions.candidate import UNNAMED, Candidate
 from .finding import Finding, Hypothesis
@@ -48,7 +48,7 @@ class Formatted(Quantity):
         scale, unit = next((SCALES[word] for word in words if word in SCALES), (1.0, self.unit))
         unit = "mm" if (unit, self.unit) == ("mrad", "m") else unit  # of a joint that slides
         text = with_interval(scale * value, scale * self.std)
-        return text if "bare" in words or unit in ("", "1") else f"{text} {unit}".replace(" °", "°")
+        return text if "bare" in words or unit in ("", "1") else raised(f"{text} {unit}").replace(" °", "°")
 
 
 def with_interval(value: float, std: float) -> str:

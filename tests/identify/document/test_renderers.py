@@ -22,12 +22,12 @@ from exidyn.identification.document.document import (
     Statements,
     Table,
 )
-from exidyn.identification.document.html import block, html, unit
+from exidyn.identification.document.html import block, html
 from exidyn.identification.document.markdown import section_markdown
 from exidyn.identification.document.text import text
 from exidyn.identification.pages.report_material import Material, Run
 from exidyn.identification.pages.runs_document import runs_sections
-from exidyn.identification.text_table import percent, table
+from exidyn.identification.text_table import percent, raised, table
 
 TABLE = Table(
     ["joint", "value", "± 95 %", "verdict", "plot"],
@@ -113,7 +113,7 @@ def test_links_are_links_on_a_page_and_words_elsewhere():
 
 
 def test_units_have_raised_exponents():
-    assert [unit("N m/rad^3"), unit("kg m^2")] == ["N m/rad³", "kg m²"]
+    assert [raised("N m/rad^3"), raised("kg m^2")] == ["N m/rad³", "kg m²"]
 
 
 @pytest.mark.parametrize(
