@@ -165,7 +165,7 @@ def excite_command(args: Namespace) -> None:
     for motion, (uses, beyond), path in zip(plans, checked, _paths(args.output, len(plans)), strict=True):
         write_plan(motion, path)
         pages += [summary(motion, uses, beyond), *_poor(motion)]
-        pages.append(f"written: {path}; exidyn show {path} draws it")
+        pages.append(f"written: {path}; exidyn show {path} --robot {args.robot} draws it")
         tables.append(plan_table(motion, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
     hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), args.json)

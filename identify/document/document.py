@@ -130,7 +130,14 @@ class Grid(NamedTuple):
     kind: str = "two"
 
 
-Block = Table | Statements | Paragraph | Links | Heading | Figure | Grid
+class Folded(NamedTuple):
+    """Blocks that a reader of the page opens by a click on the title; text and Markdown leave them out."""
+
+    title: str
+    blocks: "Sequence[Block]"
+
+
+Block = Table | Statements | Paragraph | Links | Heading | Figure | Grid | Folded
 
 
 class Section(NamedTuple):

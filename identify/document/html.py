@@ -15,6 +15,7 @@ from .document import (
     Chapter,
     Document,
     Figure,
+    Folded,
     Grid,
     Heading,
     Link,
@@ -152,6 +153,12 @@ def _(content: Figure) -> Markup:
 @block.register
 def _(content: Grid) -> Markup:
     return _PARTS.grid(content) if content.blocks else Markup()
+
+
+@block.register
+def _(content: Folded) -> Markup:
+    parts = Markup().join(map(block, content.blocks))
+    return Markup("<details><summary>{}</summary>{}</details>").format(content.title, parts)
 
 
 def _templates() -> Environment:

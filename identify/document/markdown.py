@@ -3,7 +3,7 @@
 from functools import singledispatch
 
 from ..text_table import raised
-from .document import Block, Figure, Grid, Heading, Links, Paragraph, Section, Statements, Table
+from .document import Block, Figure, Folded, Grid, Heading, Links, Paragraph, Section, Statements, Table
 from .text import shortened
 
 
@@ -47,7 +47,7 @@ def _(block: Heading) -> str:
 
 
 @_block.register
-def _(block: Figure | Links) -> str:
+def _(block: Figure | Links | Folded) -> str:
     return ""
 
 

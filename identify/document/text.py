@@ -9,6 +9,7 @@ from .document import (
     Cell,
     Document,
     Figure,
+    Folded,
     Grid,
     Heading,
     Links,
@@ -80,7 +81,7 @@ def _(block: Heading) -> list[str]:
 
 
 @lines.register
-def _(block: Figure | Links) -> list[str]:
+def _(block: Figure | Links | Folded) -> list[str]:
     return []
 
 

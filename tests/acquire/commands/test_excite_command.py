@@ -59,7 +59,7 @@ def test_it_writes_a_plan_that_can_be_run(robot, capsys):
     torque = TorqueBound(two_joints.model(), limits().torque).of("")
     assert not check(plan.trajectory, limits(), 0.004, torque)
     printed, text = capsys.readouterr()
-    assert f"written: {output}; exidyn show {output} draws it" in printed
+    assert f"written: {output}; exidyn show {output} --robot {robot} draws it" in printed
     assert f"condition number {plan.reached:.4g}" in text
     assert "BEYOND" not in printed
     assert "start 1 of 1: condition number" in text
