@@ -6,7 +6,7 @@ joint's torque over the largest torque, in random motion, without dry friction, 
 concealed: real arms are MuJoCo's own, in which friction and other physics are concealed that the file does
 not have; logs hold torque, or commands and positions alone. `named` is the share of concealed effects that
 are found on their joint, `false` a count of others, `gap_left` the median of the tool point's error after
-2 s of commands, after over before; `worse` counts joints that are farther off than by the file as it was;
+2 s of commands, after over before; `worse` counts joints that are farther off than with the original file;
 `suspected` logs that the check of units and signs holds for wrong.
 
 gears: an arm of two joints of which one has an elastic gear or play, its teeth a spring of the benchmark's;

@@ -1,4 +1,4 @@
-"""Misfit by cause: table, sentences and picture of a diagnosis's budget."""
+"""Residual by cause: table, sentences and plot of the budget of a diagnosis."""
 
 from collections.abc import Sequence
 from html import escape
@@ -17,37 +17,37 @@ from .shown import Shown
 from .svg import picture, text
 
 SMALL = 0.01
-"""Share of the misfit below which a kind is put together with others, where it is that on every joint."""
+"""Share of the squared residual below which, on every joint, a kind is combined with other kinds."""
 LUMPED = "other kinds, less than 1 % each"
 UNDECIDED = " (name undecided)"
 CONTAINED = f'Sensor noise was not measured at rest: it is part of "{OTHER}".'
 MOST = 3
-"""Parts that a sentence names; the table has them all."""
+"""Number of parts that a sentence names; the table has all parts."""
 SHOWN = 5e-4
-"""Share from which on a part is in the table: a tenth of a per cent, rounded."""
+"""Smallest share that the table shows: 0.1 %, rounded."""
 FOUND = ("#0067a5", "#00765a", "#8a4a9c", "#007f8c", "#3f5f9f", "#5a7d1e", "#6a5acd", "#2f6b4f")
-"""Of findings: cold colours, which are what the model could have."""
+"""Cold colors of findings, which a model could contain."""
 KINDS = ("#c44e00", "#a8571c", "#b0413e", "#b26a00", "#9c4f6d", "#8f5a2b", "#a33a5b", "#946200")
-"""Of what depends on something and has no name: warm colours, as residuals have."""
+"""Warm colors, as those of residuals, of parts that depend on a quantity but have no name."""
 PLAIN = {NOISE: "#7a838d", OTHER: "#59616b"}
-"""Of what depends on nothing. White figures can be read on all of these, on light ground and on dark."""
+"""Grays of parts that depend on nothing. White figures are legible on all of these colors."""
 LEFT, WIDTH, STEP = 110.0, 760.0, 30.0
-"""Pixels: where bars begin, how long they are, and how far one is below the other."""
+"""Left end of the bars, their length, and their vertical spacing [pixels]."""
 KEYS = 400.0
-"""Pixels from what has a name to what has none, in the key."""
+"""Distance between the two columns of the legend [pixels]."""
 LEGIBLE = 0.045
-"""Share of a bar from which on its per cent fit into it."""
+"""Smallest share of a bar whose percentage fits into it."""
 
 
 class Part(NamedTuple):
-    """A share of the misfit as it is drawn.
+    """A share of the squared residual, as it is drawn.
 
     Attributes:
-        name: A finding and where it acts, what the misfit depends on, or that it is noise.
-        effect: The effect alone; empty where it is no finding.
+        name: Finding with its joints, quantity on which the part depends, or sensor noise.
+        effect: Name of the effect; empty if the part is not a finding.
         joints: Joints of the finding, from 0.
         is_finding: Whether a finding explains it.
-        shares: Share of the squared misfit of each joint, shape (n,) [-].
+        shares: Share of the squared residual of each joint, shape (n,) [-].
     """
 
     name: str
@@ -58,24 +58,24 @@ class Part(NamedTuple):
 
 
 def budget_section(shown: Shown) -> Section:
-    """The picture, a sentence a joint, and the table; empty for a diagnosis without."""
+    """Plot, one sentence per joint, and table; empty for a diagnosis without a budget."""
     diagnosis, joints = shown.diagnosis, shown.names
     if (budget := diagnosis.budget) is None:
         return Section("budget", TITLE, ())
     parts, units, source = lumped(parts_of(diagnosis)), diagnosis.torque_units, _source(budget)
     note = (
-        "The misfit is the torque that the model misses with parameters and drive gains fitted within their "
-        f"tolerances ({source}; root mean square). Its square is divided among what explains it."
+        "The baseline is the model without findings, with parameters and drive gains fitted within their "
+        f"tolerances ({source}; root mean square). The square of its residual is divided among its causes."
     )
     plot = (
-        "Each bar is 100 % of the squared misfit of a joint. Findings are drawn in cold colors, what depends "
-        "on a recorded quantity but has no name in warm colors, and the rest in gray."
+        "Each bar is 100 % of the squared baseline residual of a joint. Findings have cold colors. Parts "
+        "that depend on a recorded quantity but have no name have warm colors. All else is gray."
     )
     drawing = budget_plot(budget, parts, joints, units)
     blocks: list[Block] = [
         Paragraph(note),
         Paragraph(plot, "plot"),
-        Figure("Misfit by joint", f"{source}; root mean square on the right", drawing),
+        Figure("Residual by joint", f"{source}; root mean square on the right", drawing),
         Statements(sentences(budget, parts, joints, units)),
         *([] if diagnosis.noise_measured_at_rest else [Paragraph(CONTAINED)]),
         _table(budget, parts, joints, units),
@@ -83,7 +83,7 @@ def budget_section(shown: Shown) -> Section:
     return Section("budget", TITLE, blocks)
 
 
-TITLE = "Misfit by cause"
+TITLE = "Residual by cause"
 
 
 def _source(budget: Budget) -> str:
@@ -93,7 +93,7 @@ def _source(budget: Budget) -> str:
 
 
 def parts_of(diagnosis: Diagnosis) -> list[Part]:
-    """The shares of a diagnosis with names; an undecided finding has that of its most probable hypothesis."""
+    """Named shares of a diagnosis; an undecided finding has the name of its most probable hypothesis."""
     assert diagnosis.budget is not None
     names, findings = finding_names(diagnosis), diagnosis.all_findings
     parts = []
@@ -115,7 +115,7 @@ def parts_of(diagnosis: Diagnosis) -> list[Part]:
 
 
 def lumped(parts: Sequence[Part]) -> list[Part]:
-    """The parts, with small kinds in one."""
+    """The parts, with small kinds combined."""
     small = [part for part in parts if _small(part)]
     if len(small) < 2:
         return list(parts)
@@ -131,56 +131,59 @@ def _small(part: Part) -> bool:
 
 
 def percents(shares: np.ndarray) -> np.ndarray:
-    """Shares of parts (s, n) as whole per cents that add up to 100 on every joint; 0 where not known.
+    """Shares of parts (s, n) as integer percentages that add up to 100 on every joint; 0 if unknown.
 
-    What is rounded off goes to the parts that lost most by it.
+    All shares are rounded down; the parts that lost most are then rounded up.
     """
     exact = 100.0 * np.nan_to_num(shares, posinf=0.0, neginf=0.0)
-    whole = np.floor(exact)
+    rounded = np.floor(exact)
     for joint in range(exact.shape[1]):
-        lacking = round(float(exact[:, joint].sum())) - int(whole[:, joint].sum())
-        first = np.argsort(whole[:, joint] - exact[:, joint], kind="stable")
-        whole[first[: max(lacking, 0)], joint] += 1.0
-    return whole.astype(int)
+        lacking = round(float(exact[:, joint].sum())) - int(rounded[:, joint].sum())
+        first = np.argsort(rounded[:, joint] - exact[:, joint], kind="stable")
+        rounded[first[: max(lacking, 0)], joint] += 1.0
+    return rounded.astype(int)
 
 
 def sentences(
     budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]
 ) -> list[str]:
-    """One for each joint of which a finding explains a part, and one for all other joints."""
-    whole = percents(np.array([part.shares for part in parts]))
+    """One sentence for each joint that a finding explains in part, and one for all other joints."""
+    percentages = percents(np.array([part.shares for part in parts]))
     sizes = [f"{digits(rms, 3)} {unit}" for rms, unit in zip(budget.before_rms, units, strict=True)]
     lines = [
-        _sentence(parts, joint, name, sizes[joint], whole[:, joint]) for joint, name in enumerate(joints)
+        _sentence(parts, joint, name, sizes[joint], percentages[:, joint])
+        for joint, name in enumerate(joints)
     ]
     unexplained = [lower(name) for name, text in zip(joints, lines, strict=True) if not text]
-    said = [text for text in lines if text]
-    return [*said, f"No finding explains any misfit of {joined(unexplained)}."] if unexplained else said
+    explained = [text for text in lines if text]
+    if not unexplained:
+        return explained
+    return [*explained, f"No finding explains any residual of {joined(unexplained)}."]
 
 
-def _sentence(parts: Sequence[Part], joint: int, name: str, size: str, whole: np.ndarray) -> str:
-    pairs = [(part, int(share)) for part, share in zip(parts, whole, strict=True) if share]
+def _sentence(parts: Sequence[Part], joint: int, name: str, size: str, percentages: np.ndarray) -> str:
+    pairs = [(part, int(share)) for part, share in zip(parts, percentages, strict=True) if share]
     explaining = sorted((pair for pair in pairs if pair[0].is_finding), key=lambda pair: -pair[1])
-    rest = [part for part in parts if not part.is_finding and part.shares[joint] > 0.0]
+    unnamed = [part for part in parts if not part.is_finding and part.shares[joint] > 0.0]
     if not explaining:
         return ""
     (first, share), *others = explaining[:MOST]
-    said = f"{name}: {_here(first, joint)} explains {share} % of the {size} that the model misses"
+    sentence = f"{name}: {_here(first, joint)} explains {share} % of the squared residual ({size} rms)"
     if others:
-        said += f", besides {joined([f'{_here(part, joint)} ({percent} %)' for part, percent in others])}"
-    return f"{said}{_most(rest, joint, '; of the rest, ')}."
+        sentence += f", besides {joined([f'{_here(part, joint)} ({percent} %)' for part, percent in others])}"
+    return f"{sentence}{_most(unnamed, joint, '; of the rest, ')}."
 
 
 def _here(part: Part, joint: int) -> str:
-    """The finding's name, with its joint where that is another."""
+    """Name of a finding, with its joint if that is another one."""
     return lower(part.effect if part.joints in ((joint,), ()) else part.name)
 
 
-def _most(rest: Sequence[Part], joint: int, opening: str) -> str:
-    total = sum(float(part.shares[joint]) for part in rest)
+def _most(parts: Sequence[Part], joint: int, opening: str) -> str:
+    total = sum(float(part.shares[joint]) for part in parts)
     if total < SMALL:
         return ""
-    largest = max(rest, key=lambda part: float(part.shares[joint]))
+    largest = max(parts, key=lambda part: float(part.shares[joint]))
     share = float(largest.shares[joint]) / total
     amount = "most" if share > 0.5 else f"the largest part ({percent(share)})"
     if largest.name == NOISE:
@@ -190,7 +193,7 @@ def _most(rest: Sequence[Part], joint: int, opening: str) -> str:
 
 
 def _table(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]) -> Table:
-    """Misfit before and after, and the share of each part with the torque that it is, root mean square."""
+    """Residuals before and after, and each part as a share and as root mean square torque."""
     shared_unit = f" [{units[0]}]" if len(set(units)) == 1 else ""
     cell_units = [""] * len(joints) if shared_unit else list(units)
     rows: list[list[Cell]] = [
@@ -198,24 +201,24 @@ def _table(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: 
             name + shared_unit,
             *(Number(value, 3, unit) for value, unit in zip(values, cell_units, strict=True)),
         ]
-        for name, values in (("misfit before", budget.before_rms), ("misfit after", budget.after_rms))
+        for name, values in (("baseline residual", budget.before_rms), ("with findings", budget.after_rms))
     ]
-    for part, whole in zip(parts, percents(np.array([part.shares for part in parts])), strict=True):
+    for part, percentage in zip(parts, percents(np.array([part.shares for part in parts])), strict=True):
         if np.any(part.shares > SHOWN):
-            rows.append([part.name, *map(_cell, part.shares, whole, budget.before_rms)])
+            rows.append([part.name, *map(_cell, part.shares, percentage, budget.before_rms)])
     return Table(["", *(name.partition(" (")[0].lower() for name in joints)], rows)
 
 
-def _cell(share: float, whole: int, before: float) -> Cell:
+def _cell(share: float, percentage: int, before: float) -> Cell:
     if not share > SHOWN:
         return "-"
-    return Numbers(f"{whole or '< 1'} % ({{}})", (Number(np.sqrt(share) * before, 2),))
+    return Numbers(f"{percentage or '< 1'} % ({{}})", (Number(np.sqrt(share) * before, 2),))
 
 
 def budget_plot(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]) -> str:
-    """Bars of 100 % each, with the misfit before and after beside them, and what the colors mean below."""
+    """Stacked bars of 100 % each, with the residuals before and after on the right and a legend below."""
     colors = _colors(parts)
-    drawn = [text(LEFT + WIDTH + 8, 12, "before → after", "tick")]
+    drawn = [text(LEFT + WIDTH + 8, 12, "baseline → with findings", "tick")]
     for joint, (name, unit) in enumerate(zip(joints, units, strict=True)):
         before, after = budget.before_rms[joint], budget.after_rms[joint]
         drawn += [
@@ -234,7 +237,7 @@ def budget_plot(budget: Budget, parts: Sequence[Part], joints: Sequence[str], un
         for row, (part, color) in enumerate(side)
     )
     height = bottom + 18 * max(map(len, sides), default=0)
-    return picture(LEFT + WIDTH + 190, height, "where the misfit goes", "".join(drawn) + keys)
+    return picture(LEFT + WIDTH + 190, height, "residual by cause", "".join(drawn) + keys)
 
 
 def _colors(parts: Sequence[Part]) -> list[str]:
@@ -247,7 +250,7 @@ def _colors(parts: Sequence[Part]) -> list[str]:
 
 
 def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float, unit: str) -> list[str]:
-    """The bar of one joint: a rectangle a part, with its share where that fits."""
+    """Bar of one joint: a rectangle for each part, with its share if that fits."""
     top, x, drawn = 20 + STEP * joint, LEFT, list[str]()
     for part, color in zip(parts, colors, strict=True):
         share = float(np.nan_to_num(part.shares[joint]))
@@ -265,6 +268,6 @@ def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float
     return drawn
 
 
-def _key(x: float, y: float, colour: str, name: str) -> str:
-    sample = f'<rect fill="{colour}" x="{x:g}" y="{y - 9:g}" width="18" height="10"/>'
+def _key(x: float, y: float, color: str, name: str) -> str:
+    sample = f'<rect fill="{color}" x="{x:g}" y="{y - 9:g}" width="18" height="10"/>'
     return sample + text(x + 24, y, name, "key")

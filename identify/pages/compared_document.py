@@ -1,4 +1,4 @@
-"""Simulations beside recordings: who differs how far from what was measured, and where."""
+"""Simulations compared with recordings: which joints differ, by how much, and where."""
 
 from collections.abc import Sequence
 
@@ -24,49 +24,50 @@ from ..text_table import digits, percent
 from .diagnosis_plots import bars
 
 MOST = 1.5
-"""Ratio of a mismatch in its worst third to that in its best from which on it is reported to depend on
-something: more than between thirds of a run in which it is the same everywhere."""
+"""Ratio of a joint's mismatch in its worst and best third above which the worst third is reported; a uniform
+mismatch varies less between the thirds of a run."""
 ANOTHER = 0.1
-"""Share of the motion by which positions differ in another one; the slowest position loops lag by less."""
+"""Position difference, relative to the motion, from which on two runs are different motions [-]; even slow
+position loops lag by less."""
 SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
-"""Units of what hardly differs -> a thousandth of them, which people use."""
+"""Unit of a thousandth, which is readable for small differences, by unit."""
 
 
 def compared_text(comparison: Comparison) -> str:
-    """The document as text; a line or three where there is nothing to see."""
+    """The document as text; only one to three lines if there is nothing to compare or no difference."""
     if two_motions(comparison):
         return verdict(comparison)[0]
     if not differs(comparison):
         return "\n".join([*_alike(comparison), *map(_sentence, comparison.warnings)])
-    title = f"{comparison.simulated} beside {comparison.recorded}"
-    said = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
-    return text(Document(title, "", [said, *_tables(comparison)]))
+    title = f"{comparison.simulated} versus {comparison.recorded}"
+    opening = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
+    return text(Document(title, "", [opening, *_tables(comparison)]))
 
 
 def compared_sections(comparisons: Sequence[tuple[Comparison, Sequence[str]]]) -> list[Section]:
-    """Pairs of the same recording before and after, then a section for each comparison with its verdict."""
+    """Pairs of simulations of one recording, then one section for each comparison with its verdict."""
     pairs = zip(comparisons, comparisons[1:], strict=False)
     sections = [_pair(first, last) for (first, _), (last, _) in pairs if _same_recording(first, last)]
-    for place, (comparison, said) in enumerate(comparisons):
+    for place, (comparison, sentences) in enumerate(comparisons):
         blocks = [
             block for section in _tables(comparison) for block in (Heading(section.title), *section.blocks)
         ]
-        title = f"{comparison.simulated} beside {comparison.recorded}"
-        sections.append(Section(f"compared{place or ''}", title, [Statements(said), *blocks]))
+        title = f"{comparison.simulated} versus {comparison.recorded}"
+        sections.append(Section(f"compared{place or ''}", title, [Statements(sentences), *blocks]))
     return sections
 
 
 def _same_recording(first: Comparison, last: Comparison) -> bool:
-    """Whether two simulations are judged by one recording, in one unit, over a noise that is known."""
-    same = first.recorded == last.recorded and first.effort.quantity == last.effort.quantity
-    return same and all(bool(np.all(np.isfinite(one.effort.noise))) for one in (first, last))
+    """Whether two simulations are compared with one recording, in one unit and with known noise."""
+    comparable = first.recorded == last.recorded and first.effort.quantity == last.effort.quantity
+    return comparable and all(bool(np.all(np.isfinite(pair.effort.noise))) for pair in (first, last))
 
 
 def _pair(first: Comparison, last: Comparison) -> Section:
-    before, after = (one.effort.rms / one.effort.noise for one in (first, last))
-    note = f"Before: {first.simulated}, after: {last.simulated}; both beside the recording {first.recorded}."
+    before, after = (comparison.effort.rms / comparison.effort.noise for comparison in (first, last))
+    note = f"Before: {first.simulated}; after: {last.simulated}; both compared with {first.recorded}."
     picture = bars(before, after, first.joints, "residual over noise")
-    figure = Figure(f"Simulated less recorded {first.effort.quantity}", "over noise", picture)
+    figure = Figure(f"Simulated minus recorded {first.effort.quantity}", "over noise", picture)
     return Section("pair", "Two simulations", [Paragraph(note), Grid([figure])])
 
 
@@ -88,11 +89,11 @@ def _by_joint(comparison: Comparison) -> Table:
 
 
 def _judged(over: float) -> Cell:
-    """Coloured as residuals of a fit are."""
+    """Mismatch over noise, marked by the same limits as the residuals of a fit."""
     if not np.isfinite(over):
         return Number(over)
     kind = "good" if over <= TO_NOISE else "middling" if over <= MISSING else "bad"
-    return Marked(Number(over, 3), kind, "" if kind == "good" else "it differs by more than noise")
+    return Marked(Number(over, 3), kind, "" if kind == "good" else "differs by more than noise")
 
 
 def _by_region(comparison: Comparison, mismatch: Mismatch) -> Section:
@@ -107,23 +108,23 @@ def _by_region(comparison: Comparison, mismatch: Mismatch) -> Section:
 
 
 def _unit(mismatch: Mismatch) -> str:
-    """The units that people use, in brackets."""
+    """Readable units of a mismatch, in brackets."""
     return f" [{', '.join(dict.fromkeys(SMALL.get(unit, unit) for unit in mismatch.units))}]"
 
 
 def _scaled(mismatch: Mismatch, values: np.ndarray) -> list[Cell]:
-    """Numbers of all joints in the units that people use."""
+    """Values of all joints in readable units."""
     scale = np.array([1e3 if unit in SMALL else 1.0 for unit in mismatch.units])
     return [Number(value) for value in scale * values]
 
 
 def differs(comparison: Comparison) -> bool:
-    """Whether any joint differs by more than noise, in the same motion."""
+    """Whether the motions agree and any joint differs by more than noise."""
     return bool(np.any(_over(comparison) > MISSING)) and not two_motions(comparison)
 
 
 def two_motions(comparison: Comparison) -> bool:
-    """Whether both did other things, so that there is nothing to compare."""
+    """Whether the runs are different motions, which cannot be compared."""
     position = comparison.mismatch["position"]
     return bool(np.linalg.norm(position.rms) > ANOTHER * np.linalg.norm(position.size))
 
@@ -134,11 +135,11 @@ def _over(comparison: Comparison) -> np.ndarray:
 
 
 def _alike(comparison: Comparison) -> list[str]:
-    """Three lines about two runs that do not differ."""
+    """Three lines about two runs without a difference."""
     over = np.nan_to_num(_over(comparison))
     most = int(np.argmax(over))
     return [
-        f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} beside "
+        f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} versus "
         f"{comparison.recorded}",
         f"The largest: {comparison.joints[most]}, {digits(over[most], 3)} x noise; there is nothing to "
         "diagnose",
@@ -147,10 +148,10 @@ def _alike(comparison: Comparison) -> list[str]:
 
 
 def _compared(comparison: Comparison) -> str:
-    """How both were brought together; an offset of less than its last digit has no sign."""
+    """How the runs were aligned; adding zero avoids an offset of -0.0000."""
     return (
-        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.filter_hz:.3g} Hz, "
-        f"{comparison.simulated} moved by {round(comparison.offset, 4) + 0.0:.4f} s"
+        f"Compared over {comparison.duration:.1f} s after a low-pass of {comparison.filter_hz:.3g} Hz, "
+        f"{comparison.simulated} shifted by {round(comparison.offset, 4) + 0.0:.4f} s"
     )
 
 
@@ -159,14 +160,15 @@ def _sentence(warning: str) -> str:
 
 
 def verdict(comparison: Comparison) -> list[str]:
-    """What differs most, and what should be known of the comparison, in sentences."""
+    """Sentences on the joints that differ most and on the limits of the comparison."""
     effort, over = comparison.effort, _over(comparison)
     if two_motions(comparison):
         position = comparison.mismatch["position"]
         most = int(np.argmax(position.rms))
         return [
             f"{comparison.simulated} and {comparison.recorded} are two different motions: "
-            f"{comparison.joints[most]} is {digits(position.rms[most])} {position.units[most]} elsewhere."
+            f"the positions of {comparison.joints[most]} differ by {digits(position.rms[most])} "
+            f"{position.units[most]}."
         ]
     lines = []
     for joint in np.argsort(-np.nan_to_num(over)):
@@ -175,13 +177,13 @@ def verdict(comparison: Comparison) -> list[str]:
     if not lines and not np.any(np.isfinite(over)):
         most = int(np.argmax(effort.rms / effort.size))
         lines = [
-            f"The noise is not known, so that {effort.quantity} is not judged. It differs most on "
-            f"{comparison.joints[most]}, by {percent(effort.rms[most] / effort.size[most])} of what it is."
+            f"The noise is unknown, so {effort.quantity} is not judged. It differs most on "
+            f"{comparison.joints[most]}, by {percent(effort.rms[most] / effort.size[most])} of its size."
         ]
     if not lines:
         lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
     lines.append(
-        f"{_compared(comparison)}. {effort.quantity.capitalize()} counts while the joint moves, not at rest."
+        f"{_compared(comparison)}. {effort.quantity.capitalize()} is compared only while the joint moves."
     )
     return [*lines, *map(_sentence, comparison.warnings)]
 
@@ -190,21 +192,21 @@ def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:
     share = 100.0 * effort.rms[joint] / effort.size[joint]
     text = (
         f"{comparison.joints[joint]}: {effort.quantity} differs by {digits(effort.rms[joint])} "
-        f"{effort.units[joint]}, {digits(share, 3)} % of what it is and "
-        f"{digits(effort.rms[joint] / effort.noise[joint], 3)} x noise"
+        f"{effort.units[joint]} ({digits(share, 3)} % of its size, "
+        f"{digits(effort.rms[joint] / effort.noise[joint], 3)} x noise)"
     )
     kind, ratio, most, least = max(
         ((name, *_contrast(regions, joint)) for name, regions in effort.regions.items()),
-        key=lambda found: found[1],
+        key=lambda contrast: contrast[1],
     )
     if ratio < MOST:
-        return f"{text}, everywhere alike."
+        return f"{text}, about equally everywhere."
     where = f"{NAMES[most]} {kind} ({_span(comparison, kind, joint, most)})"
-    return f"{text}; {digits(ratio, 2)} times as much at {where} as at {NAMES[least]}."
+    return f"{text}; {digits(ratio, 2)} times as large at {where} as at {NAMES[least]} {kind}."
 
 
 def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:
-    """Mismatch in the worst third over that in the best, and which they are."""
+    """Ratio of the mismatches in the worst and the best third, and the indices of both."""
     rms = regions.rms[joint]
     if not np.all(np.isfinite(rms)) or np.min(rms) <= 0.0:
         return 0.0, 0, 0
@@ -213,7 +215,7 @@ def _contrast(regions: Regions, joint: int) -> tuple[float, int, int]:
 
 
 def _span(comparison: Comparison, kind: str, joint: int, third: int) -> str:
-    """From where to where a third goes."""
+    """Range of a third, with its unit."""
     position, velocity, effort = comparison.mismatch.values()
     unit = {"position": position, "speed": velocity, "load": effort}[kind].units[joint]
     low, high = effort.regions[kind].edges[joint, third : third + 2]

@@ -1,4 +1,4 @@
-"""What is said of a diagnosis: verdict, where the misfit is, findings, what is left, candidates, runs."""
+"""Content of a diagnosis page: verdict, residual by quantity and cause, findings, candidates, runs."""
 
 import numpy as np
 
@@ -37,83 +37,80 @@ from .located import located_section
 from .shown import Shown as Shown
 
 LEAST_CHANGE = 0.1
-"""Per cent by which a candidate alone has to lower the squared error to be listed: the last digit printed."""
+"""Smallest decrease of the squared error for which a candidate is listed [%]: the last digit printed."""
 TOP = 10
-"""Candidates that short pages list."""
+"""Number of candidates that text pages list."""
 CHECK = (
     'To check a row: add it to robot.toml ([[effect]], name = "...", joints = ["..."]), run "exidyn identify '
-    'RUNS --robot robot.toml --validate OTHER" with it and without, and compare the squares of the residuals '
-    "held out. What robot.toml cannot hold (a hose, a supply that sags) cannot be checked this way."
+    'RUNS --robot robot.toml --validate OTHER" with it and without, and compare the squared held-out '
+    "residuals. Effects that robot.toml cannot hold (a hose, a sagging supply) cannot be checked this way."
 )
-HELD_OUT = (
-    "held-out score: the decrease of -2 log likelihood on the runs held out; a positive score confirms the "
-    "effect."
-)
+HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
 
 
 def diagnosis_document(shown: Shown) -> Document:
-    """The whole document."""
+    """The document of a diagnosis."""
     diagnosis = shown.diagnosis
     facts = [
         ("Fitted", ", ".join(diagnosis.runs)),
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
-        ("Took", f"{diagnosis.seconds:.1f} s"),
+        ("Search time", f"{diagnosis.seconds:.1f} s, without reading files and simulation"),
     ]
     opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
     budget, *below = detail_sections(shown)
     sections = [opening, located_section(shown), budget, *below, simulation_section(shown)]
-    return Document(f"{diagnosis.name}: what the model leaves out", "", sections, facts=facts)
+    return Document(f"{diagnosis.name}: missing physics", "", sections, facts=facts)
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
-    """The document as text of 80 columns; arguments as of `Shown.of`."""
+    """The document as text with 80 columns; see `Shown.of` for the arguments."""
     return text(diagnosis_document(Shown.of(diagnosis, folder, forward)))
 
 
 def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
-    """The document as one HTML page that needs nothing else; arguments as of `Shown.of`."""
+    """The document as one self-contained HTML page; see `Shown.of` for the arguments."""
     return html(diagnosis_document(Shown.of(diagnosis, folder, forward)))
 
 
 def detail_sections(shown: Shown) -> list[Section]:
     """All sections below the verdict, the budget first."""
-    note = "Each is there; these runs do not decide which. Plots are of the one that was fitted."
+    note = "The effects exist, but the runs do not determine their names. Plots show the fitted hypothesis."
     diagnosis, first = shown.diagnosis, len(shown.diagnosis.findings)
     return [
         budget_section(shown),
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0), True),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first), True),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("moments", "When a run differs as at no other time", _moments(shown)),
-        Section("candidates", "What each candidate alone would change", _changes(shown)),
+        Section("moments", "Moments: times at which a run differs from the model", _moments(shown)),
+        Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
-        Section("data", "Runs and what limits them", _data(shown), True),
+        Section("data", "Runs and their limitations", _data(shown), True),
     ]
 
 
 def verdict_blocks(shown: Shown) -> list[Block]:
-    """What is missing, in sentences and numbers."""
+    """Verdict as sentences, and a table of all findings."""
     return [Statements(verdict(shown.diagnosis, shown.folder), "verdict"), *_findings_table(shown)]
 
 
 def gained_blocks(shown: Shown) -> list[Block]:
-    """Residual held out before and after, by joint, and where and when it is; nothing without such runs."""
+    """Held-out residual by joint, before and after, and its map over time; empty without held-out runs."""
     if (residuals := shown.residuals) is None:
         return []
     before, after = residuals
     runs = ", ".join(shown.diagnosis.held_out)
     title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
     picture = _bars(shown, before, after, shown.noise, "residual")
-    remark = f"before: the model fitted within its tolerances, without findings; {runs}"
+    remark = f"before: baseline, fitted within its tolerances without findings; {runs}"
     return [
-        Heading("Residual held out by joint, root mean square"),
+        Heading("Held-out residual by joint, root mean square"),
         _joint_table(shown, before, after),
         Grid([Figure(title, remark, picture), *_map(shown)]),
     ]
 
 
 def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
-    """Of one definition each: nominal values, fitted before findings, fitted with findings, simulated."""
+    """Residuals in comparable columns: nominal values, baseline fit, fit with findings, simulation."""
     diagnosis, columns = shown.diagnosis, dict[str, np.ndarray]()
     if shown.over_noise:
         columns["noise"] = diagnosis.noise
@@ -131,30 +128,32 @@ def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
 
 
 def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray, label: str) -> str:
-    """Bars over noise where that was measured, else in units."""
+    """Bars of residuals over noise, or in units where the noise was not measured."""
     if not shown.over_noise:
         return bars(before, after, shown.names, label, shown.diagnosis.torque_units)
     return bars(before / noise, after / noise, shown.names, f"{label} over noise")
 
 
 def _map(shown: Shown) -> list[Block]:
-    """Where and when a run held out is not explained, by nominal values and with findings."""
+    """Maps of the unexplained residual of a held-out run, with nominal values and with findings."""
     if not shown.traces:
         return []
     trace = shown.judged[0]
-    level, what = shown.noise, "noise"
+    level, reference = shown.noise, "the noise floor"
     if not shown.over_noise:
         squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
-        level, what = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
-    remark = f"{trace.name}; white is {what}, full color is four times as much"
+        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
+    remark = f"{trace.name}; no color: at most 1.3 times {reference}; full color: at least 4 times"
     return [
-        Figure(f"Where and when: {title}", remark, where_and_when(trace, level, shown.names, which))
-        for which, title in (("before", "nominal values"), ("after", "with findings"))
+        Figure(
+            f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)
+        )
+        for stage, title in (("before", "nominal values"), ("after", "with findings"))
     ]
 
 
 def _findings_table(shown: Shown) -> list[Block]:
-    """A row a parameter that is determined, undecided findings last; nothing without findings."""
+    """One row per determined parameter, undecided findings last; empty without findings."""
     rows: list[list[Cell]] = []
     reasons: list[str] = []
     findings = shown.diagnosis.findings
@@ -169,7 +168,7 @@ def _findings_table(shown: Shown) -> list[Block]:
 
 
 def _numbers(shown: Shown, finding: Finding) -> list[list[Cell]]:
-    """Its determined parameters, and its torque where some are not determined."""
+    """Rows of the determined parameters, and of the torque if a parameter is not determined."""
     rows: list[list[Cell]] = [
         [f"  {name}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
         for name, q in finding.determined.items()
@@ -206,15 +205,16 @@ def _moments(shown: Shown) -> list[Block]:
     if not rows:
         return []
     note = (
-        "Windows in which a run, held-out runs included, differs from the model as at no other time, and "
-        "the force on the flange that explains most of it, in the base's axes; one joint alone shows none."
+        "Time windows in which a run, fitted or held out, differs from the model as at no other time. The "
+        "force on the flange that explains most of the difference is given in the axes of the base; a single "
+        "joint does not determine it."
     )
     head = ["run", "time", "joints", "force [N]", "direction"]
     return [Paragraph(note), Table(head, rows, words=(1, 2, 4))]
 
 
 def _changes(shown: Shown) -> list[Block]:
-    """All candidates that alone would lower the error; nothing without."""
+    """Table of all candidates that alone would lower the error; empty without any."""
     named_changes = zip(change_names(shown.diagnosis), shown.diagnosis.changes, strict=True)
     rows: list[list[Cell]] = [
         [
@@ -233,12 +233,12 @@ def _changes(shown: Shown) -> list[Block]:
         f"Change of the squared prediction error of {data} when only this candidate is added, on the joint "
         f"that improves most (negative is better); std: standard deviation over time blocks. {CHECK}"
     )
-    head = ["candidate, alone", "joint improved most", "squared error, %", "std, %"]
+    head = ["candidate, alone", "most improved joint", "squared error, %", "std, %"]
     return [Table(head, rows, words=(1,), first=TOP), Paragraph(note)]
 
 
 def simulation_section(shown: Shown) -> Section:
-    """The arm in simulation, before and after; empty where nothing was simulated."""
+    """Torque in simulation, before and after; empty if nothing was simulated."""
     simulated = shown.diagnosis.simulated
     blocks = [] if simulated is None else _simulation(shown, simulated)
     return Section("simulation", "Simulation", blocks)
@@ -247,20 +247,20 @@ def simulation_section(shown: Shown) -> Section:
 def _simulation(shown: Shown, simulated: Simulated) -> list[Block]:
     before, after = simulated.torque_rms_before, simulated.torque_rms_after
     note = (
-        f"{simulated.run}, simulated in closed loop: an arm with drives of its own follows the recorded "
-        "motion, and the torque of its motors is compared with the recorded one."
+        f"{simulated.run}, simulated in closed loop: the simulated drives follow the recorded motion, and "
+        "their motor torque is compared with the recorded one."
     )
     over = shown.over_noise
-    remark = f"simulated less recorded torque, root mean square{' over noise' if over else ''}"
-    drawn = _bars(shown, before, after, shown.noise, "simulated less recorded")
+    remark = f"simulated minus recorded torque, root mean square{' over noise' if over else ''}"
+    drawn = _bars(shown, before, after, shown.noise, "simulated minus recorded")
     figures = [Figure("All joints", remark, drawn)]
     if not np.all(np.isfinite([before, after])):
-        note += " It diverged: where it did, there is no number."
+        note += " The simulation diverged; joints without a number are those that diverged."
     if (samples := shown.forward) is not None:
         missed = 1e3 * float(np.max(samples.missed))
         if np.isfinite(missed):
             size = f"{digits(missed, 2)} {_small(shown)}"
-            note += f" Its motors miss the recorded positions by {size} at most, root mean square."
+            note += f" Simulated and recorded positions differ by at most {size}, root mean square."
         gained = _gained(before, after, shown.noise)
         plot = forward_plot(samples, gained, shown.diagnosis.torque_units[gained])
         figures.append(Figure(shown.names[gained], simulated.run, plot))
@@ -270,14 +270,14 @@ def _simulation(shown: Shown, simulated: Simulated) -> list[Block]:
 
 
 def _gained(before: np.ndarray, after: np.ndarray, noise: np.ndarray) -> int:
-    """The joint that gains most; where a simulation diverged there is no gain."""
+    """Index of the joint that improves most; a joint that diverged does not count."""
     with np.errstate(over="ignore", invalid="ignore"):
         gains = (before**2 - after**2) / noise**2
     return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
 
 
 def _small(shown: Shown) -> str:
-    """Unit of a thousandth of a joint's way."""
+    """Unit for small position errors: mrad, mm, or both."""
     kinds = [
         name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in shown.diagnosis.torque_units
     ]

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: profiles, spectra, bars over noise, a map of where and when."""
+"""Plots of a diagnosis: profiles, spectra, bars, and maps of the residual over joint and time."""
 
 from collections.abc import Sequence
 
@@ -15,40 +15,40 @@ from .profiles import Axis, Profile, orders, profile, spectrum
 from .svg import Panel, Span, legend, picture, stretch, text
 
 DOTS = 500
-"""Dots in a profile; more hide one another."""
+"""Number of dots in a profile; more would hide one another."""
 STRETCH = 20.0
-"""Time that is drawn of a run [s]."""
+"""Longest part of a run that is drawn [s]."""
 CELLS = 72
-"""Columns of a map: of half a minute, each is the time of a swing."""
+"""Columns of a map; in a run of half a minute, each lasts about one swing."""
 PALE, FULL = 1.3, 4.0
-"""Residual over noise from which a cell of the map has a colour, and at which it has its full colour: the
-mean of so few rows is up to a third above noise by chance."""
+"""Residual over noise above which a cell of the map is colored, and at which it has full color: by chance
+alone, the few rows of a cell exceed the noise by up to a third."""
 KEYS = [("before", "before"), ("after", "after")]
 
 
 def profile_plot(
     traces: Sequence[Trace], joint: int, axis: Axis, noise: float | None, unit: str = TURNING
 ) -> str:
-    """Residual of a joint against something, before and after: dots, and means of bins.
+    """Residual of a joint over a recorded quantity, before and after: dots, and means of bins.
 
     Args:
-        traces: Runs that are drawn.
-        joint: Which.
-        axis: Against what.
-        noise: Noise floor; None where it was not measured, and is not drawn.
+        traces: Traces of the runs to draw.
+        joint: Index of the joint, from 0.
+        axis: Horizontal axis.
+        noise: Noise floor; None if it was not measured.
         unit: Unit of the joint's torque.
     """
-    before, after = (profile(traces, joint, axis, which) for which in ("before", "after"))
+    before, after = (profile(traces, joint, axis, stage) for stage in ("before", "after"))
     if not len(before.dots):
         return ""
     across, label = Span.around(before.dots[:, 0], margin=0.02), axis.title(unit == TURNING)
-    heights = [np.percentile(one.dots[:, 1], [1, 99]) for one in (before, after)]
+    heights = [np.percentile(points.dots[:, 1], [1, 99]) for points in (before, after)]
     height = Span.around(*heights, before.mean, np.array([noise or 0.0]), zero=True)
     panel = Panel(across, height, 64, 24, 400, 190)
-    what = f"residual against the motion [{unit}]" if axis.braking else f"residual [{unit}]"
+    y_label = f"residual against the motion [{unit}]" if axis.braking else f"residual [{unit}]"
     content = (
         legend(64, 14, _keys(noise))
-        + panel.axes(label, what)
+        + panel.axes(label, y_label)
         + _band(panel, noise)
         + _dots(panel, before, "cloud")
         + _dots(panel, after, "cloudafter")
@@ -59,16 +59,16 @@ def profile_plot(
 
 
 def size_plot(size: Size, diagnosis: Diagnosis) -> str:
-    """Torque of a finding over what it depends on, with its 95 % band."""
+    """Torque of a finding over the quantity it depends on, with a 95 % band."""
     x, torque, std = np.array([(point.at, point.torque, point.std) for point in size.curve]).T
     low, high = torque - NORMAL_95 * std, torque + NORMAL_95 * std
     panel = Panel(Span.around(x, margin=0.02), Span.around(low, high, np.zeros(1)), 64, 24, 400, 190)
     axis, unit = AXES[size.over], diagnosis.torque_units[size.joint]
     label = axis.title(unit == TURNING)
-    what = "torque against the motion" if axis.braking else "torque"
-    less = " over the first" if size.change else ""
+    quantity = "torque against the motion" if axis.braking else "torque"
+    reference = " relative to the first" if size.change else ""
     content = (
-        panel.axes(label, f"{what}{less} [{unit}]")
+        panel.axes(label, f"{quantity}{reference} [{unit}]")
         + panel.band(x, low, high, "sure")
         + panel.line(x, torque, "after")
     )
@@ -86,20 +86,20 @@ def _band(panel: Panel, noise: float | None) -> str:
     return panel.band(ends, -limit, limit, "band")
 
 
-def _dots(panel: Panel, one: Profile, style: str) -> str:
-    chosen = np.unique(np.linspace(0, len(one.dots) - 1, min(DOTS, len(one.dots))).astype(int))
-    return panel.dots(one.dots[chosen, 0], one.dots[chosen, 1], style)
+def _dots(panel: Panel, points: Profile, style: str) -> str:
+    chosen = np.unique(np.linspace(0, len(points.dots) - 1, min(DOTS, len(points.dots))).astype(int))
+    return panel.dots(points.dots[chosen, 0], points.dots[chosen, 1], style)
 
 
 def time_plot(
     trace: Trace, joint: int, noise: float | None, unit: str = TURNING, moments: Sequence[Moment] = ()
 ) -> str:
-    """Residual of a run over time, before and after, where most of it lies; moments are marked.
+    """Residual of a run over time, before and after, in its worst stretch, with moments marked.
 
     Args:
         trace: Trace of the run.
-        joint: Which.
-        noise: Noise floor; None where it was not measured, and is not drawn.
+        joint: Index of the joint, from 0.
+        noise: Noise floor; None if it was not measured.
         unit: Unit of the joint's torque.
         moments: Moments of all runs.
     """
@@ -107,7 +107,9 @@ def time_plot(
     time, slides = trace.time[shown], trace.weight[shown, joint] > 0
     before, after = (np.where(slides, rows[shown, joint], np.nan) for rows in (trace.before, trace.after))
     panel = Panel(Span.around(time, margin=0.0), Span.around(before, after, zero=True), 64, 24, 400, 190)
-    marks = [_mark(panel, one) for one in moments if one.run == trace.name and joint in one.joints]
+    marks = [
+        _mark(panel, moment) for moment in moments if moment.run == trace.name and joint in moment.joints
+    ]
     content = (
         legend(64, 14, _keys(noise) + ([("momentkey", "moment")] if any(marks) else []))
         + panel.axes("time [s]", f"residual [{unit}]")
@@ -120,7 +122,7 @@ def time_plot(
 
 
 def _mark(panel: Panel, moment: Moment) -> str:
-    """The moment as a stripe; nothing where it is outside."""
+    """A moment as a stripe; empty if it lies outside the panel."""
     start, end = max(moment.start, panel.x.low), min(moment.end, panel.x.high)
     if end <= start:
         return ""
@@ -130,13 +132,13 @@ def _mark(panel: Panel, moment: Moment) -> str:
 
 def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
     """Amplitude of a residual over frequency, before and after."""
-    lines = [spectrum(trace, joint, which) for which in ("before", "after")]
+    lines = [spectrum(trace, joint, stage) for stage in ("before", "after")]
     return _spectra(lines, "frequency [Hz]", unit)
 
 
 def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TURNING) -> str:
     """Amplitude of a residual over waves per turn of the joint or its motor, before and after."""
-    lines = [orders(traces, joint, which, motor) for which in ("before", "after")]
+    lines = [orders(traces, joint, stage, motor) for stage in ("before", "after")]
     joint_turn = "turn of the joint" if unit == TURNING else "2π m of the joint"
     return _spectra(lines, f"waves per {'turn of the motor' if motor else joint_turn}", unit)
 
@@ -154,46 +156,46 @@ def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: s
 def bars(
     before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
 ) -> str:
-    """A number (n,) of every joint before and after, on a linear scale from zero.
+    """Horizontal bars of a value per joint, before and after, on a linear scale from zero.
 
     Args:
-        before: Over noise, or in units.
-        after: Over noise, or in units.
+        before: Values before, over noise or in `units`, shape (n,).
+        after: Values after, over noise or in `units`, shape (n,).
         names: Names of the joints.
-        label: What it is.
-        units: Units of each joint, where noise was not measured and bars are not over noise.
+        label: Name of the value.
+        units: Unit of each joint; empty if the values are relative to the noise.
     """
     known = np.concatenate([before, after])
     known = known[np.isfinite(known)]
     most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
-    left, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
+    x0, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
     height = step * len(names)
     scale = width / most
-    parts = [legend(left, 44 + height, KEYS)]
+    parts = [legend(x0, 44 + height, KEYS)]
     rows = zip(names, before, after, units or [""] * len(names), strict=True)
     for place, (name, first, second, unit) in enumerate(rows):
         top = 26 + place * step
-        parts.append(text(left - 8, top + 17, name, "name end"))
+        parts.append(text(x0 - 8, top + 17, name, "name end"))
         for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
             length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
-            parts.append(f'<rect class="{style}" x="{left:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
+            parts.append(f'<rect class="{style}" x="{x0:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
             label = f"{digits(value, 3)} {unit}".rstrip() if np.isfinite(value) else "diverged"
-            parts.append(text(left + length + 5, y + 9, label, "tick"))
+            parts.append(text(x0 + length + 5, y + 9, label, "tick"))
     if not units:
-        x = left + scale
+        x = x0 + scale
         parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
         parts.append(text(x, 15, "noise", "tick middle"))
     return picture(520, 50 + height, label, "".join(parts))
 
 
 def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residuals: str) -> str:
-    """A map of one run: joints downwards, time across, the darker the more is left over a level (n,)."""
-    left, width, step = 110.0, 350.0, 20.0
+    """Map of a residual over joint and time; a level (n,) sets the scale of each joint's color."""
+    x0, width, step = 110.0, 350.0, 20.0
     edges = np.linspace(0, len(trace.time), CELLS + 1).astype(int)
     parts = []
     for joint, name in enumerate(names):
         top = 8 + joint * step
-        parts.append(text(left - 8, top + 13, name, "name end"))
+        parts.append(text(x0 - 8, top + 13, name, "name end"))
         squares = getattr(trace, residuals)[:, joint] ** 2 * trace.weight[:, joint]
         for cell in range(CELLS):
             rows = slice(edges[cell], edges[cell + 1])
@@ -201,34 +203,34 @@ def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residu
             share = np.sqrt(np.sum(squares[rows]) / sliding) / level[joint] if sliding else 1.0
             depth = np.clip((share - PALE) / (FULL - PALE), 0.0, 1.0)
             if depth > 0.0:
-                x = left + width * cell / CELLS
+                x = x0 + width * cell / CELLS
                 parts.append(
                     f'<rect class="heat" x="{x:.1f}" y="{top:g}" width="{width / CELLS + 0.2:.1f}" '
                     f'height="{step - 2:g}" fill-opacity="{depth:.2f}"/>'
                 )
     bottom = 8 + step * len(names)
-    frame = f'<rect class="frame" x="{left:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
+    frame = f'<rect class="frame" x="{x0:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
     first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
-    ends = text(left, bottom + 12, first, "tick") + text(left + width, bottom + 12, last, "tick end")
-    title = f"{trace.name}, {residuals}: where and when it is left"
+    ends = text(x0, bottom + 12, first, "tick") + text(x0 + width, bottom + 12, last, "tick end")
+    title = f"{trace.name}, {residuals}: residual over joint and time"
     return picture(472, bottom + 18, title, frame + "".join(parts) + ends)
 
 
-def forward_plot(found: Forward, joint: int, unit: str = TURNING) -> str:
-    """Torque of a joint in simulation before and after, beside what was recorded.
+def forward_plot(forward: Forward, joint: int, unit: str = TURNING) -> str:
+    """Recorded minus simulated torque of a joint over time, before and after.
 
-    What diverges leaves the picture: its scale is that of the recorded torque at most.
+    A diverging simulation is cut off at twice the largest recorded torque.
     """
-    length = int(np.searchsorted(found.time, found.time[0] + STRETCH, side="right"))
-    shown = slice(0, min(length, len(found.time)))
-    time, slides = found.time[shown], found.weight[shown, joint] > 0
-    limit = 2.0 * float(np.max(np.abs(found.measured[shown, joint]), initial=0.0)) or 1.0
-    left = [
-        np.where(slides, np.clip((found.measured - one)[shown, joint], -limit, limit), np.nan)
-        for one in (found.torque_before, found.torque_after)
+    length = int(np.searchsorted(forward.time, forward.time[0] + STRETCH, side="right"))
+    shown = slice(0, min(length, len(forward.time)))
+    time, slides = forward.time[shown], forward.weight[shown, joint] > 0
+    limit = 2.0 * float(np.max(np.abs(forward.measured[shown, joint]), initial=0.0)) or 1.0
+    differences = [
+        np.where(slides, np.clip((forward.measured - torque)[shown, joint], -limit, limit), np.nan)
+        for torque in (forward.torque_before, forward.torque_after)
     ]
-    panel = Panel(Span.around(time, margin=0.0), Span.around(*left, zero=True), 64, 24, 400, 190)
-    content = legend(64, 14, KEYS) + panel.axes("time [s]", f"recorded less simulated [{unit}]")
-    for one, (style, _) in zip(left, KEYS, strict=True):
-        content += panel.line(time, one, f"{style} thin")
-    return picture(472, 246, f"{found.run}: recorded less simulated torque", content)
+    panel = Panel(Span.around(time, margin=0.0), Span.around(*differences, zero=True), 64, 24, 400, 190)
+    content = legend(64, 14, KEYS) + panel.axes("time [s]", f"recorded minus simulated [{unit}]")
+    for line, (style, _) in zip(differences, KEYS, strict=True):
+        content += panel.line(time, line, f"{style} thin")
+    return picture(472, 246, f"{forward.run}: recorded minus simulated torque", content)

@@ -1,4 +1,4 @@
-"""Findings, what is left without a name, and every joint, drawn against what they may depend on."""
+"""Residual of findings, of unexplained joints and of all joints, over the quantities it may depend on."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,19 +16,18 @@ from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot
 from .profiles import AXES, USUAL
 from .shown import Shown
 
-WITHOUT = "This diagnosis came without the samples of its runs, so that there is nothing to draw."
+WITHOUT = "There are no plots because this diagnosis was loaded without the samples of its runs."
 FEWEST_POINTS = 3
-"""Of a curve that is drawn."""
+"""Smallest number of points for which a curve is drawn."""
 NOTE = (
-    "Residual torque of the joint on which the effect shows best, all else as fitted: before is without "
-    "this effect alone, after is with it. Dots are rows and lines means of bins; where the two lines part, "
-    "the effect accounts for the difference. Over time and frequency a run is shown that was not fitted, if "
-    "there is one."
+    "Residual torque of the joint that shows the effect best. Before: all findings except this one. After: "
+    "all findings. Dots are samples, and lines are means of bins; the effect explains the difference "
+    "between the two lines. Plots over time and frequency show a held-out run if there is one."
 )
 
 
 def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first: int) -> list[Block]:
-    """Plots of findings, the first of which has this index among all; nothing without any."""
+    """Words and plots of findings; `first` is the index of the first one among all findings."""
     if not findings:
         return []
     blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT)]
@@ -43,7 +42,7 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
 
 
 def _words(shown: Shown, finding: Finding) -> tuple[str, ...]:
-    """What is said of a finding: what is missing and how certain that is, or what it may be."""
+    """Headline and certainty of a finding; its hypotheses if it is undecided."""
     diagnosis, folder = shown.diagnosis, shown.folder
     if finding in diagnosis.undecided:
         return (undecided(diagnosis, finding, folder),)
@@ -51,25 +50,25 @@ def _words(shown: Shown, finding: Finding) -> tuple[str, ...]:
 
 
 def _size(diagnosis: Diagnosis, finding: Finding) -> list[Block]:
-    """Its torque over what that depends on, with an interval, and its least and usual and most in words."""
+    """Torque of a finding over the quantity it depends on, in words and as a curve."""
     if (size := finding.size) is None:
         return []
     words = Paragraph(f"{capital(size_words(size, diagnosis))}.", "")
     if len(size.curve) < FEWEST_POINTS:
         return [words]
-    remark = "by all its numbers together, with a 95 % band"
-    figure = Figure(f"Its torque over {AXES[size.over].words}", remark, size_plot(size, diagnosis))
+    remark = "all parameters together, with a 95 % band"
+    figure = Figure(f"Torque of the effect over {AXES[size.over].words}", remark, size_plot(size, diagnosis))
     return [words, Grid([figure])]
 
 
 def without(shown: Shown, place: int) -> Shown:
-    """The diagnosis with residuals before that lack one finding only, all else as fitted."""
+    """The diagnosis with "before" residuals that lack only the finding at this index."""
     traces = [replace(trace, before=trace.after + trace.explained[place]) for trace in shown.traces]
     return shown._replace(traces=tuple(traces))
 
 
 def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Block]:
-    """Profiles of all runs, and time and spectrum of one that was held out; nothing without samples."""
+    """Profiles of all runs, and time and spectrum of a held-out run; empty without samples."""
     if not shown.traces:
         return []
     traces, judged = shown.traces, shown.judged[0]
@@ -83,14 +82,14 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Block]:
     over_time = time_plot(judged, joint, noise, unit, shown.diagnosis.moments)
     figures.append(Figure(f"{name} over time", judged.name, over_time))
     figures.append(Figure(f"{name} over frequency", judged.name, spectrum_plot(judged, joint, unit)))
-    for what, motor in (("its own turn", False), ("its motor's turn", True)):
-        figures.append(Figure(f"{name} over {what}", "all runs", orders_plot(traces, joint, motor, unit)))
+    for turn, motor in (("turns of the joint", False), ("turns of the motor", True)):
+        figures.append(Figure(f"{name} over {turn}", "all runs", orders_plot(traces, joint, motor, unit)))
     return [Grid(figures, "three")]
 
 
 def _alternatives(shown: Shown, finding: Finding) -> Block:
     if not finding.alternatives:
-        return Paragraph("Nothing else that exidyn knows explains it as well.")
+        return Paragraph("No other effect that exidyn knows explains this as well.")
     rows = [
         [named(other.effect, other.joints, shown.diagnosis.joints), percent(other.probability)]
         for other in finding.alternatives
@@ -99,11 +98,11 @@ def _alternatives(shown: Shown, finding: Finding) -> Block:
 
 
 def unexplained_blocks(shown: Shown) -> list[Block]:
-    """What is left and has no name."""
+    """Residuals that no known effect explains."""
     blocks: list[Block] = []
     for remainder in shown.diagnosis.remainders:
         words = (
-            f"{shown.names[remainder.joint]} keeps {left_on(remainder, shown.diagnosis)}, and "
+            f"{shown.names[remainder.joint]} keeps a residual of {left_on(remainder, shown.diagnosis)}; "
             f"{dependence(remainder.depends_on)} (probability {percent(remainder.probability, 3)})."
         )
         blocks += [Paragraph(words, ""), *_plots(shown, remainder.joint, USUAL)]
@@ -111,10 +110,10 @@ def unexplained_blocks(shown: Shown) -> list[Block]:
 
 
 def every_joint(shown: Shown) -> list[Block]:
-    """Every joint against what it may depend on."""
+    """Residual of every joint over velocity, position and load."""
     if not shown.traces:
         return []
-    note = "Residual of every joint, all runs: lines that are flat are a joint that is explained."
+    note = "Residual of every joint in all runs. Flat lines mean that the model explains the joint."
     blocks: list[Block] = [Paragraph(note)]
     for joint, name in enumerate(shown.names):
         noise, unit = shown.noise_of(joint), shown.diagnosis.torque_units[joint]

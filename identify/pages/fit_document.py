@@ -1,4 +1,4 @@
-"""What is said of a fit: verdict, gains, parameters, runs, friction, conditioning, structure, data."""
+"""Content of a fit page: verdict, gains, parameters, runs, friction, conditioning, structure, data."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,28 +50,28 @@ from .fit_plots import (
 from .svg import COLUMNS
 
 STRETCHES = 20_000
-"""Stretches of lines in all plots of runs together; each costs some 33 bytes, so all cost 0.7 MB."""
+"""Line segments in all plots of runs together; at about 33 bytes each, they take 0.7 MB."""
 NO_SAMPLES = (
-    "This fit was loaded without the samples of its runs, so that there is nothing to draw here. "
-    "Identify again from the recordings to see it."
+    "There are no plots because this fit was loaded without the samples of its runs. "
+    "Identify again from the recordings to see them."
 )
 WORST_PAIRS = 12
-"""Pairs of correlated parameters that are listed."""
+"""Number of pairs of correlated parameters that are listed."""
 
 
 def fit_document(fit: Fit) -> Document:
-    """The whole document."""
+    """The document of a fit."""
     robot = fit.model.robot
     return Document(f"Identified dynamics of {robot.name}", "", fit_sections(fit), facts=_facts(fit))
 
 
 def summary(fit: Fit) -> str:
-    """The document as text of 80 columns."""
+    """The document as text with 80 columns."""
     return text(fit_document(fit))
 
 
 def report_html(fit: Fit) -> str:
-    """The document as one HTML page that needs nothing else."""
+    """The document as one self-contained HTML page."""
     return html(fit_document(fit))
 
 
@@ -95,7 +95,7 @@ def fit_sections(fit: Fit) -> list[Section]:
 
 
 def verdict_blocks(fit: Fit) -> list[Block]:
-    """What to think of the fit, and how well each joint is explained where it is explained worst."""
+    """Verdict as sentences, and a table of each joint's worst run."""
     return [Statements(verdict(fit), "verdict"), *_joint_table(fit)]
 
 
@@ -105,28 +105,32 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
     facts = [
         ("Robot", robot.name),
         ("Joints", ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))),
-        ("Effects", ", ".join(dict.fromkeys(name_of(one).replace("_", " ") for one in fit.model.effects))),
+        (
+            "Effects",
+            ", ".join(dict.fromkeys(name_of(effect).replace("_", " ") for effect in fit.model.effects)),
+        ),
         ("Method", fit.estimate.method),
         ("Identified from", ", ".join(fit.runs)),
         *([("Validated on", held_out)] if held_out else []),
         ("Base parameters", f"{rank} (rank), {len(fit.names) if fit.dropped else 'all'} kept"),
         ("Condition number", digits(fit.condition, 3)),
     ]
-    # What spoils other numbers is read before them.
+    # A reader must see what invalidates other numbers before those numbers.
     return facts + [("Note", sentence) for sentence in open_gain_sentences(fit)]
 
 
 def _joint_table(fit: Fit) -> list[Table]:
     runs = {run.run: run for run in judged(fit)}
     rows: list[Row] = []
-    for joint, one in enumerate(joint_verdicts(fit)):
-        run = runs[one.run]
-        kind = {JointState.EXPLAINED: "good", JointState.FAR_ABOVE: "bad"}.get(one.state, "middling")
-        words = one.state.value  # the verdict has the reason once, for all joints
-        values = (one.over_noise, run.residual_rms[joint], run.noise[joint], 100 * run.relative[joint])
+    for joint, verdict_of in enumerate(joint_verdicts(fit)):
+        run = runs[verdict_of.run]
+        kind = {JointState.EXPLAINED: "good", JointState.FAR_ABOVE: "bad"}.get(verdict_of.state, "middling")
+        words = verdict_of.state.value  # the verdict states the reason once, for all joints
+        over_noise, relative = verdict_of.over_noise, 100 * run.relative[joint]
+        values = (over_noise, run.residual_rms[joint], run.noise[joint], relative)
         rows.append(
             [
-                one.joint, Marked(words, kind), *(Number(value, 3) for value in values),
+                verdict_of.joint, Marked(words, kind), *(Number(value, 3) for value in values),
                 Number(run.r_squared[joint], 5), measured_unit(fit, joint), run.run,
             ]
         )  # fmt: skip
@@ -135,33 +139,33 @@ def _joint_table(fit: Fit) -> list[Table]:
 
 
 def _gains(fit: Fit) -> list[Block]:
-    found, blocks = gains_estimated(fit), list[Block]()
-    if not found:
+    estimated, blocks = gains_estimated(fit), list[Block]()
+    if not estimated:
         blocks.append(Paragraph(gains_sentence(fit)))
         if fit.unscaled or fit.measures == "torque":
             return blocks
     note = (
-        "Torque per motor current, signed. Grey: the nominal value with its 95 % interval; blue: the "
-        "estimate with its interval; an arrow points to what lies outside."
+        "Torque per motor current, signed. Gray: nominal value with its 95 % interval. Blue: estimate with "
+        "its 95 % interval. An arrow points to an estimate outside the scale."
     )
-    return [*blocks, Paragraph(note, "plot"), _gain_table(fit, found)]
+    return [*blocks, Paragraph(note, "plot"), _gain_table(fit, estimated)]
 
 
-def _gain_table(fit: Fit, found: bool) -> Table:
+def _gain_table(fit: Fit, estimated: bool) -> Table:
     robot, estimate = fit.model.robot, fit.estimate
     rows: list[Row] = []
     for joint, name in enumerate(robot.joints):
         gain, std, prior = estimate.gain[joint], estimate.gain_std[joint], robot.drive_gain[joint]
         tolerance = robot.drive_gain_tolerance[joint] * abs(prior)
-        stated = not fit.gains_unstated  # a gain of 1 was never stated
+        stated = not fit.gains_unstated  # otherwise the nominal gain is only a placeholder of 1
         known = prior if stated else np.nan
         rows.append(
             [
                 name, Number(gain, 5), Number(NORMAL_95 * std if std > 0.0 else np.nan, 2),
                 f"{robot.units('N m')[joint]}/A", Number(known),
                 Number(NORMAL_95 * tolerance if stated else np.nan, 2),
-                Number(100 * (gain / known - 1) if found else np.nan, 2),
-                Picture(interval_bar(gain, std, prior, tolerance) if found and stated else ""),
+                Number(100 * (gain / known - 1) if estimated else np.nan, 2),
+                Picture(interval_bar(gain, std, prior, tolerance) if estimated and stated else ""),
             ]
         )  # fmt: skip
     head = ["joint", "gain", "± 95 %", "unit", "nominal", "± 95 %", "off nominal, %", "against nominal"]
@@ -174,15 +178,15 @@ def _runs(fit: Fit) -> list[Block]:
     drawn = list(roles)
     roles = roles or [(run, "held out" if run.held_out else "used") for run in fit.scores]
     rows: list[Row] = [[run.run, role, *map(_run_cell, run.over_noise, run.relative)] for run, role in roles]
-    note = "Residual over noise, and residual in per cent of the torque, of every run and joint."
+    note = "Residual of each run and joint: multiple of the noise; percentage of the torque."
     blocks: list[Block] = [Paragraph(note), Table(["run", "role", *fit.model.robot.joints], rows, words=(1,))]
     if not drawn:
         return [Paragraph(NO_SAMPLES), *(blocks if rows else [])]
     columns = int(np.clip(STRETCHES // (len(drawn) * fit.model.robot.dof), 40, COLUMNS))
     plots = (
-        "Measured and predicted torque lie on one another; samples in which the joint stands still are not "
-        "judged, and residuals there may leave the frame. Of long runs the torque is shown where most of the "
-        "residual lies."
+        "Measured and predicted torque share a panel. Samples in which the joint stands still are not "
+        "judged, and their residuals may leave the frame. Of a long run, the torque panel shows the stretch "
+        "with the largest residual."
     )
     blocks.append(Paragraph(plots, "plot"))
     for run, role in drawn:
@@ -209,10 +213,10 @@ def _run_plots(fit: Fit, run: Agreement, columns: int) -> list[Figure]:
 
 def _friction(fit: Fit) -> list[Block]:
     note = (
-        "Friction is what sliding adds to the torque that does not pass the gear. Dots: measured torque of "
-        "the runs used, everything else taken off; where they leave the curve together, the form of the "
-        "friction is wrong. What depends on more than velocity is drawn at mid-range and "
-        f"{ROOM_TEMPERATURE:g}\u00a0\u00b0C."
+        "Friction torque over velocity, excluding the torque transmitted to the link. Dots: measured torque "
+        "of the fitted runs minus all other model terms; where they leave the curve together, the friction "
+        "model has the wrong form. Friction that depends on other quantities is drawn at the middle of the "
+        f"position range and at {ROOM_TEMPERATURE:g}\u00a0\u00b0C."
     )
     figures = [Figure(joint, "", friction_plot(fit, j)) for j, joint in enumerate(fit.model.robot.joints)]
     without = [] if fit.agreement else [Paragraph(NO_SAMPLES)]
@@ -222,36 +226,35 @@ def _friction(fit: Fit) -> list[Block]:
 def _conditioning(fit: Fit) -> list[Block]:
     note = (
         f"Condition number of the weighted regressor with unit columns: {digits(fit.condition, 3)}. It is "
-        "the ratio of the most visible combination of parameters to the least visible one. Below are the "
-        "estimates that the data distinguish worst; near -1 or 1 only their sum or difference is known."
+        "the ratio of the effects of the most and the least visible combination of parameters. The table "
+        "lists the pairs that the data separate worst; near -1 or 1, only their sum or difference is known."
     )
     rows: list[Row] = [[f"{a} and {b}", Number(r), Picture(share_bar(r))] for a, b, r in correlations(fit)]
     return [Paragraph(note), Table(["pair", "correlation", "from -1 to 1"], rows, words=(2,))]
 
 
 def correlations(fit: Fit) -> list[tuple[str, str, float]]:
-    """Pairs of estimates, estimated gains included, that the data distinguish worst, worst first."""
-    found = gains_estimated(fit)
-    covariance = fit.estimate.covariance if found else given_nominal(fit.estimate)
+    """Most correlated pairs of estimates, estimated gains included, the worst first."""
+    covariance = fit.estimate.covariance if gains_estimated(fit) else given_nominal(fit.estimate)
     std = np.sqrt(np.diag(covariance))
-    kept = np.flatnonzero(std > 0.0)
-    scaled = covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
+    estimated = np.flatnonzero(std > 0.0)
+    scaled = covariance[np.ix_(estimated, estimated)] / np.outer(std[estimated], std[estimated])
     names = [*fit.names, *(f"gain of {joint}" for joint in fit.model.robot.joints)]
-    first, second = np.triu_indices(len(kept), 1)
+    first, second = np.triu_indices(len(estimated), 1)
     worst = np.argsort(-np.abs(scaled[first, second]), kind="stable")[:WORST_PAIRS]
     pairs = zip(first[worst], second[worst], strict=True)
-    return [(names[kept[a]], names[kept[b]], float(scaled[a, b])) for a, b in pairs]
+    return [(names[estimated[a]], names[estimated[b]], float(scaled[a, b])) for a, b in pairs]
 
 
 def _structure(fit: Fit) -> list[Block]:
-    """What was regrouped, what cannot be seen at all, and the shapes of effects."""
+    """Regrouped parameters, parameters without any effect on the torque, and shapes of effects."""
     structure = fit.structure or fit.base
     alone = len(structure.kept) - len(structure.expressions)
     single = [f"The other {alone} are single parameters."] if alone else []
     blocks: list[Block] = [Statements([*structure.expressions, *single])]
     if hidden := structure.without_effect:
         blocks.append(
-            Paragraph(f"No motion of this arm makes them felt in a torque: {', '.join(hidden)}.", "")
+            Paragraph(f"No motion of this arm makes these visible in a torque: {', '.join(hidden)}.", "")
         )
     shapes = [line for effect in fit.model.effects if (line := _shape(effect, fit.model))]
     return (
@@ -260,7 +263,7 @@ def _structure(fit: Fit) -> list[Block]:
 
 
 def _shape(effect: Effect, model: Model) -> str:
-    """Nonlinear unknowns of an effect; empty without any."""
+    """Nonlinear parameters of an effect, in words; empty without any."""
     values = [
         f"{name} {getattr(effect, name):.4g} {_shape_unit(effect, model, shape.unit)}"
         for name, shape in effect.shapes().items()
@@ -276,7 +279,7 @@ def _joints(effect: Effect, model: Model) -> list[int]:
 
 
 def _shape_unit(effect: Effect, model: Model, turning: str) -> str:
-    """Unit of a shape, by the joints on which its effect acts."""
+    """Unit of a shape on the joints of its effect; `turning` is the unit for revolute joints."""
     units = dict.fromkeys(model.robot.unit(joint, turning) for joint in _joints(effect, model))
     return ", ".join(units) or turning
 
@@ -285,7 +288,7 @@ def _data(fit: Fit) -> list[Block]:
     filtering, units = fit.filtering, ", ".join(dict.fromkeys(fit.model.robot.units("rad/s")))
     sources = sorted({run.noise_source for run in (*fit.agreement, *fit.validation)} - {""})
     rows: list[Row] = [
-        ["sample rate", _filter(filtering.rate), "Hz"],
+        ["sampling rate", _filter(filtering.rate), "Hz"],
         ["low-pass of positions before differentiation", _filter(filtering.position_cutoff), "Hz"],
         ["parallel decimation of torque and regressor", _filter(filtering.torque_cutoff), "Hz"],
         ["standstill below", _filter(filtering.standstill), units]

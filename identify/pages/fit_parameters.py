@@ -1,4 +1,4 @@
-"""The base parameters of a fit: nominal value, value, interval and note in one row."""
+"""Table of base parameters: estimate, interval, nominal value and note in one row."""
 
 import numpy as np
 
@@ -13,27 +13,27 @@ from .fit_plots import interval_bar
 
 
 def parameters_section(fit: Fit) -> Section:
-    """Parameters by effect, the payload's centre, what is open, what was dropped or is exported otherwise."""
+    """Parameters by effect, payload centers, and open, dropped and adjusted parameters."""
     nominal = fit.estimate.nominal_gains and np.any(fit.estimate.gain_std)
     gains = " and the tolerance of nominal drive gains" if nominal else ""
     note = (
         "R marks a parameter into which others are regrouped; the number is that of its joint. ±: half of "
-        f"the 95 % interval, with the residual's autocorrelation{gains} in it. open: standard deviation "
-        f"above {OPEN:g} % of the value. off nominal: more than {SURPRISE:g} standard deviations of value "
-        "and nominal value together."
+        f"the 95 % interval, which includes the residual's autocorrelation{gains}. open: the standard "
+        f"deviation exceeds {OPEN:g} % of the value. off nominal: value and nominal value differ by more "
+        f"than {SURPRISE:g} combined standard deviations."
     )
-    plot = "Grey: the nominal value with its 95 % interval; blue: the estimate with its interval."
+    plot = "Gray: nominal value with its 95 % interval. Blue: estimate with its 95 % interval."
     centres = [Paragraph(words, "") for words in payload_centres(fit)]
     blocks: list[Block] = [Paragraph(note), Paragraph(plot, "plot"), _table(fit), *centres]
     return Section("parameters", "Parameters", [*blocks, *_open(fit), *_dropped(fit), *_moved(fit)])
 
 
 def _table(fit: Fit) -> Table:
-    """A row a parameter, under the name of its effect."""
+    """One row per parameter, below the name of its effect."""
     names = [fit.base.parameters[column].name for column in fit.base.kept]
     effects = _effects(fit.model)
     far = surprises(fit)
-    # Values in amperes compare with no prior.
+    # Values in amperes cannot be compared with a prior.
     deviation = np.full(len(names), np.inf) if fit.unscaled else fit.prior[1]
     rows: list[Row] = []
     for effect in dict.fromkeys(effects[name] for name in names):
@@ -65,7 +65,7 @@ def _is_open(value: float, std: float) -> bool:
 
 
 def _effects(model: Model) -> dict[str, str]:
-    """The effect, in words, that each parameter belongs to."""
+    """Effect of each parameter, in words, by the name of the parameter."""
     return {
         parameter.name: f"{name_of(effect)} {effect.payload}".replace("_", " ").strip()
         for effect in model.effects
@@ -76,14 +76,17 @@ def _effects(model: Model) -> dict[str, str]:
 def _open(fit: Fit) -> list[Block]:
     if not fit.unclear:
         return [Paragraph(f"Open: none; every standard deviation is at most {OPEN:g} % of the value.")]
-    rows: list[Row] = [[one.name, Number(one.std_percent, 3), one.hint] for one in fit.unclear]
-    return [Heading("Open"), Table(["name", "std, %", "motion that would settle it"], rows, words=(2,))]
+    rows: list[Row] = [
+        [unclear.name, Number(unclear.std_percent, 3), unclear.hint] for unclear in fit.unclear
+    ]
+    return [Heading("Open"), Table(["name", "std, %", "motion that would determine it"], rows, words=(2,))]
 
 
 def _dropped(fit: Fit) -> list[Block]:
     if not fit.dropped:
         return []
-    note = f"{len(fit.dropped)} may be zero as far as these runs show, and are; the value that each had:"
+    count = len(fit.dropped)
+    note = f"{count} parameters are indistinguishable from zero and were set to 0; their estimates were:"
     units = {parameter.name: parameter.unit for parameter in fit.base.parameters}
     items = [
         f"{name} {digits(value, 3)} {units.get(name) or units.get(name.removesuffix('R'), '')}".strip()
@@ -93,12 +96,13 @@ def _dropped(fit: Fit) -> list[Block]:
 
 
 def _moved(fit: Fit) -> list[Block]:
-    """Values that no arm can have, and those that export and simulation take."""
+    """Physically inconsistent values, and the values that export and simulation use instead."""
     if not fit.moved:
         return []
     note = (
-        "No arm can have these values within their 95 %: export and simulation take the nearest, by the "
-        "fit's covariance, that an arm can have. far: standard deviations between the two."
+        "These values are physically inconsistent, even within their 95 % intervals. Export and simulation "
+        "use the nearest consistent values, by the covariance of the fit. far: distance between the two in "
+        "standard deviations."
     )
     rows: list[Row] = [
         [m.name, Number(m.value), Number(m.exported), Number(m.deviations, 3)] for m in fit.moved

@@ -13,39 +13,39 @@ from ..text_table import NORMAL_95
 from .svg import COLUMNS, Panel, Span, legend, picture, stretch
 
 STRETCH = 60.0
-"""Longest time [s] in which the torque of an arm, with a swing every second or so, can be read by eye."""
+"""Longest time over which a torque with about one swing per second can be read by eye [s]."""
 DOTS = 600
-"""Dots in a friction plot; more hide one another."""
+"""Number of dots in a friction plot; more would hide one another."""
 REACH = 4.5
-"""Deviations of a prior that an interval's picture shows on each side."""
+"""Half width of an interval plot, in standard deviations of the prior."""
 ROOM_TEMPERATURE = 25.0
-"""Temperature [degC] at which curves are drawn where friction depends on it."""
+"""Temperature at which temperature-dependent friction is drawn [degC]."""
 APPROACH = 1.0
-"""Path [rad] on which a joint slides before its friction is looked at: far more than any presliding."""
+"""Path on which a joint slides before its friction is evaluated, far longer than any presliding [rad]."""
 
 
 def measured_unit(fit: Fit, joint: int) -> str:
-    """Unit of what is compared with the model: current, where the torque that it gives is unknown."""
+    """Unit of the measured effort: amperes if the drive gains are unknown."""
     return "A" if fit.unscaled else fit.model.robot.units("N m")[joint]
 
 
 def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS, unit: str = "") -> str:
-    """Measured and predicted torque of a joint, and below what is left of it beside the noise."""
+    """Measured and predicted torque of a joint, and below them the residual with the noise floor."""
     unit, name = unit or robot.units("N m")[joint], robot.joints[joint]
     shown = informative_stretch(run, joint)
     measured, predicted = run.measured[shown, joint], run.predicted[shown, joint]
     residual, noise = run.residual[:, joint], NORMAL_95 * run.noise[joint]
-    sliding = residual[run.weight[:, joint] > 0]  # a stuck joint's residual would set the scale
-    whole = len(measured) == len(residual)
+    sliding = residual[run.weight[:, joint] > 0]  # the residual of a stuck joint would set the scale
+    complete = len(measured) == len(residual)
     across = Span.around(run.time, margin=0.0)
     part = Span.around(run.time[shown], margin=0.0)
-    above = Panel(part, Span.around(measured, predicted), 64, 22, 560, 122 if whole else 108)
+    above = Panel(part, Span.around(measured, predicted), 64, 22, 560, 122 if complete else 108)
     below = Panel(across, Span.around(sliding, np.array([noise]), zero=True), 64, 154, 560, 86)
     edges, limit = np.array([across.low, across.high]), np.full(2, noise)
     keys = [("measured", "measured"), ("predicted dashed", "predicted"), ("residual", "residual")]
     content = (
         legend(64, 14, [*keys, ("bandkey", "noise, 95 %")])
-        + above.axes("", f"torque [{unit}]", x_ticks=not whole)
+        + above.axes("", f"torque [{unit}]", x_ticks=not complete)
         + above.line(run.time[shown], measured, "measured", columns)
         + above.line(run.time[shown], predicted, "predicted dashed", columns)
         + below.axes("time [s]", f"residual [{unit}]")
@@ -56,12 +56,12 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
 
 
 def informative_stretch(run: Agreement, joint: int) -> slice:
-    """The whole run, or of a long one the `STRETCH` in which most of the residual lies."""
+    """Samples of the run, or of a long run those in the `STRETCH` with the largest residual."""
     return stretch(run.time, run.residual[:, joint] ** 2 * run.weight[:, joint], STRETCH)
 
 
 def friction_plot(fit: Fit, joint: int) -> str:
-    """Friction of a joint over its velocity: the model's curve, and the torque that nothing else takes."""
+    """Friction of a joint over velocity: model curve, and measured torque minus all other model terms."""
     robot = fit.model.robot
     velocity, torque = _friction_dots(fit, joint)
     fastest = float(np.max(np.abs(velocity), initial=0.0)) or _fastest(robot, joint)
@@ -69,7 +69,7 @@ def friction_plot(fit: Fit, joint: int) -> str:
     curve, spread = friction_curve(fit, joint, grid)
     low, high = curve - NORMAL_95 * spread, curve + NORMAL_95 * spread
     panel = Panel(Span.around(grid, margin=0.03), Span.around(torque, low, high), 64, 22, 350, 190)
-    entries = [("dots", "measured, all else taken off")] if len(velocity) else []
+    entries = [("dots", "measured minus other terms")] if len(velocity) else []
     content = (
         legend(64, 14, [*entries, ("predicted", "model and 95 %")])
         + panel.axes(f"velocity [{robot.units('rad/s')[joint]}]", f"friction [{measured_unit(fit, joint)}]")
@@ -81,21 +81,21 @@ def friction_plot(fit: Fit, joint: int) -> str:
 
 
 def velocity_grid(fastest: float) -> np.ndarray:
-    """Velocities up to the fastest, dense about zero, which is itself left out, ascending [rad/s]."""
+    """Ascending velocities up to the fastest, dense near zero but without zero itself [rad/s]."""
     slow = np.geomspace(1e-4 * fastest, fastest, 60)
     positive = np.unique(np.concatenate([slow, np.linspace(fastest / 60, fastest, 60)]))
     return np.concatenate([-positive[::-1], positive])
 
 
 def interval_bar(value: float, std: float, prior: float, tolerance: float) -> str:
-    """A value's 95 % interval on the scale of its prior: grey where it was expected."""
+    """A value's 95 % interval on the scale of its prior, with the prior interval in gray."""
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         return "no nominal value"
     width, height = 220.0, 16.0
     per_deviation = width / (2 * REACH)
     centre = np.clip((value - prior) / tolerance, -REACH + 0.2, REACH - 0.2)
     half = min(NORMAL_95 * std / tolerance, 2 * REACH)
-    left, right = np.clip([centre - half, centre + half], -REACH, REACH)
+    low, high = np.clip([centre - half, centre + half], -REACH, REACH)
     outside = abs(value - prior) > (REACH - 0.2) * tolerance
     place = width / 2 + per_deviation * centre
     tip = per_deviation * 0.2 * np.sign(centre)
@@ -104,7 +104,7 @@ def interval_bar(value: float, std: float, prior: float, tolerance: float) -> st
         if outside
         else f'<circle class="value" cx="{place:.1f}" cy="8" r="3"/>'
     )
-    x1, x2 = width / 2 + per_deviation * left, width / 2 + per_deviation * right
+    x1, x2 = width / 2 + per_deviation * low, width / 2 + per_deviation * high
     prior = per_deviation * NORMAL_95
     return (
         f'<svg viewBox="0 0 {width:g} {height:g}" role="img">'
@@ -132,35 +132,35 @@ def _fastest(robot: Robot, joint: int) -> float:
 
 
 def friction_curve(fit: Fit, joint: int, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Friction torque of one joint that slides alone and steadily, and its standard deviation.
+    """Friction torque of one joint that slides alone at constant velocity, and its standard deviation.
 
-    Friction is what sliding adds to the torque that does not pass the gear: offset, ripple and rotor
-    inertia are then gone by themselves, and so is all that goes through the links. What depends on more
-    than velocity is taken at mid-range, at its nominal load there, and at `ROOM_TEMPERATURE`.
+    Friction is the difference between sliding and standing still, excluding the torque transmitted to the
+    link. Offset, ripple and rotor inertia cancel in this difference. Dependences on other quantities are
+    evaluated at the middle of the position range, the nominal load there, and `ROOM_TEMPERATURE`.
 
     Args:
-        fit: Whose friction.
-        joint: Index of the joint.
-        velocity: Shape (t,) [rad/s].
+        fit: Fit with friction effects.
+        joint: Index of the joint, from 0.
+        velocity: Joint velocities, shape (t,) [rad/s].
 
     Returns:
         Torque and standard deviation, each (t,) [N m].
     """
     gears = replace(fit.model, effects=tuple(e for e in fit.model.effects if not e.transmitted), stated={})
     names = [fit.base.parameters[column].name for column in fit.base.kept]
-    kept = [names.index(name) for name in gears.names if name in names]
+    identified = [names.index(name) for name in gears.names if name in names]
     columns = [place for place, name in enumerate(gears.names) if name in names]
     sliding = gears.regressor(_alone(fit.model, joint, velocity))
     standing = gears.regressor(_alone(fit.model, joint, np.zeros_like(velocity)))
     to_motor = fit.model.robot.to_motors[joint]
     rows = np.einsum("i,tip->tp", to_motor, (sliding - standing)[1::2, :, columns])
-    covariance = fit.estimate.covariance[np.ix_(kept, kept)]
+    covariance = fit.estimate.covariance[np.ix_(identified, identified)]
     variance = np.einsum("tp,pq,tq->t", rows, covariance, rows)
-    return rows @ fit.estimate.values[kept], np.sqrt(np.maximum(variance, 0.0))
+    return rows @ fit.estimate.values[identified], np.sqrt(np.maximum(variance, 0.0))
 
 
 def _alone(model: Model, joint: int, velocity: np.ndarray) -> Motion:
-    """One joint slides at velocities (t,), each reached after `APPROACH`; 2 t samples."""
+    """Motion of 2 t samples in which one joint slides at velocities (t,), each after `APPROACH`."""
     limits = model.robot.limits
     middle = (np.maximum(limits.position_lower, -np.pi) + np.minimum(limits.position_upper, np.pi)) / 2
     still = np.zeros((2 * len(velocity), model.robot.dof))
@@ -174,10 +174,10 @@ def _alone(model: Model, joint: int, velocity: np.ndarray) -> Motion:
 
 
 def share_bar(share: float) -> str:
-    """A bar from the middle, for a number from -1 to 1."""
+    """Bar from the center, for a value from -1 to 1."""
     length = 108 * abs(share)
-    left = 110 - length if share < 0 else 110.0
+    x = 110 - length if share < 0 else 110.0
     return (
         '<svg viewBox="0 0 220 16" role="img"><line class="zero" x1="110" x2="110" y1="1" y2="15"/>'
-        f'<rect class="share" x="{left:.1f}" y="3" width="{length:.1f}" height="10"/></svg>'
+        f'<rect class="share" x="{x:.1f}" y="3" width="{length:.1f}" height="10"/></svg>'
     )

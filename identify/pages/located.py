@@ -1,4 +1,4 @@
-"""Located: the table of what the misfit of every joint depends on."""
+"""Located: table of the quantities on which the residual of each joint depends."""
 
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.located import Located
@@ -8,15 +8,14 @@ from ..text_table import percent
 from .shown import Shown
 
 NOTE = (
-    "What the misfit of each joint depends on, with its share of the squared misfit in the runs held out "
-    "(without such runs: in fitted blocks that the others predict). Probability: that the torque depends on "
-    "this quantity, whatever the formula. Name: the formula, where one is certain; the family, where several "
-    "fit about equally well."
+    "Share: part of the joint's squared baseline residual in the held-out runs (without such runs: in fitted "
+    "blocks that the others predict). Probability: that the torque depends on this quantity, whatever the "
+    "formula. Name: the effect if one is certain, or the family of effects if several fit about equally well."
 )
 
 
 def located_section(shown: Shown) -> Section:
-    """The table; empty for a diagnosis without a budget."""
+    """The section with the table; empty for a diagnosis without a budget."""
     rows: list[list[Cell]] = [
         [
             shown.names[row.joint],
@@ -33,7 +32,7 @@ def located_section(shown: Shown) -> Section:
 
 
 def _name(row: Located, diagnosis: Diagnosis) -> str:
-    """The effect that is named, the family, or that it is undecided; nothing for what no finding explains."""
+    """The effect, its family, or "undecided"; empty if no finding explains the row."""
     if row.finding is None:
         return ""
     finding = diagnosis.all_findings[row.finding]
@@ -44,7 +43,7 @@ def _name(row: Located, diagnosis: Diagnosis) -> str:
     return OPEN if finding.family == row.depends_on else f"{finding.family}, {OPEN}"
 
 
-TITLE = "Where the misfit is"
+TITLE = "Residual by quantity"
 OPEN = "formula open"
-"""Of a family that is certain, when its member is not."""
+"""Words for a certain family whose member is not certain."""
 HEAD = ["joint", "depends on", "share", "probability", "name"]

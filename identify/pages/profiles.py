@@ -1,4 +1,4 @@
-"""Profiles: a residual against what it may depend on, in bins and in spectra."""
+"""Profiles of a residual over recorded quantities, and its spectra."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,11 +10,11 @@ from ..diagnosis.findings.axes import Axis
 from ..diagnosis.findings.evidence import Trace
 
 BINS = 28
-"""Across a profile: each then has some hundred rows of a run of half a minute."""
+"""Number of bins in a profile; in a run of half a minute, each has some hundred rows."""
 FEWEST = 8
-"""Rows from which on the mean of a bin is drawn."""
+"""Smallest number of rows for which the mean of a bin is drawn."""
 USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
-"""What a residual without a name is drawn against."""
+"""Axes on which an unexplained residual is drawn."""
 
 
 class Profile(NamedTuple):
@@ -22,8 +22,8 @@ class Profile(NamedTuple):
 
     Attributes:
         x: Middle of each bin, shape (b,).
-        mean: Shape (b,) [N m].
-        dots: Every row, x and residual, shape (r, 2).
+        mean: Mean residual in each bin, shape (b,) [N m].
+        dots: Value on the axis and residual of every row, shape (r, 2).
     """
 
     x: np.ndarray
@@ -35,9 +35,9 @@ def profile(traces: Sequence[Trace], joint: int, axis: Axis, residuals: str) -> 
     """A joint's residual against an axis.
 
     Args:
-        traces: Runs that are drawn.
-        joint: Which.
-        axis: Against what.
+        traces: Traces of the runs to draw.
+        joint: Index of the joint, from 0.
+        axis: Horizontal axis.
         residuals: "before" or "after".
     """
     x, y = [], []
@@ -59,8 +59,8 @@ def _means(dots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     places = np.clip(np.digitize(dots[:, 0], edges) - 1, 0, BINS - 1)
     counts = np.bincount(places, minlength=BINS)
     sums = [np.bincount(places, dots[:, column], minlength=BINS) for column in (0, 1)]
-    kept = counts >= FEWEST
-    return sums[0][kept] / counts[kept], sums[1][kept] / counts[kept]
+    enough = counts >= FEWEST
+    return sums[0][enough] / counts[enough], sums[1][enough] / counts[enough]
 
 
 def spectrum(trace: Trace, joint: int, residuals: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Robot, runs, fits, diagnosis and comparisons on one page: their statements, tables and plots together."""
+"""Report: robot, runs, fits, diagnosis and comparisons on one page."""
 
 from collections.abc import Iterator, Sequence
 
@@ -32,12 +32,12 @@ from .runs_document import runs_sections
 
 
 def joined_html(material: Material) -> str:
-    """The page, which needs nothing else."""
+    """The report as one self-contained HTML page."""
     return html(joined_document(material))
 
 
 def joined_document(material: Material) -> Document:
-    """The whole document."""
+    """The document of a report."""
     # The verdict of a fit opens the page.
     fits = [
         (fitted.improved, Chapter(f"fit{place or ''}", fitted.title, fit_sections(fitted.fit)[1:]))
@@ -57,27 +57,27 @@ def joined_document(material: Material) -> Document:
 
 
 def _verdict(material: Material) -> Iterator[Block]:
-    """What was identified, what is missing, what agrees."""
-    for fitted in (one for one in material.fits if not one.improved):
+    """Verdicts of fits, diagnosis and comparisons, and the results that the page lacks."""
+    for fitted in (fitted for fitted in material.fits if not fitted.improved):
         yield from (Heading("What was identified"), *fit_verdict_blocks(fitted.fit))
     if material.diagnosis is not None:
         yield from (Heading("What is missing"), *verdict_blocks(material.diagnosis))
-    for fitted in (one for one in material.fits if one.improved):
-        yield from (Heading("What was identified with what was found"), *fit_verdict_blocks(fitted.fit))
+    for fitted in (fitted for fitted in material.fits if fitted.improved):
+        yield from (Heading("What was identified with the findings"), *fit_verdict_blocks(fitted.fit))
     if material.comparisons:
         lines = [_compared(comparison) for comparison in material.comparisons]
-        yield from (Heading("What simulations come to"), Statements(lines, "verdict"))
+        yield from (Heading("How well simulations agree"), Statements(lines, "verdict"))
     if lacking := list(_lacking(material)):
         yield from (Heading("What this page does not contain"), Statements(lacking))
 
 
 def _compared(comparison: Comparison) -> str:
-    """How many joints differ by more than noise, and by how much at most."""
+    """Sentence on the number of joints that differ by more than noise, and the largest difference."""
     effort = comparison.effort
-    title = f"{comparison.simulated} beside {comparison.recorded}"
+    title = f"{comparison.simulated} versus {comparison.recorded}"
     over = effort.rms / effort.noise
     if not np.any(np.isfinite(over)):
-        return f"{title}: the noise is not known, so that {effort.quantity} is not judged."
+        return f"{title}: the noise is unknown, so {effort.quantity} is not judged."
     many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
     most = f"{comparison.joints[worst]} most, by {digits(over[worst], 3)} x noise"
     if not many:
@@ -86,43 +86,45 @@ def _compared(comparison: Comparison) -> str:
 
 
 def _lacking(material: Material) -> Iterator[str]:
-    """What was not given, and the command that makes it."""
+    """Results that were not given, each with the command that makes it."""
     if not material.fits:
-        yield "How large the parameters are: there is no fit. exidyn identify RUN... makes one."
+        yield "Parameters: there is no fit. exidyn identify RUN... makes one."
     elif not any(fitted.fit.agreement or fitted.fit.validation for fitted in material.fits):
-        yield "How the fit follows the runs: give the recordings beside fit.json."
+        yield "Measured and predicted torque: give the recordings beside fit.json."
     if material.diagnosis is None:
-        yield "Which physics is missing: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
+        yield "Missing physics: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
     elif not material.diagnosis.traces:
-        yield "When and where it is missing: traces.npz does not lie beside diagnosis.json."
+        yield "Residuals over time: traces.npz is not beside diagnosis.json."
     if not material.comparisons and not (material.diagnosis and material.diagnosis.diagnosis.simulated):
         yield (
-            "Whether a simulation agrees: there is none. exidyn simulate fit.json trajectory.toml makes one, "
-            "and exidyn compare sim.mcap run.mcap --json compared.json lays it beside a run."
+            "Simulation: there is none. exidyn simulate fit.json trajectory.toml makes one, and exidyn "
+            "compare sim.mcap run.mcap --json compared.json compares it with a run."
         )
 
 
 def _before_and_after(material: Material) -> list[Section]:
-    """What identification gained, what the diagnosis gained, and what simulations come to."""
-    sections = [one for place, fitted in enumerate(material.fits) if (one := _identified(fitted, place))]
+    """Gains of identification and diagnosis, and comparisons with simulations."""
+    sections = [
+        section for place, fitted in enumerate(material.fits) if (section := _identified(fitted, place))
+    ]
     if material.diagnosis is not None:
-        gained = Section("residual", "Without and with what was found", gained_blocks(material.diagnosis))
+        gained = Section("residual", "Residual without and with findings", gained_blocks(material.diagnosis))
         sections += [gained, simulation_section(material.diagnosis)]
     compared = [(comparison, verdict(comparison)) for comparison in material.comparisons]
     return [*sections, *compared_sections(compared)]
 
 
 def _identified(fitted: Fitted, place: int) -> Section | None:
-    """Nominal values beside identified ones; nothing without samples."""
+    """Residual with nominal and with identified values; None without samples."""
     runs = _runs(fitted.fit)
     if fitted.nominal is None or not runs:
         return None
     before, after = (_rms(_runs(fit)) for fit in (fitted.nominal, fitted.fit))
     noise = np.sqrt(np.mean([run.noise**2 for run in runs], axis=0))
     note = (
-        "Before: the robot as it was described, with its drive gains; what that does not state counts as "
-        "zero. After: the same model with the values identified. Each is judged by the torque that its own "
-        "drive gains make of the currents, over the noise floor."
+        "Before: the nominal robot with its drive gains; unstated parameters are zero. After: the same model "
+        "with the identified values. Each residual refers to the torque that the drive gains of that model "
+        "give for the currents, relative to the noise floor."
     )
     role = "held out" if fitted.fit.validation else "used for the fit"
     remark = ", ".join([*(run.run for run in runs), role])

@@ -1,4 +1,4 @@
-"""Material: what a report of several results can be made of; whatever there is."""
+"""Material: the results that a report is made of, each of them optional."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,19 +13,19 @@ from .shown import Shown
 
 
 class Run(NamedTuple):
-    """One recorded run, as far as it is drawn and listed.
+    """The parts of a recorded run that a report shows.
 
     Attributes:
         name: Name of the run.
-        role: What it was for, in words; empty if unknown.
-        payload: What hung on the flange, in words; empty if that is not known.
-        rate: Samples a second [Hz].
-        time: When positions were recorded, shape (t,) [s].
-        position: Shape (t, n) [rad].
-        effort_time: When currents or torques were recorded, shape (s,) [s].
-        effort: Shape (s, n) [A] or [N m].
+        role: Purpose of the run, in words; empty if unknown.
+        payload: Payload on the flange, in words; empty if unknown.
+        rate: Sampling rate [Hz].
+        time: Time of the positions, shape (t,) [s].
+        position: Joint positions, shape (t, n) [rad].
+        effort_time: Time of the currents or torques, shape (s,) [s].
+        effort: Motor currents or joint torques, shape (s, n) [A] or [N m].
         quantity: "current" or "torque".
-        warnings: About the recording, in sentences.
+        warnings: Warnings about the recording, in sentences.
     """
 
     name: str
@@ -41,13 +41,13 @@ class Run(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A fit and what it is called on the page.
+    """A fit with its title on the page.
 
     Attributes:
-        title: Plain text.
-        fit: With what it predicts of the runs, if they are at hand.
-        nominal: The model with its nominal values, from before the data; None where they are not known.
-        improved: Whether its model has what a diagnosis found.
+        title: Title, as plain text.
+        fit: The fit, with its predictions of the runs if these were given.
+        nominal: The same model with nominal values; None if they are unknown.
+        improved: Whether the model contains the findings of a diagnosis.
     """
 
     title: str
@@ -58,16 +58,16 @@ class Fitted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """What there is.
+    """All results of a report.
 
     Attributes:
-        joints: Names, the same in all that follows.
+        joints: Names of the joints, which all results share.
         model: The nominal robot; None if unknown.
-        runs: That were recorded.
-        fits: In the order in which they were given, improved ones last.
-        diagnosis: What the model leaves out; None if that was not asked.
-        comparisons: For example before and after.
-        files: What was read for the page, in words, such as "fit.json" -> "a fit".
+        runs: Recorded runs.
+        fits: Fits in the order in which they were given, improved ones last.
+        diagnosis: The diagnosis; None without one.
+        comparisons: Comparisons of simulations with recordings.
+        files: Content of each file that was read, in words, such as "fit.json" -> "a fit".
     """
 
     joints: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The nominal robot: as it was described before the runs."""
+"""The nominal robot, as described before any measurement."""
 
 import numpy as np
 
@@ -9,18 +9,18 @@ from ..model import Model
 from ..text_table import NORMAL_95
 
 OPEN = "open"
-"""Shown for what has no nominal value."""
+"""Text for parameters without a nominal value."""
 
 
 def robot_sections(model: Model) -> list[Section]:
     """Joints, links and effects."""
     robot = model.robot
     note = (
-        f"{robot.name} as it was described before anything was measured: where every parameter starts from. "
-        "± is half of the 95 % interval of the prior; a dash: not stated."
+        f"{robot.name} as described before any measurement. These nominal values are the starting point of "
+        "all parameters. ±: half of the 95 % interval of the prior; a dash: not stated."
     )
     links = (
-        f"Inertias are known to ± {100 * NORMAL_95 * robot.inertial_tolerance:.3g} % (95 %); centres of mass "
+        f"Inertias are known to ± {100 * NORMAL_95 * robot.inertial_tolerance:.3g} % (95 %); centers of mass "
         "are in the frames of their links."
     )
     return [
@@ -39,7 +39,7 @@ def _joints(robot: Robot) -> Table:
         "to",
         "velocity, /s",
         "acceleration, /s²",
-        f"torque [{_both(robot, 'N m')}]",
+        f"torque [{_column_unit(robot, 'N m')}]",
         "gear",
     ]
     columns = (
@@ -51,11 +51,11 @@ def _joints(robot: Robot) -> Table:
         kind = "revolute, rad" if robot.revolute[joint] else "prismatic, m"
         cells = [Number(column[joint], 3) for column in columns]
         rows.append([name, kind, *cells, _gain(robot, joint)])
-    return Table([*head, f"drive gain [{_both(robot, 'N m/A')}]"], rows, words=(1,))
+    return Table([*head, f"drive gain [{_column_unit(robot, 'N m/A')}]"], rows, words=(1,))
 
 
-def _both(robot: Robot, turning: str) -> str:
-    """Unit of a column, given that of revolute joints; both where there are both kinds."""
+def _column_unit(robot: Robot, turning: str) -> str:
+    """Units of a column for the joint kinds of the robot; `turning` is the unit for revolute joints."""
     return ", ".join(dict.fromkeys(robot.units(turning)))
 
 
@@ -78,20 +78,20 @@ def _links(robot: Robot) -> Table:
                 *(Number(value, 3) for value in moments),
             ]
         )  # fmt: skip
-    head = ["link of", "mass [kg]", "centre x [m]", "y", "z", "about it: xx [kg m²]", "yy", "zz"]
+    head = ["link of", "mass [kg]", "center x [m]", "y", "z", "inertia about it: xx [kg m²]", "yy", "zz"]
     return Table(head, rows)
 
 
 def _effects(model: Model) -> Block:
-    """A row a kind of parameter, a column a joint."""
+    """One row per kind of parameter and one column per joint."""
     priors = dict(zip(model.names, model.priors, strict=True))
     rows: list[list[Cell]] = []
     for effect in model.effects:
         if effect.of_links:
             continue
         first = name_of(effect).replace("_", " ")
-        for what, measure, cells in _rows(effect, model.robot, priors):
-            rows.append([first, what, measure, *cells])
+        for letters, measure, cells in _rows(effect, model.robot, priors):
+            rows.append([first, letters, measure, *cells])
             first = ""
     if not rows:
         return Paragraph("None: the nominal arm consists of rigid links only.")
@@ -99,7 +99,7 @@ def _effects(model: Model) -> Block:
 
 
 def _rows(effect: Effect, robot: Robot, priors: dict[str, Prior]) -> list[tuple[str, str, list[Cell]]]:
-    """Letters, unit and priors, each below its joint; all that are not stated share a row."""
+    """Letters, unit and priors of each kind of parameter; all unstated kinds share a row."""
     rows: dict[str, tuple[str, list[Cell]]] = {}
     if known := [f"{name} {value:g}" for name, value in effect.known]:
         rows[f"known: {', '.join(known)}"] = "", [""] * robot.dof
@@ -107,11 +107,11 @@ def _rows(effect: Effect, robot: Robot, priors: dict[str, Prior]) -> list[tuple[
         letters = parameter.name if joint is None else parameter.name.removesuffix(str(joint + 1))
         _, cells = rows.setdefault(letters, (parameter.unit, [""] * robot.dof))
         cells[joint or 0] = _prior(priors[parameter.name])
-    nothing = [letters for letters, (_, cells) in rows.items() if any(cells) and set(cells) <= {"", OPEN}]
-    found = [
-        (letters, measure, cells) for letters, (measure, cells) in rows.items() if letters not in nothing
+    unstated = [letters for letters, (_, cells) in rows.items() if any(cells) and set(cells) <= {"", OPEN}]
+    stated = [
+        (letters, measure, cells) for letters, (measure, cells) in rows.items() if letters not in unstated
     ]
-    return [*found, (f"{', '.join(nothing)}: {OPEN}", "", [""] * robot.dof)] if nothing else found
+    return [*stated, (f"{', '.join(unstated)}: {OPEN}", "", [""] * robot.dof)] if unstated else stated
 
 
 def _prior(prior: Prior) -> Cell:

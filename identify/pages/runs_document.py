@@ -1,4 +1,4 @@
-"""The runs: a table, and what each joint did in each."""
+"""The runs: a table, and the motion of each joint in each run."""
 
 import numpy as np
 
@@ -9,28 +9,28 @@ from .report_material import Material, Run
 from .svg import Panel, Span, label, picture, text, ticks
 
 LEFT, WIDTH, GAP = 112.0, 320.0, 62.0
-"""Pixels: before a column of strips at least, of a strip, and between two columns."""
+"""Least left margin, width of a strip, and gap between the two columns [pixels]."""
 LETTER, SCALE = 6.5, 46.0
-"""Pixels: of a letter of a joint's name, and of the ends of a scale beside it."""
+"""Width of a letter of a joint name, and of the labels of a scale [pixels]."""
 HEIGHT, STEP, TOP = 34.0, 38.0, 20.0
-"""Pixels: of a strip, from one to the next, and above the first."""
+"""Height of a strip, vertical spacing of strips, and top margin [pixels]."""
 COLUMNS = 160
-"""Stretches of a line of which the extremes stay: a strip shows shapes, not samples."""
+"""Number of stretches of a line whose extremes are drawn: a strip shows shapes, not samples."""
 
 
 def runs_sections(material: Material) -> list[Section]:
-    """Table and strips; nothing without runs."""
+    """Table and plots of the runs; empty without runs."""
     if not material.runs:
         return []
     note = (
-        "Position and current, or torque, of every joint over time, each on its own scale; the numbers are "
-        "the ends of the scale."
+        "Position and current (or torque) of every joint over time. Each plot has its own scale, with the "
+        "smallest and largest value on its left."
     )
     figures = [Figure(run.name, run.role, _strips(run, material)) for run in material.runs]
     warnings = [f"{run.name}: {warning}" for run in material.runs for warning in run.warnings]
     return [
         Section("table", "What was recorded", [_table(material), Statements(warnings)]),
-        Section("motion", "What the arm did", [Paragraph(note, "plot"), Grid(figures)]),
+        Section("motion", "Motion of the arm", [Paragraph(note, "plot"), Grid(figures)]),
     ]
 
 
@@ -51,32 +51,32 @@ def _table(material: Material) -> Table:
 
 
 def _strips(run: Run, material: Material) -> str:
-    """Two columns, a row a joint."""
+    """Plots of a run in two columns, with one row per joint."""
     across = Span.around(run.time, margin=0.0)
-    first = max(LEFT, LETTER * max(map(len, material.joints)) + SCALE)
+    margin = max(LEFT, LETTER * max(map(len, material.joints)) + SCALE)
     parts = []
     for column, (name, time, values) in enumerate(
         (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
     ):
-        left = first + column * (WIDTH + GAP)
+        x0 = margin + column * (WIDTH + GAP)
         units = material.model.robot.units(SIGNALS[name]) if material.model else (SIGNALS[name],)
-        parts.append(text(left, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
+        parts.append(text(x0, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
         for joint, words in enumerate(material.joints):
-            panel = Panel(across, Span.around(values[:, joint]), left, TOP + STEP * joint, WIDTH, HEIGHT)
+            panel = Panel(across, Span.around(values[:, joint]), x0, TOP + STEP * joint, WIDTH, HEIGHT)
             parts.append(_strip(panel, time, values[:, joint]))
             if column == 0:
                 parts.append(text(4, panel.top + HEIGHT / 2 + 4, words, "name"))
         bottom = TOP + STEP * len(material.joints)
         for value in ticks(across, 5):
-            place = left + WIDTH * (value - across.low) / across.size
+            place = x0 + WIDTH * (value - across.low) / across.size
             parts.append(text(place, bottom + 10, label(value, across), "tick middle"))
-        parts.append(text(left + WIDTH, bottom + 23, "time [s]", "axis end"))
-    size = first + 2 * WIDTH + GAP + 10
-    return picture(size, bottom + 28, f"{run.name}: what each joint did", "".join(parts))
+        parts.append(text(x0 + WIDTH, bottom + 23, "time [s]", "axis end"))
+    size = margin + 2 * WIDTH + GAP + 10
+    return picture(size, bottom + 28, f"{run.name}: motion of each joint", "".join(parts))
 
 
 def _strip(panel: Panel, time: np.ndarray, values: np.ndarray) -> str:
-    """A line in its frame, with the ends of its scale beside."""
+    """A line in a frame, with the ends of its scale on the left."""
     known = np.isfinite(values)
     if not np.any(known):
         return panel.frame + text(panel.left + 6, panel.top + panel.height / 2 + 4, "not measured", "tick")

@@ -1,4 +1,4 @@
-"""Shown: a diagnosis with its samples, made just now or read from its files, as pages show it."""
+"""Shown: a diagnosis with its samples, new or read from files, as pages show it."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,13 +15,13 @@ from ..diagnosis.words.verdict import before_and_after
 
 
 class Shown(NamedTuple):
-    """A diagnosis, and its samples as far as they were kept.
+    """A diagnosis, with its samples if they were kept.
 
     Attributes:
-        diagnosis: Without samples.
+        diagnosis: The diagnosis; its samples are in `traces`.
         traces: Samples of runs, held-out runs first; empty if they were not kept.
         forward: Samples of the simulated run; None if nothing was simulated or they were not kept.
-        folder: Folder of the models of findings and rivals; empty if they were not written.
+        folder: Folder with the models of findings and rivals; empty if they were not written.
     """
 
     diagnosis: Diagnosis
@@ -31,7 +31,7 @@ class Shown(NamedTuple):
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, folder: str = "", forward: Forward | None = None) -> "Shown":
-        """A diagnosis made just now, with the names of the files of its alternatives."""
+        """A new diagnosis, with the file names of its alternatives."""
         traces = diagnosis.evidence.traces if diagnosis.evidence else ()
         if folder:
             diagnosis = with_files(diagnosis)
@@ -41,18 +41,18 @@ class Shown(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Its joints in words."""
+        """Names of the joints in words."""
         joints = self.diagnosis.joints
         return [joint_words(joint, joints) for joint in range(len(joints))]
 
     @property
     def finding_names(self) -> list[str]:
-        """Its findings in words, undecided ones last."""
+        """Names of the findings in words, undecided ones last."""
         return finding_names(self.diagnosis)
 
     @property
     def judged(self) -> tuple[Trace, ...]:
-        """Held-out runs, or else all."""
+        """Traces of the held-out runs; of all runs without any."""
         return tuple(trace for trace in self.traces if trace.role == "validate") or self.traces
 
     @property
@@ -62,7 +62,7 @@ class Shown(NamedTuple):
 
     @property
     def over_noise(self) -> bool:
-        """Whether noise was measured at rest, so that numbers may be given as multiples of it."""
+        """Whether noise was measured at rest, so that residuals are shown as multiples of it."""
         return self.diagnosis.noise_measured_at_rest
 
     def noise_of(self, joint: int) -> float | None:
@@ -71,11 +71,11 @@ class Shown(NamedTuple):
 
     @property
     def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Held-out residual of the model fitted without and with findings; None without such runs."""
+        """Held-out residuals of the baseline and with findings; None without held-out runs."""
         return before_and_after(self.diagnosis)
 
     def clearest_joint(self, finding: Finding) -> int:
-        """The joint on which the finding shows best: of those that feel it, where most was gained."""
+        """Index of the affected joint whose residual improves most."""
         if self.residuals is None:
             return int(np.argmax(finding.torque_rms))
         before, after = self.residuals

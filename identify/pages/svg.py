@@ -1,4 +1,4 @@
-"""Plots as static SVG: panels with axes, lines thinned out to what a screen can show, bands and dots."""
+"""Plots as static SVG: panels with axes, bands, dots, and lines reduced to screen resolution."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ import numpy as np
 from markupsafe import Markup
 
 COLUMNS = 320
-"""Stretches of a line of which the lowest and highest sample stay: one every two pixels of a panel."""
+"""Number of stretches of a line whose extremes are drawn: one every two pixels of a panel."""
 LARGEST = 1.5
-"""Width of a plot in a wide column, over its own: its letters are no larger than headings."""
+"""Largest magnification of a plot in a wide column, so that its letters do not exceed headings."""
 GRAIN = 10
-"""Path coordinates are whole tenths of a pixel, which keeps files small."""
+"""Units of path coordinates per pixel; integers keep files small."""
 
 
 class Span(NamedTuple):
@@ -30,10 +30,10 @@ class Span(NamedTuple):
 
     @classmethod
     def around(cls, *values: np.ndarray, margin: float = 0.06, zero: bool = False) -> "Span":
-        """Range of all finite values and a margin, symmetric about zero if asked."""
-        every = np.concatenate([np.ravel(v) for v in values]) if values else np.zeros(1)
-        every = every[np.isfinite(every)]
-        low, high = (float(every.min()), float(every.max())) if len(every) else (0.0, 0.0)
+        """Range of all finite values with a margin; symmetric about zero if `zero` is set."""
+        finite = np.concatenate([np.ravel(v) for v in values]) if values else np.zeros(1)
+        finite = finite[np.isfinite(finite)]
+        low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
         if zero:
             high = max(abs(low), abs(high))
             low = -high
@@ -42,7 +42,7 @@ class Span(NamedTuple):
 
 
 def ticks(span: Span, count: int) -> np.ndarray:
-    """Multiples of 1, 2 or 5 times a power of ten within the range, as near to `count` as can be."""
+    """About `count` multiples of 1, 2 or 5 times a power of ten within the range."""
     power = 10.0 ** np.floor(np.log10(span.size / count))
     choices = [_multiples(span, factor * power) for factor in (0.5, 1, 2, 5, 10)]
     return min(choices, key=lambda values: abs(len(values) - count))
@@ -63,7 +63,7 @@ def stretch(time: np.ndarray, squares: np.ndarray, longest: float) -> slice:
 
 
 def label(value: float, span: Span) -> str:
-    """A tick's value with no more digits than the range deserves."""
+    """Text of a tick, with at most six digits and zero instead of rounding errors."""
     if abs(value) < 1e-9 * span.size:
         return "0"
     return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
@@ -74,12 +74,12 @@ class Panel:
     """A rectangle of a plot with its own scales.
 
     Attributes:
-        x: Data range across.
-        y: Data range upwards.
-        left: Pixels from the left edge of the plot.
-        top: Pixels from its upper edge.
-        width: Pixels.
-        height: Pixels.
+        x: Horizontal range of the data.
+        y: Vertical range of the data.
+        left: Distance from the left edge of the plot [pixels].
+        top: Distance from the upper edge of the plot [pixels].
+        width: Width [pixels].
+        height: Height [pixels].
     """
 
     x: Span
@@ -90,7 +90,7 @@ class Panel:
     height: float
 
     def pixels(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Data to tenths of pixels, shape (k, 2); what lies outside the panel is moved to its edge."""
+        """Data in tenths of pixels, shape (k, 2); points above or below the panel move to its edge."""
         across = self.left + self.width * (np.asarray(x, float) - self.x.low) / self.x.size
         share = np.clip((np.asarray(y, float) - self.y.low) / self.y.size, 0.0, 1.0)
         down = self.top + self.height * (1.0 - share)
@@ -98,7 +98,7 @@ class Panel:
 
     @property
     def frame(self) -> str:
-        """Its ground and edge."""
+        """Background and border of the panel."""
         return (
             f'<rect class="frame" x="{self.left:.1f}" y="{self.top:.1f}" '
             f'width="{self.width:.1f}" height="{self.height:.1f}"/>'
@@ -124,11 +124,11 @@ class Panel:
         return "".join(parts)
 
     def line(self, x: np.ndarray, y: np.ndarray, style: str, columns: int = COLUMNS) -> str:
-        """A line, thinned out so that every extreme stays; where it is not known there is a gap."""
+        """A line, reduced so that all extremes remain, with gaps where y is not finite."""
         known = np.isfinite(y)
         if known.all():
-            kept = envelope(y, columns)
-            return path(self.pixels(x[kept], y[kept]), style)
+            drawn = envelope(y, columns)
+            return path(self.pixels(x[drawn], y[drawn]), style)
         ends = np.flatnonzero(np.diff(known, prepend=False, append=False)).reshape(-1, 2)
         share = columns / len(y)
         return "".join(self.line(x[a:b], y[a:b], style, max(int(share * (b - a)), 1)) for a, b in ends)
@@ -168,7 +168,7 @@ def text(x: float, y: float, words: str, style: str) -> str:
 
 
 def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
-    """A row of (style, words), each with a sample of its line; of plots alike the first alone shows it."""
+    """A row of (style, words), each with a sample of its line; in a grid `alike`, only the first shows it."""
     parts = []
     for style, words in entries:
         parts.append(path(np.rint(GRAIN * np.array([[x, y - 4], [x + 18, y - 4]])).astype(int), style))
@@ -178,7 +178,7 @@ def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
 
 
 def picture(width: float, height: float, title: str, content: str) -> Markup:
-    """A plot that fills its column up to `LARGEST`; the title is read aloud and shown on hovering."""
+    """A plot that fills its column up to `LARGEST`; the title is for screen readers and tooltips."""
     shape = f'viewBox="0 0 {width:g} {height:g}" style="max-width: {LARGEST * width:g}px"'
     head = f'<svg {shape} role="img"><title>{escape(title)}</title>'
     return Markup(f"{head}{content}</svg>")

@@ -163,7 +163,7 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         held_out: Names of the held-out runs.
         suspicions: What may be wrong with the recordings or the description instead, in sentences.
         warnings: What limits the answer, in sentences.
-        seconds: Duration of the diagnosis [s].
+        seconds: Duration of the diagnosis, without reading files and simulation [s].
         tried: Number of hypotheses of each effect that these runs can be asked for.
         simulated: How a simulated run agrees with its recording; None where nothing was simulated.
         evidence: Samples and models; None for a diagnosis that was read from its file.

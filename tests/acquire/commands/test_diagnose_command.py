@@ -315,4 +315,4 @@ def test_the_page_reports_what_is_left_without_a_name():
     assert "none of the effects that exidyn knows" in page.words
     assert "unexplained" in [attributes.get("id") for tag, attributes in page.elements if tag == "section"]
     bare = Page(report_html(replace(diagnosis(), evidence=None)))
-    assert "came without the samples of its runs" in bare.words
+    assert "loaded without the samples of its runs" in bare.words

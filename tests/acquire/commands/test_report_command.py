@@ -125,8 +125,8 @@ def test_the_verdict_reports_what_is_identified_missing_and_simulated(page):
     assert "More than noise is left on elbow" in text
     assert "Joint 2 (elbow) has a spring that the model does not have" in text
     assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in text
-    assert "sim beside real: current differs by more than noise on 1 joint; elbow most" in text
-    assert "better beside real: no joint's current differs by more than noise" in text
+    assert "sim versus real: current differs by more than noise on 1 joint; elbow most" in text
+    assert "better versus real: no joint's current differs by more than noise" in text
 
 
 def test_a_fit_predicts_the_runs_as_when_it_was_made(page):
@@ -210,7 +210,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
     bare = tmp_path / "diagnosis.json"
     bare.write_bytes((files / "diagnosis" / "diagnosis.json").read_bytes())
     page = Page(page_of(tmp_path, tmp_path, "diagnosis.json"))
-    assert "traces.npz does not lie beside diagnosis.json" in page.words
+    assert "traces.npz is not beside diagnosis.json" in page.words
     assert "robot-joints" not in headings(page)
     assert "Joint 2 (elbow) has a spring that the model does not have" in page.words
 

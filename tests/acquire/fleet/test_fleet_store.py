@@ -153,7 +153,7 @@ def test_a_file_cut_at_two_thirds_is_used_and_marked(recordings, tmp_path, capsy
     assert main(["fleet", str(source), "-o", str(out), "--workers", "1"]) == DONE
     printed = capsys.readouterr().out
     assert "incomplete, used as far as it goes: arm 2/week-00.mcap: file ends abruptly" in printed
-    assert "Not whole" in (out / "fleet.html").read_text()
+    assert "Incomplete recordings" in (out / "fleet.html").read_text()
 
 
 def test_a_date_is_the_clocks_or_the_names():

@@ -116,7 +116,7 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
     first, second, *_ = verdict(diagnosis(finding()))
     assert first == (
         "Joint 3 has load-dependent friction: Coulomb friction grows by 0.120 ± 0.012 N m per N m that the "
-        "gear transmits. It explains 31 % of what the model misses on joint 3. Held-out residual of joint 3: "
+        "gear transmits. It explains 31 % of the squared residual of joint 3. Held-out residual of joint 3: "
         "2.00 -> 1.00 N m (10.0 -> 5.00 x noise)."
     )
     assert second.startswith(
@@ -127,13 +127,13 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
 def test_what_several_joints_feel_is_reported_of_the_one_whose_misfit_it_explains():
     leaning = replace(finding("base_tilt", ()), torque_rms=np.array([0.1, 9.0, 0.0]))
     one = diagnosis(leaning, budget=budget((0.94, 0.02, 0.96)))
-    assert "It explains 94 % of what the model misses on joint 1." in verdict(one)[0]
+    assert "It explains 94 % of the squared residual of joint 1." in verdict(one)[0]
     assert "Held-out residual of joint 1:" in verdict(one)[0]
 
 
 def test_what_explains_nearly_all_is_reported_in_plain_per_cent():
     one = diagnosis(finding(), budget=budget((0.0, 0.0, 0.997)))
-    assert "It explains 99.7 % of what the model misses on joint 3." in verdict(one)[0]
+    assert "It explains 99.7 % of the squared residual of joint 3." in verdict(one)[0]
 
 
 @pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
@@ -247,10 +247,10 @@ def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_i
 def test_the_report_draws_the_torque_with_its_band():
     curve = tuple(Point("", x, 0.3 * x, 0.02) for x in (0.1, 0.5, 1.0))
     page = report_html(diagnosis(collinear(size=replace(LOADED, curve=curve))))
-    assert "Its torque over size of the load" in page
+    assert "Torque of the effect over size of the load" in page
     assert "torque against the motion [N m]" in page
     assert 'class="sure"' in page
-    assert "Its torque over" not in report_html(diagnosis(collinear()))
+    assert "Torque of the effect over" not in report_html(diagnosis(collinear()))
 
 
 def test_the_file_has_the_size_with_units_and_what_is_not_given():
@@ -341,12 +341,12 @@ def test_multiples_of_noise_are_reported_only_where_it_was_measured():
 
 def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
     lines = summary(diagnosis(finding())).splitlines()
-    start, end = lines.index("Misfit by cause"), len(lines)
+    start, end = lines.index("Residual by cause"), len(lines)
     assert lines.index("Verdict") < start
     shares = re.findall(r"(\d+) % \([\d.]+\)$", "\n".join(lines[start:end]), flags=re.M)
     assert sum(map(int, shares)) == 100
     assert (
-        "- Joint 3: load-dependent friction explains 31 % of the 2.00 N m that the model misses; of the "
+        "- Joint 3: load-dependent friction explains 31 % of the squared residual (2.00 N m rms); of the "
         "rest, the largest part (43 %) depends on velocity."
     ) in " ".join(line.strip() for line in lines)
     table = plain(diagnosis(finding()))["budget"]
@@ -401,7 +401,7 @@ def test_a_contact_of_a_run_held_out_is_reported():
         "other, 3.20 to 3.60 s: joints 1 and 3 differ from the model as at no other time, as if a force of "
         "31 N acted on the flange along (0.00, -1.00, 0.00) in the base's axes."
     )
-    assert "When a run differs as at no other time" in summary(one)
+    assert "Moments: times at which a run differs from the model" in summary(one)
     assert plain(one)["moments"] == [
         {
             "run": "other",
@@ -456,7 +456,7 @@ def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
     page = " ".join(summary(sliding(diagnosis(one))).split())
     assert message in page
     assert "2.00 -> 1.00 N (10.0" in page
-    assert "2.00 N that the model misses" in page
+    assert "squared residual (2.00 N rms)" in page
     units = [
         quantity["unit"] for quantity in plain(sliding(diagnosis(one)))["findings"][0]["parameters"].values()
     ]

@@ -79,7 +79,7 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
     given += [] if commands == "alone" else ["--commands", commands]
     assert main([*given, "--json", "gap.json"]) == 0
-    assert "What each finding gains" in capsys.readouterr().out
+    assert "Gain by finding" in capsys.readouterr().out
     found = json.loads(Path("gap.json").read_text())
     assert [stage["name"].split(" of ")[0] for stage in found["stages"] if stage["written"]][1:] == [
         "Stribeck friction"
@@ -169,7 +169,7 @@ def test_why_nothing_could_be_written_is_said_first():
         Stage("hysteresis", None, reason="State drive gains"),
     ]
     [said] = verdict(SimpleNamespace(horizons=(2.0,), before=before, after=before, kept=None, stages=stages))
-    assert said.endswith("Nothing was written: State drive gains")
+    assert said.endswith("No file was written: State drive gains")
 
 
 def test_positions_are_commanded_where_file_and_runs_have_that():

@@ -138,7 +138,7 @@ def test_pictures_are_finite_and_inside_their_frames(page):
 
 def test_fit_without_samples_reports_it(fit, tmp_path):
     page = page_of(bare(fit), tmp_path)
-    assert "loaded without its samples" in page.words
+    assert "loaded without the samples" in page.words
     assert "torque and residual over time" not in page.words
     assert "friction over velocity" in page.words
     assert page.row("parameters", fit.names[0])[1][1] == [fit.estimate.values[0]]

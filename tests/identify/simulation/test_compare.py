@@ -153,7 +153,7 @@ def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, cap
     assert max(map(len, page.splitlines()[:-3])) <= WIDTH
     assert "- elbow: current differs by" in page
     assert "- shoulder" not in page
-    assert f"sim moved by -{LATE:.4f} s" in page
+    assert f"sim shifted by -{LATE:.4f} s" in page
     table = json.loads(path.read_text())
     assert table["offset"] == pytest.approx(-LATE, abs=1e-3)
     sim, real = files
