@@ -228,7 +228,7 @@ def budget_plot(budget: Budget, parts: Sequence[Part], joints: Sequence[str], un
         sizes = f"{digits(before, 3)} → {digits(after, 3)} {unit}"
         drawn.append(text(LEFT + WIDTH + 8, 35 + STEP * joint, sizes, "name"))
     bottom = 28 + STEP * len(joints)
-    pairs = list(zip(parts, colors, strict=True))
+    pairs = [pair for pair in zip(parts, colors, strict=True) if np.any(pair[0].shares > SHOWN)]
     sides = [[pair for pair in pairs if pair[0].is_finding == is_finding] for is_finding in (True, False)]
     sides = [side for side in sides if side]
     keys = "".join(

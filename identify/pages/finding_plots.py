@@ -10,7 +10,7 @@ from ..diagnosis.words.naming import capital, named
 from ..diagnosis.words.sentences import dependence
 from ..diagnosis.words.size_words import size_words
 from ..diagnosis.words.verdict import certainty, headline, left_on, undecided
-from ..document.document import Block, Figure, Grid, Heading, Paragraph, Table
+from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph, Table
 from ..text_table import percent
 from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
 from .profiles import AXES, USUAL
@@ -35,9 +35,10 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
         texts = [words for words in _words(shown, finding) if words]
         blocks += [Heading(shown.finding_names[place]), *(Paragraph(words, "") for words in texts)]
         axes = kind_of(finding.effect).drawn_against or USUAL[:2]
-        blocks += _size(shown.diagnosis, finding)
-        blocks += _plots(without(shown, place), shown.clearest_joint(finding), axes)
-        blocks.append(_alternatives(shown, finding))
+        size_sentence, size_figure = _size(shown.diagnosis, finding)
+        plots = _plots(without(shown, place), shown.clearest_joint(finding), axes)
+        figures = [figure for figure in (*plots[:1], size_figure) if figure is not None]
+        blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding), *_folded(plots[1:])]
     return blocks
 
 
@@ -49,16 +50,21 @@ def _words(shown: Shown, finding: Finding) -> tuple[str, ...]:
     return headline(diagnosis, finding), certainty(diagnosis, finding, folder)
 
 
-def _size(diagnosis: Diagnosis, finding: Finding) -> list[Block]:
+def _size(diagnosis: Diagnosis, finding: Finding) -> tuple[list[Paragraph], Figure | None]:
     """Torque of a finding over the quantity it depends on, in words and as a curve."""
     if (size := finding.size) is None:
-        return []
+        return [], None
     words = Paragraph(f"{capital(size_words(size, diagnosis))}.", "")
     if len(size.curve) < FEWEST_POINTS:
-        return [words]
+        return [words], None
     remark = "all parameters together, with a 95 % band"
-    figure = Figure(f"Torque of the effect over {AXES[size.over].words}", remark, size_plot(size, diagnosis))
-    return [words, Grid([figure])]
+    plot = size_plot(size, diagnosis)
+    return [words], Figure(f"Torque of the effect over {AXES[size.over].words}", remark, plot)
+
+
+def _folded(figures: Sequence[Figure]) -> list[Block]:
+    """Further plots, which a reader opens."""
+    return [Folded("More plots of this joint", [Grid(figures, "three")])] if figures else []
 
 
 def without(shown: Shown, place: int) -> Shown:
@@ -67,8 +73,8 @@ def without(shown: Shown, place: int) -> Shown:
     return shown._replace(traces=tuple(traces))
 
 
-def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Block]:
-    """Profiles of all runs, and time and spectrum of a held-out run; empty without samples."""
+def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Figure]:
+    """Profiles of all runs, then time and spectra of a held-out run; empty without samples."""
     if not shown.traces:
         return []
     traces, judged = shown.traces, shown.judged[0]
@@ -84,7 +90,7 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Block]:
     figures.append(Figure(f"{name} over frequency", judged.name, spectrum_plot(judged, joint, unit)))
     for turn, motor in (("turns of the joint", False), ("turns of the motor", True)):
         figures.append(Figure(f"{name} over {turn}", "all runs", orders_plot(traces, joint, motor, unit)))
-    return [Grid(figures, "three")]
+    return figures
 
 
 def _alternatives(shown: Shown, finding: Finding) -> Block:
@@ -105,7 +111,7 @@ def unexplained_blocks(shown: Shown) -> list[Block]:
             f"{shown.names[remainder.joint]} keeps a residual of {left_on(remainder, shown.diagnosis)}; "
             f"{dependence(remainder.depends_on)} (probability {percent(remainder.probability, 3)})."
         )
-        blocks += [Paragraph(words, ""), *_plots(shown, remainder.joint, USUAL)]
+        blocks += [Paragraph(words, ""), Grid(_plots(shown, remainder.joint, USUAL), "three")]
     return blocks
 
 

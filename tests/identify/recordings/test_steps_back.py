@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identification.errors import BadTime
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.steps_back import CUT, SKIP, SORT, advice, steps_back
+from exidyn.identification.recordings.steps_back import Remedy, advice, steps_back
 
 from ...parts.runs.runs import TIME as RUN_TIME
 from ...parts.runs.runs import model, motion, noise
@@ -35,20 +35,23 @@ def test_stamps_that_were_given_twice_are_of_one_source():
     time = TIME.copy()
     time[7::7] = time[6::7][: len(time[7::7])]
     assert len(steps_back(time)) == 142
-    assert advice(time, MOTION) == SORT
+    assert advice(time, MOTION) == Remedy.SORT.value
 
 
 def test_a_second_run_in_one_file_is_no_second_source():
-    assert advice(np.tile(TIME, 2), np.concatenate([MOTION, MOTION[::-1]])) == CUT
-    assert advice(np.tile(TIME, 5), np.tile(MOTION, (5, 1)) + np.repeat(np.arange(5), 1000)[:, None]) == CUT
+    assert advice(np.tile(TIME, 2), np.concatenate([MOTION, MOTION[::-1]])) == Remedy.CUT.value
+    assert (
+        advice(np.tile(TIME, 5), np.tile(MOTION, (5, 1)) + np.repeat(np.arange(5), 1000)[:, None])
+        == Remedy.CUT.value
+    )
 
 
 def test_rows_before_the_recorder_settled_are_skipped():
     time = TIME.copy()
     time[0] = 3.0
-    assert advice(time[1:], MOTION[1:]) == SORT
+    assert advice(time[1:], MOTION[1:]) == Remedy.SORT.value
     time[:3] = 0.0
-    assert advice(time, MOTION) == SKIP
+    assert advice(time, MOTION) == Remedy.SKIP.value
 
 
 def test_import_says_so_of_a_table(tmp_path):
