@@ -3,11 +3,14 @@
 import re
 import textwrap
 from collections.abc import Sequence
+from contextvars import ContextVar
 
 import numpy as np
 
-WIDTH = 80
-"""Width of a page in characters, which every terminal can show."""
+WIDTH, WIDEST = 80, 120
+"""Width of a page in characters, which every terminal can show, and of the widest page that reads well."""
+page_width = ContextVar("page_width", default=WIDTH)
+"""Width of the pages of this command; a command sets that of its terminal."""
 INDENT = 2
 """Width reserved for callers that indent a table, in characters."""
 TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> ")
@@ -106,7 +109,7 @@ def _narrow(
     for column in words:
         others = [index for index in columns if index != column]
         beside = max(map(len, _laid(heads, rows, others, left, gap))) + gap if others else 0
-        room = WIDTH - INDENT - beside
+        room = page_width.get() - INDENT - beside
         if room >= LEAST_SENTENCE:
             return _laid(heads, _wrapped(rows, column, len(heads), room), columns, left, gap)
     keys = [column for column in columns[:KEYS] if column in left]
@@ -152,7 +155,7 @@ def _wrapped(rows: Sequence[Sequence[str]], column: int, count: int, width: int)
 
 
 def _too_wide(lines: Sequence[str]) -> bool:
-    return max(map(len, lines)) > WIDTH - INDENT
+    return max(map(len, lines)) > page_width.get() - INDENT
 
 
 def _laid(
@@ -193,12 +196,15 @@ def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
     ]
 
 
-def paragraph(text: str, indent: str = "", first: str | None = None, width: int = WIDTH) -> list[str]:
-    """A text wrapped to the page, with numbers and units together; later lines begin with `indent`."""
+def paragraph(text: str, indent: str = "", first: str | None = None, narrower: int = 0) -> list[str]:
+    """A text wrapped to the page, with numbers and units together; later lines begin with `indent`.
+
+    Lines are shorter than the page by `narrower` characters.
+    """
     opening = indent if first is None else first
     lines = textwrap.wrap(
         TOGETHER.sub(lambda match: match[0].replace(" ", STAYS), text),
-        width,
+        page_width.get() - narrower,
         initial_indent=opening,
         subsequent_indent=indent,
         break_long_words=False,

@@ -8,6 +8,7 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import Any, NamedTuple, TypeVar
 
 from .exit_codes import DONE
@@ -126,7 +127,9 @@ class Command:
         """Parse the arguments, run the command, and return the exit code."""
         parser = self.parser()
         try:
-            return self.run(parser.parse_args(arguments)) or DONE
+            parsed = parser.parse_args(arguments)
+            _fit_to_terminal()
+            return self.run(parsed) or DONE
         except WrongUse as error:
             parser.error(str(error))
 
@@ -143,6 +146,14 @@ class Command:
         for option in self.options:
             option.add_to(parser)
         return parser
+
+
+def _fit_to_terminal() -> None:
+    """Let pages use the width of the terminal that shows them."""
+    if sys.stdout is not None and sys.stdout.isatty():
+        from exidyn.identification.text_table import WIDEST, WIDTH, page_width
+
+        page_width.set(min(max(get_terminal_size().columns, WIDTH), WIDEST))
 
 
 class WrongUse(Exception):

@@ -11,7 +11,7 @@ from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, 
 from exidyn.identification.effects import SpringBalancer
 from exidyn.identification.fit.verdict import NORMAL_95
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import WIDTH, at_point, digits, paragraph, percent, table
+from exidyn.identification.text_table import at_point, digits, page_width, paragraph, percent, table
 
 from .example_arm import CENTER, INERTIA, LEAST, MASS, NOMINAL, ExampleArm, Step, excited, recorded, step
 from .example_result import EFFECT, IMPROVED, Result, Spring
@@ -81,18 +81,22 @@ def outcome(folder: Path) -> str:
 
 def words(result: Result) -> str:
     """The result as one page of text."""
+    width = page_width.get()
     parts = [
-        ["A concealed balancer, and the findings in the recordings".center(WIDTH).rstrip(), "=" * WIDTH],
+        [
+            "A concealed balancer, and the findings in the recordings".center(width).rstrip(),
+            "=" * width,
+        ],
         [
             *paragraph(_concealed(result), " " * 11, "concealed: "),
             *paragraph(_named(result), " " * 11, "named:     "),
         ],
-        ["The spring", "-" * WIDTH, *_spring(result)],
-        ["Residual of the held-out run over the noise floor", "-" * WIDTH, *_residuals(result)],
-        ["Where to look", "-" * WIDTH, *_files(result)],
+        ["The spring", "-" * width, *_spring(result)],
+        ["Residual of the held-out run over the noise floor", "-" * width, *_residuals(result)],
+        ["Where to look", "-" * width, *_files(result)],
     ]
     return (
-        "\n".join(parts[0]) + "\n" + "\n\n".join("\n".join(part) for part in parts[1:]) + "\n" + "=" * WIDTH
+        "\n".join(parts[0]) + "\n" + "\n\n".join("\n".join(part) for part in parts[1:]) + "\n" + "=" * width
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from exidyn import quoting
-from exidyn.identification.text_table import WIDTH
+from exidyn.identification.text_table import page_width
 from exidyn.quoting import visible
 
 from ..screen import beneath
@@ -84,7 +84,7 @@ def print_written(*paths: Path, advice: str = "") -> None:
     if not _names_files.get():
         return
     together = ", ".join(map(str, paths))
-    fits = len(HEAD + together) <= WIDTH
+    fits = len(HEAD + together) <= page_width.get()
     listed = together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))
     print(f"{HEAD}{listed}{advice and '; '}{advice}", file=sys.stderr)
 

@@ -15,7 +15,7 @@ from exidyn.identification.recordings.recording import (
     Signal,
     Timing,
 )
-from exidyn.identification.text_table import INDENT, WIDTH, digits, paragraph, table
+from exidyn.identification.text_table import INDENT, digits, paragraph, table
 from exidyn.quoting import one_line
 
 SHOWN = 40
@@ -106,7 +106,7 @@ def _cycles(timing: Timing) -> list[str]:
     ]
     cycles = f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped"
     return [
-        *paragraph(cycles, "  ", "", WIDTH - INDENT),
+        *paragraph(cycles, "  ", "", INDENT),
         "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
     ]
 
@@ -122,7 +122,7 @@ def _following(recording: Recording) -> list[str]:
 def _controller(state: ControllerState) -> list[str]:
     """States of the controller in order, and the range of values that are plain numbers."""
     parts = (f"{name.replace('_', ' ')} {_reported(state, name)}" for name in state.words)
-    return paragraph("; ".join(parts), "  ", "controller: ", WIDTH - INDENT)
+    return paragraph("; ".join(parts), "  ", "controller: ", INDENT)
 
 
 def _reported(state: ControllerState, name: str) -> str:
@@ -143,7 +143,7 @@ def _events(events: tuple[Event, ...]) -> list[str]:
         if place == len(events) - SHOWN // 2 and len(events) > SHOWN:
             lines.append(f"  ... and {len(events) - SHOWN} more ...")
         first = f"  {event.time:10.3f} s  {event.kind:<8}  "
-        lines += paragraph(event.text, " " * len(first), first, WIDTH - INDENT)
+        lines += paragraph(event.text, " " * len(first), first, INDENT)
     return lines
 
 
@@ -151,7 +151,7 @@ def _outcome(outcome: Mapping[str, str]) -> list[str]:
     if "stop" not in outcome:
         return []
     first = "ended:  "
-    return paragraph(why_it_ended(outcome), " " * len(first), first, WIDTH - INDENT)
+    return paragraph(why_it_ended(outcome), " " * len(first), first, INDENT)
 
 
 def why_it_ended(outcome: Mapping[str, str]) -> str:

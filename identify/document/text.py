@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import singledispatch
 
-from ..text_table import WIDTH, at_point, paragraph, raised, table
+from ..text_table import at_point, page_width, paragraph, raised, table
 from .document import (
     Block,
     Cell,
@@ -27,9 +27,10 @@ LABEL = 18
 
 def text(document: Document) -> str:
     """The document as text, without plots and details."""
-    parts = [[document.title.center(WIDTH).rstrip(), "=" * WIDTH, *_facts(document)]]
+    width = page_width.get()
+    parts = [[document.title.center(width).rstrip(), "=" * width, *_facts(document)]]
     parts += [_section(section) for section in short(document)]
-    return raised("\n\n".join("\n".join(part) for part in parts if part)) + "\n" + "=" * WIDTH
+    return raised("\n\n".join("\n".join(part) for part in parts if part)) + "\n" + "=" * width
 
 
 def short(document: Document) -> list[Section]:
@@ -51,7 +52,7 @@ def _facts(document: Document) -> list[str]:
 
 
 def _section(section: Section) -> list[str]:
-    return [section.title, "-" * WIDTH, *blocks_lines(section.blocks)]
+    return [section.title, "-" * page_width.get(), *blocks_lines(section.blocks)]
 
 
 @singledispatch

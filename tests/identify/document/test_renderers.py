@@ -151,3 +151,14 @@ def test_a_column_of_words_is_not_lost_beside_wide_names():
     lines = "\n".join(table(["added", "error", "written"], rows, left=(0, 2)))
     assert "written" in lines
     assert "no: a long reason" in lines
+
+
+def test_pages_have_the_width_of_the_terminal():
+    longest = max(map(len, text(DOCUMENT).splitlines()))
+    before = page_width.set(110)
+    try:
+        wide = text(DOCUMENT).splitlines()
+    finally:
+        page_width.reset(before)
+    assert wide[1] == "=" * 110
+    assert longest <= 80 < max(map(len, wide)) <= 110
