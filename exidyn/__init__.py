@@ -1,4 +1,4 @@
-"""Find out what a robot arm's dynamics really are: excite, record, identify, diagnose.
+"""Identify the dynamics of robot arms: excite, record, identify, diagnose.
 
     import exidyn as ex
 
@@ -7,8 +7,7 @@
     print(fit)
     ex.report(fit, "report.html")
 
-These names, all of `exidyn.api`, are imported when they are asked for, so that `exidyn --help` need not load
-Pinocchio.
+The names of `exidyn.api` are imported on first use, so that `exidyn --help` does not load Pinocchio.
 """
 
 import sys
@@ -23,8 +22,8 @@ if TYPE_CHECKING:
 __version__ = metadata.version("exidyn")
 
 if not Path(__file__).with_name("identification").exists():
-    # A checkout: the packages lie beside this folder (see setup.py), where Python started there finds them.
-    # The folder identify is the package identification, since `exidyn.identify` is a function.
+    # In a checkout, the packages are beside this folder (see setup.py). The folder `identify` is the package
+    # `identification`, since `exidyn.identify` is a function.
     __path__.append(str(Path(__file__).parents[1]))  # noqa: F405
     _spec = spec_from_file_location(
         f"{__name__}.identification", Path(__file__).parents[1] / "identify" / "__init__.py"
@@ -35,7 +34,7 @@ if not Path(__file__).with_name("identification").exists():
 
 
 def __getattr__(name: str) -> Any:
-    if name.startswith("_"):  # asked for by Python's own tools
+    if name.startswith("_"):  # special names, which Python itself looks up
         raise AttributeError(name)
     if name not in __dir__():
         raise AttributeError(f"exidyn has no '{name}'. It has: {', '.join(__dir__())}")

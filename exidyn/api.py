@@ -1,7 +1,8 @@
 """The library: `import exidyn as ex`.
 
-A run is a `Recording`, the path of a file, a pandas table, or a mapping of arrays as `Recording.from_arrays`
-takes them. An arm is a `Model`, the name of a built-in one, or the path of a robot.toml, URDF or MJCF.
+A run is a `Recording`, the path of a file, a pandas table, or a mapping with the arguments of
+`Recording.from_arrays`. An arm is a `Model`, the name of a built-in arm, or the path of a robot.toml, URDF or
+MJCF.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,35 +51,35 @@ Arm = Model | Path | str
 
 
 def robot(source: Arm) -> Model:
-    """A robot with its effects: by the name of a built-in one, from robot.toml or from a URDF.
+    """A robot with its effects, by name if it is built in, or from a robot.toml, URDF or MJCF.
 
     Raises:
-        RobotError: There is no such robot or file, or it is wrong.
+        RobotError: The robot or file does not exist or has errors.
     """
     return source if isinstance(source, Model) else read_model(source)
 
 
 def read(source: Run, robot: Arm | None = None, **options: Any) -> Recording:
-    """One recording: of exidyn's own, or imported from a file of other tools.
+    """Read one recording, written by exidyn or by other tools.
 
     Args:
-        source: A file.
-        robot: Where the file does not name it.
-        options: Of the importer, such as the names of a table's columns.
+        source: The run, usually the path of its file.
+        robot: The arm; required if the file does not contain it.
+        options: Options of the importer, such as the column names of a table.
 
     Raises:
-        NotAFile: The file is of no known kind.
-        RecordingError: There are several runs; `read_all` gives them.
+        NotAFile: The format of the file is unknown.
+        RecordingError: The file has several runs; use `read_all`.
     """
-    found = read_all(source, robot, **options)
-    if len(found) != 1:
-        names = ", ".join(one.name for one in found)
-        raise RecordingError(f"{source} has {len(found)} runs: {names}; read_all gives them all")
-    return found[0]
+    recordings = read_all(source, robot, **options)
+    if len(recordings) != 1:
+        names = ", ".join(recording.name for recording in recordings)
+        raise RecordingError(f"{source} has {len(recordings)} runs: {names}; read_all gives them all")
+    return recordings[0]
 
 
 def read_all(source: Run, robot: Arm | None = None, **options: Any) -> list[Recording]:
-    """All runs of a file or a folder, see `read`."""
+    """Read all runs of a file or folder; see `read`."""
     if isinstance(source, Recording):
         return [source]
     if isinstance(source, Path | str):
@@ -90,7 +91,7 @@ def read_all(source: Run, robot: Arm | None = None, **options: Any) -> list[Reco
     if hasattr(source, "to_numpy"):
         return from_dataframe(source, _robot(robot), **options)
     raise RecordingError(
-        f"a {type(source).__name__} is no run; expected a Recording, a path, a pandas table or arrays by name"
+        f"a {type(source).__name__} is not a run; give a Recording, a path, a pandas table or named arrays"
     )
 
 
@@ -98,24 +99,25 @@ _robot = robot  # its name is an argument below
 
 
 def plan(robot: Arm, *, search_seconds: float = 60.0, seed: int = 0, **wishes: Any) -> Plan:
-    """The most informative trajectory that keeps to the robot's limits.
+    """Plan the most informative trajectory within the limits of the robot.
 
     Args:
         robot: The arm.
-        search_seconds: Time for the search [s].
-        seed: Of the search.
-        wishes: Of `Wishes`: seconds, criterion, harmonics, period, margins, start, tick, clearances.
+        search_seconds: Duration of the search [s].
+        seed: Seed of the search.
+        wishes: Planning options, the fields of `Wishes`: seconds, criterion, harmonics, period, margins,
+            start, tick, clearances.
 
     Raises:
-        UnknownKey: A wish that there is not.
-        TrajectoryError: No motion keeps to all limits, or they are not stated.
+        UnknownKey: A keyword is not a planning option.
+        TrajectoryError: Limits are not stated, or no motion respects all of them.
     """
     valid = tuple(Wishes.__dataclass_fields__)
     for name in wishes:
         if name not in valid:
             raise UnknownKey(name, "plan: wish", valid)
-    [found] = _plan(_robot(robot), Wishes(**wishes), seconds=search_seconds, seed=seed)
-    return found
+    [best] = _plan(_robot(robot), Wishes(**wishes), seconds=search_seconds, seed=seed)
+    return best
 
 
 def identify(
@@ -136,23 +138,24 @@ def identify(
     com: Sequence[float] | None = None,
     **options: Any,
 ) -> Fit:
-    """Base parameters of an arm, and its drive gains where a run carries a known payload.
+    """Identify the base parameters of an arm, and its drive gains if a run has a known payload.
 
     Args:
-        runs: To fit.
-        validate: Only predicted.
-        robot: The arm, which replaces the one inside the recordings; arrays and tables need one.
-        estimator: A name in `ESTIMATORS`; maximum likelihood with a known payload by default, else weighted.
-        filtering: Filters; chosen from the data where none is given.
+        runs: Runs to fit.
+        validate: Validation runs, which are only predicted.
+        robot: The arm, which replaces the arm inside the recordings; required for arrays and tables.
+        estimator: A name in `ESTIMATORS`; by default maximum likelihood with a known payload, and
+            weighted least squares without.
+        filtering: Filters; unset values are chosen from the data.
         t: Time of one more run to fit, given as arrays, shape (t,) [s].
         q: Positions of that run, shape (t, n) [rad].
-        torque: Joint torques of that run, shape (t, n) [N m]; give these or the currents.
+        torque: Joint torques of that run, shape (t, n) [N m]; give either torques or currents.
         current: Motor currents of that run, shape (t, n) [A].
         degrees: Whether the positions of that run are in degrees.
-        urdf: Path of the robot's file; another name for `robot`.
-        payload: Further runs to fit, in which the arm carries a body on the flange.
-        mass: Mass of the body in the `payload` runs [kg]; without such runs, of the body in the run `t`, `q`.
-        com: Center of mass of that body from the flange's origin, in the flange's axes, shape (3,) [m].
+        urdf: Path of the robot file; another name for `robot`.
+        payload: Further runs to fit, in which the arm carries a payload.
+        mass: Mass of the payload in the `payload` runs [kg]; without such runs, in the run `t`, `q`.
+        com: Center of mass of that payload in the flange frame, shape (3,) [m].
         options: drop, fitted_shapes, progress: see `exidyn.identification.fit.identification.identify`.
 
     Example:
@@ -160,8 +163,8 @@ def identify(
         >>> print(fit.verdict, fit["Fv1"].interval)
 
     Raises:
-        UnknownKey: There is no such estimator.
-        ExidynError: The runs cannot carry a fit; the message gives the reason.
+        UnknownKey: The estimator does not exist.
+        ExidynError: The runs cannot be fitted; the message gives the reason.
     """
     if estimator and estimator not in ESTIMATORS:
         raise UnknownKey(estimator, "identify: estimator", tuple(ESTIMATORS))
@@ -185,10 +188,10 @@ def identify(
 
 
 def read_fit(path: Path | str) -> Fit:
-    """A fit that `Fit.save` or `exidyn identify` has written.
+    """Read a fit that `Fit.save` or `exidyn identify` has written.
 
     Raises:
-        NotAFile: There is none at that path, or it is of another kind.
+        NotAFile: The file does not exist or is not a fit.
     """
     return _read_fit(path)
 
@@ -200,9 +203,9 @@ def diagnose(
     filtering: Filtering = Filtering(),  # noqa: B008
     as_recorded: bool = False,
 ) -> Diagnosis:
-    """Which physics the model leaves out, with what evidence and which alternatives; see `identify`.
+    """Find the physics that the model lacks, with evidence and alternatives; see `identify`.
 
-    `as_recorded` takes columns, units and signs as they are stated, however unlikely.
+    With `as_recorded`, columns, units and signs are used as stated, however unlikely.
 
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
@@ -212,8 +215,8 @@ def diagnose(
         raise RecordingError("nothing to diagnose; give at least one recording besides those for validation")
     model = fitted[0].model if robot is None else _robot(robot)
     roles = [(run.settings.get("role", ""), run) for run in fitted]
-    every = [*roles, *((HELD_OUT, run) for run in held_out)]
-    return _diagnose(model, every, filtering=filtering, as_recorded=as_recorded)
+    recordings = [*roles, *((HELD_OUT, run) for run in held_out)]
+    return _diagnose(model, recordings, filtering=filtering, as_recorded=as_recorded)
 
 
 def simulate(
@@ -228,74 +231,74 @@ def simulate(
     seed: int = 0,
     exact: bool = False,
 ) -> Recording:
-    """A planned motion in closed loop: the arm with all its effects, typical drives and sensors.
+    """Simulate a plan in closed loop: the arm with all its effects, typical drives and sensors.
 
     Args:
         robot: The arm.
-        plan: Its motion.
-        payload: A payload of the model that is on the flange.
-        stiffness: Of the gears, one number or one a joint [N m/rad].
-        damping: Likewise [N m s/rad].
-        backlash: Likewise, whole width [rad].
-        tick: From sample to sample [s].
-        seed: Of the sensors' noise.
-        exact: Sensors without noise and steps.
+        plan: Planned motion, or the path of its file.
+        payload: Payload of the model that is on the flange.
+        stiffness: Stiffness of the gears, one value or one per joint [N m/rad].
+        damping: Damping of the gears, one value or one per joint [N m s/rad].
+        backlash: Total backlash of the gears, one value or one per joint [rad].
+        tick: Sampling period [s].
+        seed: Seed of the sensor noise.
+        exact: Whether sensors have neither noise nor quantization.
 
     Raises:
-        ExidynError: The motion is of another arm, or the arm cannot be simulated.
+        ExidynError: The plan belongs to another arm, or the arm cannot be simulated.
     """
     arm = _robot(robot)
     n = arm.robot.dof
     gears = Transmission(
-        *(np.broadcast_to(np.array(one, float), (n,)) for one in (stiffness, damping, backlash))
+        *(np.broadcast_to(np.array(value, float), (n,)) for value in (stiffness, damping, backlash))
     )
     planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
     return simulated(arm, planned, arm, payload, gears, tick=tick, seed=seed, exact=exact)
 
 
 def compare(simulated: Run, recorded: Run, robot: Arm | None = None) -> Comparison:
-    """Where two recordings of one motion differ, by joint and by region of the motion.
+    """Compare two recordings of the same motion, by joint and by region of the motion.
 
     Raises:
-        RecordingError: They are not of one motion.
+        RecordingError: The recordings are different motions.
     """
     return _compare(read(simulated, robot), read(recorded, robot))
 
 
 def load(path: Path | str) -> Fit | Diagnosis | Comparison:
-    """A result that was saved: fit.json, diagnosis.json or the JSON of a comparison.
+    """Read a saved result: fit.json, diagnosis.json or the JSON of a comparison.
 
-    A diagnosis comes without the samples of its runs, so that it has no model and no plots.
+    The file of a diagnosis does not contain the samples of its runs, so it gives no model and no plots.
 
     Example:
         >>> ex.load("exidyn-diagnosis/diagnosis.json").findings
         (Finding joint_spring of joint 2, 98.7 %: Ks2 11.93 ± 0.18 N m/rad,)
 
     Raises:
-        NotAFile: It is no result, of another format, or damaged; the message names the field.
+        NotAFile: The file is not a result, has another format, or is damaged; the message names the field.
     """
     return read_result(Path(path))
 
 
 def report(result: Fit | Diagnosis, path: Path | str) -> Path:
-    """Write a fit or a diagnosis as one HTML page; gives its path.
+    """Write a fit or a diagnosis as one HTML page and return its path.
 
     Raises:
-        ExidynError: It is neither.
+        ExidynError: The result is neither a fit nor a diagnosis.
     """
     if not isinstance(result, Fit | Diagnosis):
         raise ExidynError(f"report: {type(result).__name__} has no page; expected a Fit or a Diagnosis")
     return result.report(path)
 
 
-def _runs(given: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
-    """Recordings, whatever stands for them."""
-    several = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
-    return [recording for one in several for recording in read_all(one, robot)]
+def _runs(runs: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
+    """Recordings of one or several runs in any accepted form."""
+    sources = runs if isinstance(runs, Sequence) and not isinstance(runs, str) else [runs]
+    return [recording for source in sources for recording in read_all(source, robot)]
 
 
 def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -> Recording:
-    """Add a body of this mass to the run; without a mass, keep the body that its file states."""
+    """The run with a payload of this mass; without a mass, with the payload that its file states."""
     if mass is None:
         return run if run.payload else replace(run, payload=KnownPayload())
     name = run.payload.name if run.payload else KnownPayload().name

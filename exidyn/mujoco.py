@@ -1,4 +1,4 @@
-"""What was found, in your own MuJoCo simulation: `from exidyn.mujoco import attach`."""
+"""Identified effects in your own MuJoCo simulation: `from exidyn.mujoco import attach`."""
 
 import warnings
 from pathlib import Path
@@ -20,37 +20,37 @@ __all__ = ["Attached", "attach"]
 def attach(
     model: Any, data: Any, arm: Fit | Model | Path | str, *, payload: str = "", temperature: Any = 25.0
 ) -> Attached:
-    """Have every effect that MJCF lacks act in a model's steps, by the formulas of the fit.
+    """Add all effects that MJCF cannot express to the steps of a model, with the formulas of the fit.
 
     Args:
-        model: `MjModel` of your file, what was found written into it by `exidyn export --patch`.
-        data: An `MjData` of it. Effects act with every other one of this model too.
-        arm: fit.json, found.toml or another robot file, or the value of one.
+        model: `MjModel` of your file after `exidyn export --patch`.
+        data: An `MjData` of the model; the effects also act with any other `MjData` of the model.
+        arm: Fit or model, or the path of fit.json, found.toml or another robot file.
         payload: Name of the payload that is part of the last link; empty for none.
-        temperature: Of the joints, one number or one a joint [degC].
+        temperature: Temperature of the joints, one value or one per joint [degC].
 
     Warns:
-        RobotWarning: The arm has elastic gears or backlash, or found.toml lacks some of what was found.
+        RobotWarning: The arm has elastic gears or backlash, or found.toml lacks some of the findings.
 
     Raises:
         RobotError: The model differs from the arm, or an effect cannot be attached; the message names it.
     """
     if isinstance(arm, Fit):
         arm = identified(arm)
-    found = arm if isinstance(arm, Model) else _read(Path(arm))
-    if found.gears:
-        joints = ", ".join(dict.fromkeys(gear.joint for gear in found.gears))
-        words = f"not attached: gears that give way or have play, of {joints}; exidyn gap writes those"
+    attached = arm if isinstance(arm, Model) else _read(Path(arm))
+    if attached.gears:
+        joints = ", ".join(dict.fromkeys(gear.joint for gear in attached.gears))
+        words = f"not attached: elasticity or backlash of the gears of {joints}; exidyn gap writes those"
         warnings.warn(words, RobotWarning, stacklevel=2)
-    return Attached(model, data, found, payload, temperature)
+    return Attached(model, data, attached, payload, temperature)
 
 
 def _read(path: Path) -> Model:
-    """The arm of a file; warns of findings that it does not hold, such as a hose."""
+    """Read the arm of a file; warn of findings that it does not contain, such as a hose."""
     arm = read_arm(str(path))
     if path.suffix == ".toml" and path.is_file():
         rows = parse_findings(parse_toml(read_text(path), str(path)))
         if absent := ", ".join(effect_words(row.effect) for row in rows if not row.in_model):
-            words = f"{path}: not attached, since no model holds it: {absent}"
+            words = f"{path}: not attached because no model can hold it: {absent}"
             warnings.warn(words, RobotWarning, stacklevel=3)
     return arm

@@ -1,8 +1,8 @@
 """Text inside generated files: one function per language, which turns any text into data, never into code.
 
-Names of robots, joints and links come from other people's files and may hold anything. Whatever writes
-Python, XML, TOML, YAML, JSON or KRL passes each text through the function of that language. URScript needs
-none: programs for it hold numbers only.
+Names of robots, joints and links come from files of other people and may contain anything. Code that writes
+Python, XML, TOML, YAML, JSON or KRL passes each text through the function of that language. URScript has no
+function because its programs contain only numbers.
 """
 
 import json
@@ -15,12 +15,12 @@ CONTROL = re.compile(
     r"[\x00-\x1f\x7f-\x9f\u00ad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufdd0-\ufdef"
     r"\ufeff\ufff9-\ufffb\ufffe\uffff]"
 )
-"""Control and format characters, line separators, halves of pairs (also bytes of a path that are not UTF-8)
-and codes that are no characters: what a terminal obeys, a parser refuses, or a reader cannot see."""
+"""Control and format characters, line separators, lone surrogates (also from bytes of a path that are not
+UTF-8) and noncharacters: a terminal would obey them, a parser refuse them, or a reader not see them."""
 KRL_NAME = 24
 """Longest name of a KRL module [characters]."""
 KRL_LINE = 80
-"""Longest comment in a KRL program [characters]: what the pendant shows of a line."""
+"""Longest comment in a KRL program [characters]: the length of a line on the pendant."""
 
 
 def one_line(text: str) -> str:
@@ -29,7 +29,7 @@ def one_line(text: str) -> str:
 
 
 def visible(text: str) -> str:
-    """The text with each control character but line feeds and tabs as its code, for a terminal."""
+    """The text with each control character except line feeds and tabs as its code, for a terminal."""
     return CONTROL.sub(lambda match: match[0] if match[0] in "\n\t" else _code(match[0]), text)
 
 
@@ -51,14 +51,14 @@ def double_quoted(text: str) -> str:
 
 
 def _encodable(character: str) -> str:
-    """The character, or the replacement character for half of a pair, which no encoding holds."""
+    """The character, or the replacement character for a lone surrogate, which no encoding can represent."""
     return "\ufffd" if "\ud800" <= character <= "\udfff" else character
 
 
 def json_text(value: Any, indent: int | None = 1) -> str:
-    """JSON of plain values; what a terminal would obey is escaped, so that JSON may go to a screen."""
+    """JSON of plain values, with control characters escaped so that it can be printed to a terminal."""
     text = json.dumps(value, indent=indent, ensure_ascii=False, allow_nan=False)
-    # Line feeds and tabs of texts are escaped already: those that remain are layout.
+    # Line feeds and tabs within texts are escaped already; the remaining ones are layout.
     return CONTROL.sub(lambda match: match[0] if match[0] in "\n\t" else f"\\u{ord(match[0]):04x}", text)
 
 

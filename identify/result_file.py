@@ -15,20 +15,20 @@ from .errors import ExidynError, NotAFile
 from .schema import LARGEST_FLOAT, Real, checked
 
 NOT_IN_FILE = {"in_file": False}
-"""Metadata of a field that a file does not hold."""
+"""Metadata of a field that is not written to the file."""
 T = TypeVar("T")
 
 
 def to_table(value: Any) -> Any:
-    """A result as tables, lists, text and numbers that JSON has.
+    """Convert a result to the tables, lists, text and numbers of JSON.
 
     Example:
         >>> to_table(Quantity(2.0, float("nan"), "N m"))
         {'value': 2.0, 'std': None, 'unit': 'N m'}
     """
     if is_dataclass(value):
-        held = (field.name for field in fields(value) if field.metadata.get("in_file", True))
-        return {name: _joints(name, to_table(getattr(value, name)), 1) for name in held}
+        written = (field.name for field in fields(value) if field.metadata.get("in_file", True))
+        return {name: _joints(name, to_table(getattr(value, name)), 1) for name in written}
     if isinstance(value, Mapping):
         return {key: to_table(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -39,10 +39,10 @@ def to_table(value: Any) -> Any:
 
 
 def from_table(table: object, kind: type[T], where: str, error: type[ExidynError] = NotAFile) -> T:
-    """The result that a table holds; `where` is what a message calls the file.
+    """Convert a table to a result of type `kind`; `where` names the file in messages.
 
     Raises:
-        ExidynError: Of that type; the message names the field, what is expected, and the value.
+        ExidynError: A field is wrong; the message names it, what is expected, and its value.
     """
     return checked(_from_0(table), kind, where, error, read=_number_or_array, written=table)
 
@@ -55,7 +55,7 @@ def _from_0(table: Any) -> Any:
 
 
 def _joints(name: str, value: Any, step: int) -> Any:
-    """The value of a field, shifted where it holds numbers of joints."""
+    """The value of a field, shifted by `step` if it holds joint numbers."""
     if name == "joint" and type(value) is int:
         return value + step
     if name == "joints" and isinstance(value, list):
@@ -64,7 +64,7 @@ def _joints(name: str, value: Any, step: int) -> Any:
 
 
 def _number_or_array(kind: type, value: object) -> Any:
-    """What a file holds for a `Real` or an array."""
+    """Convert the value in a file to a `Real` or an array."""
     if kind is Real:
         return _real(value)
     if kind is not np.ndarray:
@@ -75,7 +75,7 @@ def _number_or_array(kind: type, value: object) -> Any:
 
 
 def _numbers(value: Any, where: str = "") -> Any:
-    """Numbers of nested lists of one shape."""
+    """Numbers of nested lists with equal lengths."""
     if not isinstance(value, list | tuple):
         return _real(value, where)
     rows = [_numbers(entry, f"{where}[{place}]") for place, entry in enumerate(value)]

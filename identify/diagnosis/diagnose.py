@@ -1,4 +1,4 @@
-"""Diagnose: from a nominal model and its runs to findings, what is left, and what was gained."""
+"""Diagnose: from a nominal model and its runs to findings, remainders and held-out residuals."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -38,16 +38,16 @@ from .search.search import SearchResult, search
 from .words.measures import in_units_of_joints, torque_units
 
 SMOOTH = (
-    "The recordings were smoothed before they were recorded: the noise of the motion is not known, and what "
-    "is left may be what the filter took. They are compared up to {:.3g} Hz. Record what the drive measures, "
-    "without a filter."
+    "The signals were smoothed before they were recorded: the noise of the motion is unknown, and the "
+    "residual may be what the filter removed. Runs are compared up to {:.3g} Hz. Record the signals of the "
+    "drive without a filter."
 )
 UNSTATED = 100.0
-"""Relative standard deviation of unstated inertias [-]: flat, and still a number."""
+"""Relative standard deviation of unstated inertias [-]: a flat but finite prior."""
 
 
 class Diagnosed(NamedTuple):
-    """A diagnosis, and the search that it reports."""
+    """A diagnosis and the search on which it is based."""
 
     diagnosis: Diagnosis
     search: SearchResult
@@ -62,22 +62,22 @@ def diagnosed(
     before: Sequence[Shaped] = (),
     as_recorded: bool = False,
 ) -> Diagnosed:
-    """Find the physics that a model leaves out, with the search that found it.
+    """Find the physics that a model lacks; return the diagnosis with its search.
 
     Args:
-        model: Nominal, with its tolerances; what is unstated is fitted freely.
-        recordings: Role and recording of each run; those of role "validate" are only predicted.
-        name: What is diagnosed; the robot's name by default.
-        filtering: Filters; chosen from the data where none is given.
-        progress: Called with a sentence at each stage.
-        before: Shapes that an earlier diagnosis of some of these runs has found.
-        as_recorded: Take columns, units and signs as they are stated, without a check.
+        model: Nominal model with tolerances; unstated parameters are fitted freely.
+        recordings: Role and recording of each run; runs with the role "validate" are only predicted.
+        name: Name of the diagnosis; the name of the robot by default.
+        filtering: Filters; unset values are chosen from the data.
+        progress: Function that is called with a sentence at each stage.
+        before: Shapes from an earlier diagnosis of some of these runs.
+        as_recorded: Whether columns, units and signs are used as stated, without a check.
 
     Raises:
-        DifferentRobot: A run of another robot.
-        RecordingError: No run is left to fit.
+        DifferentRobot: A run belongs to another robot.
+        RecordingError: No run can be fitted.
     """
-    # Thousands of small systems: threads of linear algebra would wait for one another.
+    # Threads of linear algebra would only wait for one another in thousands of small systems.
     with threadpool_limits(limits=1):
         return _diagnosed(model, recordings, name, filtering, progress, before, as_recorded)
 
@@ -90,7 +90,7 @@ def diagnose(
     progress: Callable[[str], None] = lambda _: None,
     as_recorded: bool = False,
 ) -> Diagnosis:
-    """Find the physics that a model leaves out; see `diagnosed`."""
+    """Find the physics that a model lacks; see `diagnosed`."""
     return diagnosed(model, recordings, name, filtering, progress, as_recorded=as_recorded).diagnosis
 
 
@@ -110,35 +110,35 @@ def _diagnosed(
     suspicions: list[str] = []
     if not as_recorded:
         used = {run.prepared.name for run in runs}
-        likely = [run for _, run in recordings if run.name in used]
-        suspicions = doubts(likely, model)
+        checked = [run for _, run in recordings if run.name in used]
+        suspicions = doubts(checked, model)
         for doubt in suspicions:
             progress(f"warning: {doubt}")
     progress(StageText("form", "form the columns of all candidates"))
     problem = Problem.of(model, runs, before)
     progress(StageText("search", f"search among {sum(problem.tried.values())} candidates"))
-    found = with_all_torque(search(problem))
-    progress(StageText("weigh", "weigh what was found"))
-    left = discrepancies(found.problem, found.prediction)
-    noise, rested = noise_floor(found.problem.runs)
+    result = with_all_torque(search(problem))
+    progress(StageText("weigh", "weigh the findings"))
+    answers = discrepancies(result.problem, result.prediction)
+    noise, rested = noise_floor(result.problem.runs)
     material = MATERIAL
-    if pooled_noise([run.prepared for run in found.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
-        # No floor: what is left with all findings is the only level there is.
-        noise = np.maximum(noise, rms(found.prediction.residual, found.prediction.rows.weight))
+    if pooled_noise([run.prepared for run in result.problem.runs])[0].noise_source in SMOOTHED_SOURCES:
+        # Without a noise floor, the residual with all findings is the only available level.
+        noise = np.maximum(noise, rms(result.prediction.residual, result.prediction.rows.weight))
         rested, material = False, MAIN
-        warnings = [*warnings, SMOOTH.format(found.problem.runs[0].prepared.decimation.cutoff)]
-    noise = np.sqrt(found.problem.rows.row_variance(noise**2))
-    found = beside_unnamed(found, left, noise)
-    proof = evidence(found, noise)
-    spread, named = with_shapes(found), sum(one.named for one in found.selected)
-    warnings = [*warnings, *undetermined_gains(found, spread)]
-    std, fitted = deviations(found, spread), proof.traces[len(found.problem.held_out) :]
+        warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
+    noise = np.sqrt(result.problem.rows.row_variance(noise**2))
+    result = beside_unnamed(result, answers, noise)
+    proof = evidence(result, noise)
+    spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
+    warnings = [*warnings, *undetermined_gains(result, spread)]
+    std, fitted = deviations(result, spread), proof.traces[len(result.problem.held_out) :]
     findings = [
-        _sized(found, place, spread, fitted, _finding(found, place, std[place]))
-        for place in range(len(found.selected))
+        _sized(result, place, spread, fitted, _finding(result, place, std[place]))
+        for place in range(len(result.selected))
     ]
-    remaining = remainders(found.prediction, left, noise, rested, material)
-    spent = budget(found.problem, found.selected, left, noise if rested else np.zeros_like(noise))
+    remaining = remainders(result.prediction, answers, noise, rested, material)
+    spent = budget(result.problem, result.selected, answers, noise if rested else np.zeros_like(noise))
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -146,42 +146,42 @@ def _diagnosed(
         findings=tuple(in_units_of_joints(finding, model.robot) for finding in findings[:named]),
         undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),
-        moments=tuple(moments(found.problem, found.prediction)),
-        changes=tuple(changes(found.problem, found.single)),
-        located=located(spent, found.selected, remaining),
-        hints=hinted(hints(found.left, found.total)),
+        moments=tuple(moments(result.problem, result.prediction)),
+        changes=tuple(changes(result.problem, result.single)),
+        located=located(spent, result.selected, remaining),
+        hints=hinted(hints(result.left, result.total)),
         budget=spent,
         noise=proof.noise,
         noise_measured_at_rest=any(share.kind == NOISE for share in spent.shares),
-        runs=tuple(run.prepared.name for run in found.problem.fitted),
+        runs=tuple(run.prepared.name for run in result.problem.fitted),
         suspicions=tuple(suspicions),
         warnings=tuple(warnings),
         seconds=time.monotonic() - began,
-        tried=found.problem.tried,
+        tried=result.problem.tried,
         evidence=proof,
     )
-    return Diagnosed(_with_held_out(diagnosis, proof, found.problem.held_out), found)
+    return Diagnosed(_with_held_out(diagnosis, proof, result.problem.held_out), result)
 
 
 def nominal(model: Model) -> Model:
-    """The model with inertias that may be anything, unless it is stated how well they are known."""
+    """The model with a flat prior on inertias, unless their tolerance is stated."""
     if model.robot.inertias_stated:
         return model
     return replace(model, robot=replace(model.robot, inertial_tolerance=UNSTATED))
 
 
 def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:
-    """Noise of each joint's torque behind the filter, shape (n,) [N m], and whether it was seen at rest."""
+    """Noise of each joint's filtered torque, shape (n,) [N m], and whether it was measured at rest."""
     first = pooled_noise([run.prepared for run in runs])[0]
     return first.noise * np.abs(first.gain), first.noise_source == "rest"
 
 
-def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
-    selected, values = found.selected[place], found.prediction.values[places_of(found, place)]
+def _finding(result: SearchResult, place: int, spread: tuple[np.ndarray, dict[str, float]]) -> Finding:
+    selected, values = result.selected[place], result.prediction.values[places_of(result, place)]
     answer, candidate = selected.answer, selected.answer.candidate
-    torque = np.zeros(found.prediction.joints)
+    torque = np.zeros(result.prediction.joints)
     torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
-    held_out = answer.gains[~found.problem.blocks.fitted]
+    held_out = answer.gains[~result.problem.blocks.fitted]
     return Finding(
         **stated(candidate),
         parameters=quantities(candidate, values, *spread) | _range(answer, values),
@@ -198,17 +198,17 @@ def _finding(found: SearchResult, place: int, spread: tuple[np.ndarray, dict[str
 
 
 def _sized(
-    found: SearchResult, place: int, spread: Spread, fitted: Sequence[Trace], finding: Finding
+    result: SearchResult, place: int, spread: Spread, fitted: Sequence[Trace], finding: Finding
 ) -> Finding:
-    """The finding with its torque, from traces of the fitted runs, and what is not determined."""
-    undetermined = left_out(found, spread, place, finding.parameters)
+    """The finding with its torque in the fitted runs and with its undetermined parameters."""
+    undetermined = left_out(result, spread, place, finding.parameters)
     if not kind_of(finding.effect).formula:
         undetermined = dict.fromkeys(finding.parameters, OF_A_CURVE)
-    return replace(finding, size=size(found, spread, fitted, place), left_out=undetermined)
+    return replace(finding, size=size(result, spread, fitted, place), left_out=undetermined)
 
 
 def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
-    """Least and most torque of a finding, where that is what is known of it, and not its parameters."""
+    """Smallest and largest torque of a finding whose parameters are known only as a product."""
     determined_as = kind_of(answer.candidate.effect).determined_as
     if not determined_as:
         return {}
@@ -218,7 +218,7 @@ def _range(answer: Answer, values: np.ndarray) -> dict[str, Quantity]:
 
 
 def _with_held_out(diagnosis: Diagnosis, proof: Evidence, runs: Sequence[Driven]) -> Diagnosis:
-    """The diagnosis with residuals of its held-out runs; unchanged without any."""
+    """The diagnosis with the residuals of its held-out runs; unchanged without such runs."""
     if not runs:
         return diagnosis
     traces = proof.traces[: len(runs)]

@@ -101,7 +101,7 @@ class Compared(NamedTuple):
     def far(self, distances: Distances) -> str:
         """Distance after the longest horizon, in words."""
         value = self.values(distances)[-2]
-        return f"{digits(1e3 * value, 3)} {self.unit}" if np.isfinite(value) else "without bound"
+        return f"{digits(1e3 * value, 3)} {self.unit}" if np.isfinite(value) else "an unbounded amount"
 
 
 ON_AXIS = 1e-9
@@ -122,10 +122,10 @@ def verdict(gap: Gap, written: str = "") -> list[str]:
             "joint worse"
         ]
     first = f"{longest} deviated by {before} from the real arm; with the findings, by {after}"
-    kept = [stage for stage in gap.stages[1:] if not stage.reason]
-    statements = [first] if kept else [first, "Only numbers that the file already states have changed"]
+    included = [stage for stage in gap.stages[1:] if not stage.reason]
+    statements = [first] if included else [first, "Only numbers that the file already states have changed"]
     for words, gains in (("Reduce the gap", True), ("Included, without a difference in these runs", False)):
-        names = [stage.name for stage in kept if bool(stage.nearer) == gains]
+        names = [stage.name for stage in included if bool(stage.nearer) == gains]
         statements += [f"{words}: {joined(names)}"] if names else []
     if written:
         attached = "; from exidyn.mujoco import attach adds what MJCF cannot hold" if gap.kept.left else ""

@@ -1,1 +1,1 @@
-"""Findings, numbers with units, and what is known of each kind of effect."""
+"""Findings, quantities with units, and the properties of each kind of effect."""

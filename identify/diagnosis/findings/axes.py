@@ -10,14 +10,14 @@ from .evidence import Trace
 
 
 class Axis(NamedTuple):
-    """What a residual, or the torque of a finding, depends on.
+    """A recorded quantity on which a residual, or the torque of a finding, may depend.
 
     Attributes:
-        label: With its unit for revolute joints.
-        values: Values of a trace and a joint, shape (r,).
-        braking: Whether the residual is taken against the motion, as friction is.
-        size: Whether it is never below zero, and zero is none of it.
-        of_motor: Whether it is an angle of the motor, which is revolute whatever the joint is.
+        label: Name, with the unit for revolute joints.
+        values: Function that gives the values for a trace and a joint, shape (r,).
+        braking: Whether torque counts as positive against the motion, as friction does.
+        size: Whether the quantity is a magnitude, which is never negative.
+        of_motor: Whether it is a motor angle, which is in radians for any joint.
     """
 
     label: str
@@ -27,7 +27,7 @@ class Axis(NamedTuple):
     of_motor: bool = False
 
     def title(self, revolute: bool) -> str:
-        """The label with the unit of a revolute or prismatic joint; motors are revolute either way."""
+        """The label with the unit for a revolute or prismatic joint."""
         return f"{self.words} [{self.unit(revolute)}]"
 
     @property
@@ -36,9 +36,9 @@ class Axis(NamedTuple):
         return self.label.partition(" [")[0]
 
     def unit(self, revolute: bool) -> str:
-        """Its unit on a revolute or prismatic joint."""
-        own = self.label.partition(" [")[2].removesuffix("]")
-        return own if revolute or self.of_motor else SLIDING.get(own, own)
+        """Unit for a revolute or prismatic joint."""
+        turning = self.label.partition(" [")[2].removesuffix("]")
+        return turning if revolute or self.of_motor else SLIDING.get(turning, turning)
 
 
 AXES: dict[str, Axis] = {
@@ -56,4 +56,4 @@ AXES: dict[str, Axis] = {
         "angle of the motor [rad]", lambda trace, j: trace.motor_angle[:, j] % (2 * np.pi), of_motor=True
     ),
 }
-"""Name -> what it is."""
+"""Axes by name."""

@@ -1,4 +1,4 @@
-"""Consistency: what has to agree between the fields of a diagnosis, also in an edited file."""
+"""Consistency between the fields of a diagnosis, which an edited file may violate."""
 
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,10 @@ ROWS = ("findings", "undecided", "remainders", "moments", "changes", "located", 
 
 
 def check_diagnosis(diagnosis: "Diagnosis") -> None:
-    """Check lengths, numbers of joints and indices of findings.
+    """Check lengths, joint numbers and indices of findings.
 
     Raises:
-        Disagreement: With the first field that does not agree with the others.
+        Disagreement: A field does not agree with the others; the message names it.
     """
     count = len(diagnosis.joints)
     check(count > 0, "joints", (), "the names of the joints")
@@ -37,7 +37,7 @@ def _check_lengths(value: object, names: tuple[str, ...], where: str, count: int
 
 
 def _check_row(row: object, where: str, count: int) -> None:
-    """Check the joints and lengths of a row, and of what is inside of it."""
+    """Check joints and lengths of a row and of its nested rows."""
     joints = [row.joint] if hasattr(row, "joint") else []
     check_joints([joint + 1 for joint in joints], f"{where}.joint", count)
     check_joints([joint + 1 for joint in getattr(row, "joints", ())], f"{where}.joints", count)

@@ -16,7 +16,7 @@ from .located import Hinted, Located
 from .methods import DiagnosisMethods
 
 UNCERTAIN = ""
-"""What a remainder depends on where no recorded quantity predicts it well enough."""
+"""Dependence of a remainder that no recorded quantity predicts well enough."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Remainder:
     """Residual of one joint that no finding explains.
 
     Attributes:
-        joint: From 0.
+        joint: Index of the joint, from 0.
         over_noise: Residual over the noise floor [-].
         probability: Probability that it is structure and not noise alone.
         depends_on: What it depends on, in words: "position", "velocity and position", ...;
@@ -44,12 +44,12 @@ class Remainder:
 
 @dataclass(frozen=True, eq=False)
 class Share:
-    """One part of the misfit.
+    """One part of the squared residual.
 
     Attributes:
         finding: Index of the finding, undecided ones behind the others; None for no finding.
-        kind: What it depends on, or that it is noise; empty for a finding.
-        percent: Share of the squared misfit of each joint, shape (n,) [%].
+        kind: Quantity on which the part depends, or noise; empty for a finding.
+        percent: Share of the squared baseline residual of each joint, shape (n,) [%].
     """
 
     finding: Count | None
@@ -59,10 +59,10 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """The misfit of each joint divided among what explains it.
+    """The squared baseline residual of each joint divided among its causes.
 
     Attributes:
-        before_rms: Residual of the model fitted within its tolerances, without findings, shape (n,) [N m].
+        before_rms: Residual of the baseline, fitted within its tolerances without findings, shape (n,) [N m].
         after_rms: Residual with all findings, shape (n,) [N m].
         shares: Parts of the square of `before_rms`, which add up to 100 % on every joint.
         held_out: Runs that were predicted; empty where blocks of the fitted runs predict one another.
@@ -76,16 +76,16 @@ class Budget:
 
 @dataclass(frozen=True)
 class Change:
-    """What one candidate alone would change.
+    """Change of the residual by one candidate alone.
 
     Attributes:
         effect: Name in the vocabulary.
         joints: Where it acts, from 0.
         joint: Joint that improves most, from 0.
         squared_error_percent: Change of the squared prediction error of that joint [%]; negative is better.
-        std_percent: Its standard deviation over blocks [%].
-        gain: Logarithm of the Bayes factor for it.
-        which: What sets it apart from others of its effect on its joints, in words.
+        std_percent: Standard deviation of that change over blocks [%].
+        gain: Logarithm of the Bayes factor for the candidate.
+        which: Detail, in words, that distinguishes it from other candidates with its effect and joints.
     """
 
     effect: EffectName
@@ -125,9 +125,9 @@ class Simulated:
 
     Attributes:
         run: Name of the run.
-        torque_rms_before: Simulated less recorded torque of the nominal arm, shape (n,) [N m].
-        torque_rms_after: The same with the findings, shape (n,) [N m].
-        left_out: Effects that were found and that the simulation does not have.
+        torque_rms_before: Simulated minus recorded torque of the nominal arm, shape (n,) [N m].
+        torque_rms_after: Simulated minus recorded torque of the arm with findings, shape (n,) [N m].
+        left_out: Effects of findings that the simulation does not contain.
     """
 
     run: str
@@ -138,7 +138,7 @@ class Simulated:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(DiagnosisMethods, InNotebook):
-    """Which physics the model leaves out, which it does not, and what is undecided.
+    """Physics that the model lacks, with evidence, alternatives and undecided effects.
 
     Attributes:
         name: Name of the robot or case.
@@ -148,23 +148,24 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         undecided: Findings without a certain name, each with what it might be.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
         moments: Times at which a run differs from the model as at no other.
-        changes: What each candidate alone would change.
-        located: The misfit of every joint by what it depends on.
-        hints: What held-out runs show and fitted runs do not.
-        budget: The misfit of every joint by cause; None for a diagnosis made without.
+        changes: Change of the residual by each candidate alone.
+        located: Residual of every joint by the quantity on which it depends.
+        hints: Effects that held-out runs show and fitted runs do not.
+        budget: Residual of every joint by cause; None for a diagnosis without a budget.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
             multiples of it.
         torque_rms_before: Residual of the held-out runs with nominal values, friction, offsets and what is
             unstated fitted, shape (n,) [N m]; None without held-out runs.
-        torque_rms_after: The same with the findings, all parameters fitted within their tolerances.
+        torque_rms_after: Residual of the held-out runs with findings, all parameters fitted within their
+            tolerances, shape (n,) [N m]; None without held-out runs.
         torque_rms_filter_hz: Cut-off frequency of the comparison [Hz].
         runs: Names of the fitted runs.
         held_out: Names of the held-out runs.
-        suspicions: What may be wrong with the recordings or the description instead, in sentences.
-        warnings: What limits the answer, in sentences.
+        suspicions: Suspected mistakes in the recordings or the description, in sentences.
+        warnings: Limits of the result, in sentences.
         seconds: Duration of the diagnosis, without reading files and simulation [s].
-        tried: Number of hypotheses of each effect that these runs can be asked for.
+        tried: Number of hypotheses of each effect that were tested on these runs.
         simulated: How a simulated run agrees with its recording; None where nothing was simulated.
         evidence: Samples and models; None for a diagnosis that was read from its file.
     """

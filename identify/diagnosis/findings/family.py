@@ -1,7 +1,7 @@
-"""Families: effects whose torque has one shape over what it depends on.
+"""Families: effects whose torque has similar shapes over the quantity on which it depends.
 
-Where data show that a joint's friction grows less than linearly with velocity, several formulas often fit
-about as well. Then the family is known and its member is not.
+If data show that friction grows less than linearly with velocity, several formulas often fit about equally
+well. Then the family is certain and its member is not.
 """
 
 from collections.abc import Callable
@@ -11,11 +11,11 @@ from ..questions.candidate import Candidate
 
 
 class Family(NamedTuple):
-    """Effects that only their formulas tell apart.
+    """Effects that differ only in their formulas.
 
     Attributes:
-        dependence: What their torque depends on; several families may depend on the same.
-        words: As the end of "joint 3 has ...".
+        dependence: Quantity on which their torque depends; several families may share it.
+        words: Description that completes "joint 3 has ...".
     """
 
     dependence: str
@@ -41,7 +41,7 @@ DEPENDENCES: dict[str, str] = {
     "event": "a force that acts once",
     "time": "a torque that depends on time, whatever the arm does",
 }
-"""What a torque may depend on -> the family of all that does, as the end of "joint 3 has ..."."""
+"""Description that completes "joint 3 has ...", by the quantity on which a torque may depend."""
 
 FAMILIES: dict[str, Family] = {name: Family(name, words) for name, words in DEPENDENCES.items()} | {
     "friction level": Family("velocity", "friction of another size than in the model"),
@@ -49,7 +49,7 @@ FAMILIES: dict[str, Family] = {name: Family(name, words) for name, words in DEPE
     "superlinear": Family("velocity", "friction that grows more than linearly with velocity"),
     "low speed": Family("velocity", "friction that rises towards standstill"),
 }
-"""Name -> what it is. A dependence is a family too: of everything that depends on it."""
+"""Families by name. A dependence is also the family of all effects with that dependence."""
 
 FamilyOf = Callable[[Candidate], str]
-"""The name of a candidate's family, where an effect belongs to one or another by its shape."""
+"""Function that gives the family of a candidate whose effect belongs to different families by its shape."""

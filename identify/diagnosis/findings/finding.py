@@ -21,8 +21,8 @@ class Hypothesis:
         joints: Where it acts, from 0; empty where it has no joint.
         parameters: Coefficients and shape by name.
         probability: Probability that the missing physics is this effect.
-        kind: What sets it apart from other hypotheses of its effect: "gradual", "where none is stated"...
-        which: The same in words, or its shape: "harmonic 7".
+        kind: Variant that distinguishes it from other hypotheses of its effect, such as "gradual".
+        which: Variant or shape in words, such as "harmonic 7".
         listed: Whether the vocabulary has a name for it.
         geared: Whether its joint has a gear ratio, so that "per turn" refers to the motor.
         ambiguous: Whether another effect has exactly the same torque.
@@ -51,8 +51,8 @@ class Finding(Hypothesis):
         alternatives: Hypotheses that the data do not exclude, the most probable first.
         torque_rms: Root mean square of its torque on each joint in the fitted runs, shape (n,) [N m].
         held_out: Decrease of twice the negative log likelihood of the held-out runs; NaN without such runs.
-        alone: Whether one joint alone shows it, though it acts on the whole arm.
-        unnamed: Whether its joint keeps as large a residual that depends on something and has no name.
+        alone: Whether only one joint shows it, although it acts on the whole arm.
+        unnamed: Whether its joint keeps an unexplained residual that is as large.
         size: Its torque with an interval; None where it was not computed.
         left_out: Parameters that the data do not determine, and why.
         family: Name of the narrowest family in `FAMILIES` that is certain; empty where none is.
@@ -85,7 +85,7 @@ class Finding(Hypothesis):
         """One parameter.
 
         Raises:
-            KeyError: It has no such parameter; the message lists those that it has.
+            KeyError: There is no such parameter; the message lists the existing ones.
         """
         if name not in self.parameters:
             raise KeyError(f"{self.effect} has no parameter '{name}'. It has: {', '.join(self.parameters)}")

@@ -1,4 +1,4 @@
-"""Located: on which joint a model misses torque, what that depends on, and how much of the misfit it is."""
+"""Located: residual of each joint by the quantity on which it depends."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,15 @@ from ...schema import Real
 
 @dataclass(frozen=True)
 class Located:
-    """One row of the table that comes first.
+    """One row of the table of residuals by quantity.
 
     Attributes:
-        joint: From 0.
-        depends_on: A dependence of `DEPENDENCES`, an effect outside of them, or what a remainder depends on.
-        share: Of the squared misfit of the joint, held out where there are such runs [-].
-        probability: That the torque depends on it; None for noise, for what depends on nothing recorded, and
-            where what it explains may be zero.
-        finding: Place of the finding that explains it, undecided ones behind the others; None without any.
+        joint: Index of the joint, from 0.
+        depends_on: A key of `DEPENDENCES`, an effect without a family, or the dependence of a remainder.
+        share: Share of the squared baseline residual of the joint, in held-out runs if there are any [-].
+        probability: Probability that the torque depends on the quantity; None for noise, for parts without a
+            dependence, and if the explained part may be zero.
+        finding: Index of the finding that explains it, undecided ones behind the others; None without any.
     """
 
     joint: int
@@ -27,16 +27,16 @@ class Located:
 
 @dataclass(frozen=True)
 class Hinted:
-    """What runs held out show and fitted ones do not contradict: to name it, those runs have to be fitted.
+    """An effect that held-out runs show and fitted runs do not contradict; naming it requires fitting them.
 
     Attributes:
         effect: Name in the vocabulary.
-        joint: That runs held out show best, from 0; in files from 1.
-        depends_on: As of `Located`.
-        gain: Logarithm of how much more probable the fitted blocks are with it.
-        gain_held_out: The same of runs held out, predicted by the fitted blocks.
-        change: Of the joint's squared residual in runs held out, relative [-]; below zero it is less.
-        std: Standard deviation of that over blocks [-].
+        joint: Index of the joint that shows it best in the held-out runs, from 0; in files from 1.
+        depends_on: Quantity on which it depends; see `Located`.
+        gain: Log likelihood ratio of the fitted blocks with and without it.
+        gain_held_out: Log likelihood ratio of the held-out runs, predicted by the fitted blocks.
+        change: Relative change of the joint's squared residual in the held-out runs [-]; negative is better.
+        std: Standard deviation of that change over blocks [-].
     """
 
     effect: str

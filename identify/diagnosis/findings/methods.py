@@ -1,6 +1,6 @@
-"""What a diagnosis can do: state its verdict, give the model with its findings, write its page and its file.
+"""Methods of a diagnosis: verdict, model with findings, page and file.
 
-These methods call modules above this one, which are imported when a method is called.
+They call modules of higher layers, which are therefore imported only when a method is called.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ class DiagnosisMethods:
 
     @property
     def verdict(self) -> str:
-        """What is missing and how certain that is, in sentences."""
+        """Missing effects and their certainty, in sentences."""
         from ..words.verdict import verdict
 
         return "\n".join(verdict(cast("Diagnosis", self)))
@@ -39,13 +39,13 @@ class DiagnosisMethods:
         return model
 
     def to_json(self) -> dict[str, Any]:
-        """What `exidyn diagnose --json` writes, as a dictionary."""
+        """Content of the file that `exidyn diagnose --json` writes, as a dictionary."""
         from ..words.diagnosis_file import as_json
 
         return as_json(cast("Diagnosis", self))
 
     def save(self, path: Path | str) -> Path:
-        """Write it as JSON; gives the path."""
+        """Write the diagnosis as JSON and return the path."""
         import json
 
         text = json.dumps(self.to_json(), indent=1, allow_nan=False)
@@ -53,7 +53,7 @@ class DiagnosisMethods:
         return Path(path)
 
     def to_dataframe(self) -> Any:
-        """Parameters of all findings as a pandas table, a row a parameter.
+        """Parameters of all findings as a pandas table with one row per parameter.
 
         Raises:
             MissingPackage: pandas is not installed.
@@ -77,7 +77,7 @@ class DiagnosisMethods:
         return optional("pandas", "a table").DataFrame(rows)
 
     def report(self, path: Path | str) -> Path:
-        """Write it as one HTML page; gives the path."""
+        """Write the diagnosis as one HTML page and return the path."""
         from ...pages.diagnosis_document import report_html
 
         Path(path).write_text(report_html(cast("Diagnosis", self)), encoding="utf-8")

@@ -7,19 +7,19 @@ from ...text_table import NORMAL_95
 
 
 def sign_known(value: float, std: float) -> bool:
-    """Whether zero is outside of a number's 95 % interval; a number without a deviation is as it is."""
+    """Whether the 95 % interval excludes zero; without a standard deviation the sign counts as known."""
     return not abs(value) <= NORMAL_95 * std
 
 
 @dataclass(frozen=True)
 class Point:
-    """Torque of a finding at one value of the quantity that it depends on.
+    """Torque of a finding at one value of the quantity on which it depends.
 
     Attributes:
         which: "smallest", "usual", "largest", "lowest", "middle" or "highest"; empty on a curve.
-        at: That value, in the unit of the axis.
-        torque: Torque; against the motion where its axis is `braking` [N m].
-        std: Its standard deviation, of all coefficients and shapes together [N m].
+        at: Value of the quantity, in the unit of the axis.
+        torque: Torque; positive against the motion if the axis is `braking` [N m].
+        std: Standard deviation of the torque, from all coefficients and shapes together [N m].
     """
 
     which: str
@@ -33,14 +33,14 @@ class Size:
     """Torque of a finding on one joint, as far as the data determine it.
 
     Attributes:
-        joint: Joint that shows it best, from 0.
-        beside_rms: Root mean square of the torque that no other parameter can take over, fitted anew without
-            the finding [N m].
-        beside_std: Its standard deviation [N m].
-        over: What its torque depends on, a key of `AXES`; empty where it follows nothing recorded.
-        points: At the smallest, usual (root mean square) and largest recorded value; of a signed quantity at
-            its lowest, middle (median) and highest.
-        curve: Over all that was recorded.
+        joint: Index of the joint that shows it best, from 0.
+        beside_rms: Root mean square of the torque that no other parameter can absorb in a fit without the
+            finding [N m].
+        beside_std: Standard deviation of `beside_rms` [N m].
+        over: Quantity on which the torque depends, a key of `AXES`; empty if it follows none.
+        points: Torque at the smallest, usual (root mean square) and largest recorded value; for a signed
+            quantity, at its lowest, middle (median) and highest value.
+        curve: Torque over the recorded range.
         change: Whether torques are relative to the first point, which halves their intervals.
     """
 
@@ -61,11 +61,11 @@ class Size:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Why a number is not given.
+    """Reason why a parameter is not given.
 
     Attributes:
-        beside: The parameter that changes together with it; empty where no single one does.
-        effect: The effect of that parameter, in the vocabulary; empty where it is of the same finding.
+        beside: Parameter with which it is correlated; empty if there is no single one.
+        effect: Effect of that parameter, in the vocabulary; empty if it belongs to the same finding.
     """
 
     beside: str = ""
@@ -73,4 +73,4 @@ class LeftOut:
 
 
 OF_A_CURVE = LeftOut("all others of the curve")
-"""Coefficients of a curve say nothing one by one: its torque is given."""
+"""Reason for the coefficients of a curve, which mean nothing one by one; the torque is given instead."""

@@ -1,1 +1,1 @@
-"""The arm with what was found: models, and simulations of its runs."""
+"""The arm with its findings: models, and simulations of its runs."""

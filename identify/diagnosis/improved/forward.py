@@ -1,7 +1,7 @@
-"""Forward: a run simulated in closed loop, with and without what was found, against its recording.
+"""Forward: a run simulated in closed loop, with and without the findings, and compared with its recording.
 
-The drives that recorded the run are unknown, so that ones stiffer than any replace them and follow the
-motion that was measured: torques are compared on one and the same motion.
+The real drives are unknown. Drives that are stiffer than real ones replace them and follow the measured
+motion, so that torques are compared for the same motion.
 """
 
 from dataclasses import dataclass
@@ -20,43 +20,43 @@ from ..runs.driven import Driven
 from .improved import as_found, as_nominal
 
 BANDWIDTH = 150.0
-"""Bandwidth of the simulated velocity loops [Hz]: six times that of the comparison, so that torques up to
-there are those of the motion and not of these loops."""
+"""Bandwidth of the simulated velocity loops [Hz]: six times that of the comparison, so that the loops do not
+affect the compared torques."""
 SETTLED = 0.5
-"""Time that a simulation, which begins at rest, takes to follow a run that does not [s]."""
+"""Time after which a simulation that starts at rest follows a run that does not [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forward:
-    """One run in simulation; all behind the filter of the comparison."""
+    """One simulated run; all torques are behind the filter of the comparison."""
 
-    run: str  # its name
+    run: str  # name of the run
     time: np.ndarray  # shape (r,) [s]
     measured: np.ndarray  # torque by currents and nominal gains, shape (r, n) [N m]
-    torque_before: np.ndarray  # of the nominal arm, shape (r, n) [N m]
-    torque_after: np.ndarray  # of the arm with what was found, shape (r, n) [N m]
+    torque_before: np.ndarray  # torque of the nominal arm, shape (r, n) [N m]
+    torque_after: np.ndarray  # torque of the arm with findings, shape (r, n) [N m]
     weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
-    missed: np.ndarray  # RMS of what simulated motors miss of the measured motion, shape (n,) [rad]
-    left_out: tuple[str, ...]  # effects that were found and that the simulation does not have
+    missed: np.ndarray  # RMS difference of simulated and measured position, shape (n,) [rad]
+    left_out: tuple[str, ...]  # effects of findings that the simulation does not contain
 
     @property
     def summary(self) -> Simulated:
-        """How it agrees with the recording, without samples."""
+        """Agreement with the recording, without samples."""
         return Simulated(self.run, self.before, self.after, self.left_out)
 
     @property
     def before(self) -> np.ndarray:
-        """Root mean square of the difference to the recording, shape (n,) [N m]."""
+        """RMS difference between recorded torque and nominal arm, shape (n,) [N m]."""
         return _difference(self.measured - self.torque_before, self.weight)
 
     @property
     def after(self) -> np.ndarray:
-        """Root mean square of the difference with what was found, shape (n,) [N m]."""
+        """RMS difference between recorded torque and arm with findings, shape (n,) [N m]."""
         return _difference(self.measured - self.torque_after, self.weight)
 
 
 def _difference(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Root mean square, shape (n,); infinite or no number where a simulation has diverged."""
+    """Root mean square, shape (n,); infinite or NaN if a simulation has diverged."""
     with np.errstate(over="ignore", invalid="ignore"):
         return rms(values, weight)
 
@@ -65,23 +65,23 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
     """Simulate a run before and after; None for a diagnosis without evidence.
 
     Args:
-        diagnosis: With its evidence.
-        recording: One of its runs; best one that was held out.
+        diagnosis: Diagnosis with evidence.
+        recording: One of its runs, preferably a held-out run.
 
     Raises:
-        RobotError: The arm cannot be simulated: for example a joint without inertia.
+        RobotError: The arm cannot be simulated, for example because a joint has no inertia.
     """
     if (known := diagnosis.evidence) is None:
         return None
     run = Driven.of(known.model, recording, "", known.filtering)
-    # Parameters were fitted beside undecided findings too.
+    # Parameters were fitted together with undecided findings too.
     findings = diagnosis.all_findings
     arms = as_nominal(known), as_found(known, findings)
-    # An arm that diverges ends in infinity; what follows is no number, and reported as none.
+    # A diverging simulation overflows to infinity and NaN, which are reported as missing values.
     with np.errstate(over="ignore", invalid="ignore"):
-        # The run is without the measurements that the nominal model holds.
+        # The run has already been corrected for the measurement models of the nominal model.
         before, after = (_followed(arm.without(known.model.measurements), run) for arm in arms)
-        torques = [run.thinned(run.prepared.gain * one["current"].values) for one in (before, after)]
+        torques = [run.thinned(run.prepared.gain * signals["current"].values) for signals in (before, after)]
         missed = run.motion.position - after["position"].values
     wrong = [place for place in arms[1].left_out if kind_of(findings[place].effect).sensor]
     for trace in known.traces:
@@ -102,7 +102,7 @@ def forward(diagnosis: Diagnosis, recording: Recording) -> Forward | None:
 
 
 def _followed(arm: Arm, run: Driven) -> dict[str, Signal]:
-    """What sensors of the arm measure along the run's motion; it is as warm as it was in the run's middle."""
+    """Sensor signals of the arm along the motion of a run, at the mean temperature of that run."""
     inertia, temperature = typical_size(arm.model)[0], run.motion.temperature
     warmth = np.nanmean(temperature) if np.any(np.isfinite(temperature)) else 25.0
     plant = Plant(

@@ -1,4 +1,4 @@
-"""Improved: the arm with what was found in it, and models of what that might be instead."""
+"""Improved: the arm with its findings, and models with alternatives instead."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,16 +13,16 @@ from ..findings.evidence import Evidence
 from ..findings.finding import Hypothesis
 
 FOUND = "found.toml"
-"""File of the model with all findings."""
+"""Name of the file with all findings."""
 
 
 def as_nominal(known: Evidence) -> Arm:
-    """The nominal arm, with friction and offsets as fitted."""
+    """The nominal arm with fitted friction and offsets."""
     return Arm(known.model, known.before, known.gain_before, peak=known.peak)
 
 
 def as_found(known: Evidence, findings: Sequence[Hypothesis]) -> Arm:
-    """The arm with findings, its parameters fitted within their tolerances beside them."""
+    """The arm with findings, its other parameters fitted within their tolerances."""
     arm = Arm(known.model, known.after, known.gain_after, peak=known.peak)
     for place, finding in enumerate(findings):
         more = with_finding(arm, finding)
@@ -31,46 +31,46 @@ def as_found(known: Evidence, findings: Sequence[Hypothesis]) -> Arm:
 
 
 def with_finding(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """The arm with one finding; None where no model can hold it."""
+    """The arm with one more finding; None if no model can hold it."""
     kind, effect = kind_of(finding.effect), finding.term
     if kind.held is not None:
         try:
             return kind.held(arm, finding)
-        except RobotError:  # numbers that no arm has, as those of an alternative may be
+        except RobotError:  # the numbers of an alternative may be physically impossible
             return None
     if effect is None:
         return None
     names = [parameter.name for parameter in effect.parameters(arm.model.robot)]
-    determined_as = kind.determined_as  # of a finding that is in words already
+    determined_as = kind.determined_as  # the finding may have its reported names already
     reported = {name: name if name in finding.parameters else determined_as[name][0] for name in names}
     return arm.with_effect(effect, {name: finding.parameters[reported[name]].value for name in names})
 
 
 class Rival(NamedTuple):
-    """A model with one finding replaced by what it might be instead."""
+    """A model in which an alternative replaces one finding."""
 
     finding: int  # index of the finding, undecided ones behind the others
     alternative: int  # index among the alternatives of that finding
     file: str  # name of its file
-    model: Model  # with the alternative and its values; without either where a model cannot hold it
+    model: Model  # with the alternative and its values, if a model can hold it
     left_out: tuple[int, ...]  # findings that the model lacks, by index
 
 
 def found_model(diagnosis: Diagnosis) -> Model | None:
     """The model with all findings that a model can hold; None for a diagnosis without evidence.
 
-    Undecided ones are in it by the name under which they were fitted.
+    Undecided findings are included as the hypothesis that was fitted.
     """
     return None if diagnosis.evidence is None else _model(diagnosis.evidence, diagnosis.all_findings)[0]
 
 
 def left_out(diagnosis: Diagnosis) -> tuple[int, ...]:
-    """Findings that no model holds, by index, undecided ones behind the others."""
+    """Indices of the findings that no model can hold, undecided ones behind the others."""
     return () if diagnosis.evidence is None else _model(diagnosis.evidence, diagnosis.all_findings)[1]
 
 
 def rivals(diagnosis: Diagnosis) -> list[Rival]:
-    """One for each alternative, except where no model can hold it or the finding."""
+    """Rivals for all alternatives, except where a model can hold neither finding nor alternative."""
     if diagnosis.evidence is None:
         return []
     findings, models = diagnosis.all_findings, list[Rival]()
@@ -87,14 +87,14 @@ def rivals(diagnosis: Diagnosis) -> list[Rival]:
 
 
 def _model(evidence: Evidence, findings: Sequence[Hypothesis]) -> tuple[Model, tuple[int, ...]]:
-    """The nominal model with findings at their values, and the places of those that it does not hold."""
+    """The nominal model with findings at their values, and the indices of findings that it does not hold."""
     arm = as_found(evidence, findings)
     robot = replace(arm.model.robot, drive_gain=arm.gain)
     return replace(arm.model.at(arm.values), robot=robot), arm.left_out
 
 
 def with_files(diagnosis: Diagnosis) -> Diagnosis:
-    """The diagnosis with the name of the file of each alternative that a model can hold."""
+    """The diagnosis with a file name for each alternative that a model can hold."""
     files = {(rival.finding, rival.alternative): rival.file for rival in rivals(diagnosis)}
     findings = [
         replace(

@@ -1,1 +1,1 @@
-"""Results of a search: the budget of the misfit, what is left, deviations, evidence."""
+"""Results of a search: budget of the residual, remainders, standard deviations and evidence."""

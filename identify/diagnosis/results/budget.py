@@ -1,4 +1,4 @@
-"""Budget: where the misfit of the nominal model goes, and what each candidate alone would change of it."""
+"""Budget: causes of the baseline residual, and the change of the residual by each candidate alone."""
 
 from collections.abc import Sequence
 
@@ -16,24 +16,25 @@ NOISE, OTHER = "sensor noise", "nothing that was recorded"
 def budget(
     problem: Problem, findings: tuple[Selected, ...], residual_answers: list[Answer], noise: np.ndarray
 ) -> Budget:
-    """Shares of the power that the fitted nominal model leaves of blocks which it did not see.
+    """Shares of the squared residual of the baseline, in blocks that were not used to fit it.
 
-    Findings count in the order in which they were found. What is left is split by how much smooth functions
-    of position, velocity, load, time ... predict of it; the sum is one.
+    Findings take their shares in the order in which they were found. The remaining residual is divided in
+    proportion to what smooth functions of position, velocity, load, time, ... predict of it. The shares of a
+    joint add up to one.
 
     Args:
-        problem: The runs.
-        findings: Findings in order.
-        residual_answers: Answers of smooth functions beside all findings.
-        noise: Noise of each joint's torque, shape (n,) [N m]; zero where it is not known.
+        problem: Problem with the runs.
+        findings: Findings in the order in which they were found.
+        residual_answers: Answers of smooth functions added to all findings.
+        noise: Noise of each joint's torque, shape (n,) [N m]; zero if unknown.
     """
     judged, answers = _judging(problem), [selected.answer for selected in findings]
     predictions = (problem.prediction(answers[:count]) for count in range(len(findings) + 1))
-    # Left on each joint with none, one, two ... findings, shape (f + 1, n) [(N m)^2].
+    # Residual power of each joint with 0, 1, 2, ... findings, shape (f + 1, n) [(N m)^2].
     powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
-    # A finding that costs a joint something takes it from the others.
+    # If a finding makes a joint worse, the shares of the other findings shrink.
     scale = (powers[0] - powers[-1]) / np.maximum(steps.sum(axis=0), 1e-300)
     steps = steps * np.clip(scale, 0.0, 1.0)
     remainder = total - steps.sum(axis=0)
@@ -48,21 +49,21 @@ def budget(
 
 
 def _order(share: Share) -> tuple[int, float]:
-    """Findings as they are, kinds by size, noise and the rest last."""
+    """Sort key: findings in order, kinds by size, then noise and other parts."""
     if share.finding is not None:
         return 0, float(share.finding)
     return {NOISE: 2, OTHER: 3}.get(share.kind, 1), -float(np.nanmax(share.percent))
 
 
 def _judging(problem: Problem) -> np.ndarray:
-    """Blocks that judge, shape (k,): those of runs held out; without any, all."""
+    """Mask of the blocks that are evaluated, shape (k,): held-out blocks, or all if there are none."""
     return ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
 
 
 def _kinds(
     problem: Problem, residual_answers: list[Answer], remainder: np.ndarray, judged: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Power (n,) of what is left by what it depends on, in proportion to what each kind predicts alone."""
+    """Remaining power (n,) by kind, in proportion to what each kind of smooth function alone predicts."""
     explained: dict[str, np.ndarray] = {}
     for answer in residual_answers:
         [joint] = answer.candidate.joints
@@ -76,18 +77,18 @@ def _kinds(
 
 
 MOST = 20
-"""Rows of the table."""
+"""Largest number of listed candidates."""
 
 
 def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
-    """The candidates that alone predict most, by their answers beside nothing else."""
+    """Candidates that predict most when each is added alone, the best first."""
     judged = _judging(problem)
     rows = [_change(answer, judged) for answer in single if answer.gain > 0.0]
     return sorted(rows, key=lambda change: change.squared_error_percent)[:MOST]
 
 
 def _change(answer: Answer, judged: np.ndarray) -> Change:
-    """Change of the squared error of some blocks (k,), and its standard deviation over them."""
+    """Relative change of the squared error over the evaluated blocks, with its standard deviation."""
     joint = int(np.argmax(answer.by_joint))
     change, std = relative_change(answer.predicted[judged, joint], answer.errors[judged, joint])
     candidate = answer.candidate

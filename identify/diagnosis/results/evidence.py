@@ -1,4 +1,4 @@
-"""Evidence: traces of all runs out of a search's result, and how far the numbers of findings may be off."""
+"""Evidence: traces of all runs from the result of a search, and standard deviations of findings."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ from ..search.search import SearchResult
 
 
 def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
-    """What the answer rests on, runs held out first; the noise floor of the joints is (n,) [N m]."""
+    """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
     model, nominal, fitted = result.problem.model, nominal_unknowns(result), result.prediction.values
     rows, count = result.prediction.rows, len(model.names)
     before, parts = rows.difference - rows.columns @ nominal, explained(result, rows, fitted)
@@ -42,27 +42,27 @@ def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
 
 
 def nominal_unknowns(result: SearchResult) -> np.ndarray:
-    """Unknowns (b,) of the nominal model, without any finding; what is unstated is fitted."""
+    """Unknowns (b,) of the nominal model without findings; unstated parameters are fitted."""
     nominal = result.problem.nominal_unknowns(result.without_findings)
     return np.append(nominal, np.zeros(len(result.prediction.rows.names) - len(nominal)))
 
 
 def places_of(result: SearchResult, place: int) -> np.ndarray:
-    """Places of a finding's coefficients among all unknowns."""
+    """Indices of the coefficients of a finding among all unknowns."""
     counts = [len(selected.answer.values) for selected in result.selected]
     start = len(result.prediction.rows.names) - sum(counts[place:])
     return np.arange(start, start + counts[place])
 
 
 def explained(result: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray:
-    """Torque of each finding by unknowns (b,), shape (f, r, n) [N m]."""
+    """Torque of each finding for these unknowns (b,), shape (f, r, n) [N m]."""
     places = [places_of(result, place) for place in range(len(result.selected))]
     parts = [rows.columns[:, :, places] @ values[places] for places in places]
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
 def _gains(result: SearchResult, values: np.ndarray) -> np.ndarray:
-    """Drive gains out of the shares of torque that lack in nominal ones, among all unknowns (b,)."""
+    """Drive gains (n,) from the unknowns (b,), which contain the share of torque that nominal gains lack."""
     nominal = result.problem.runs[0].prepared.gain
     places = dict(zip(result.prediction.rows.names, values, strict=True))
     lacking = np.array([places.get(f"{GAIN}{joint + 1}", 0.0) for joint in range(len(nominal))])
@@ -92,16 +92,16 @@ def _trace(
 
 
 STEP = 0.02
-"""Step of the difference that gives a column, share of a number or of its bounds [-]."""
+"""Step of finite differences, relative to a number or to the range of its bounds [-]."""
 
 
 class Spread(NamedTuple):
-    """What is known of all unknowns together, numbers of shapes among them.
+    """Joint covariance of all unknowns, including the numbers of shapes.
 
     Attributes:
-        prediction: Of all findings, with the torque by a little more of each shape's number as a column.
-        shapes: Finding and name of each such number; their unknowns are the last.
-        covariance: Of all unknowns, shape (b, b).
+        prediction: Prediction with all findings, with the derivative by each shape number as a column.
+        shapes: Index of the finding and name of each shape number; their unknowns are the last.
+        covariance: Covariance of all unknowns, shape (b, b).
     """
 
     prediction: Prediction
@@ -109,7 +109,7 @@ class Spread(NamedTuple):
     covariance: np.ndarray
 
     def of(self, result: SearchResult, place: int) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Places of a finding's unknowns, coefficients first, and the names of those of its shape."""
+        """Indices of the unknowns of a finding, coefficients first, and names of its shape numbers."""
         first = len(self.prediction.rows.names) - len(self.shapes)
         behind = [first + k for k, (finding, _) in enumerate(self.shapes) if finding == place]
         names = tuple(name for finding, name in self.shapes if finding == place)
@@ -117,22 +117,22 @@ class Spread(NamedTuple):
 
 
 def with_shapes(result: SearchResult) -> Spread:
-    """The prediction of a search, with unknowns for the numbers of all shapes that may be refined.
+    """The prediction of a search, with unknowns for all shape numbers that may be refined.
 
-    What a limit of physics holds is as uncertain as it is without the limit: beyond that its interval ends.
+    An unknown at a physical limit is as uncertain as without that limit; its interval ends at the limit.
     """
     ranges = [selected.answer.candidate.bounds for selected in result.selected]
     numbers = tuple(
         (place, name)
         for place, shape in enumerate(ranges)
         for name, (_, low, high) in shape.items()
-        if high > low  # a preload of a joint that bears no load is none
+        if high > low  # equal bounds: the preload of a joint without load
     )
     prediction, std = result.prediction, _unlimited(result)
     rows = replace(prediction.rows, std=std)
     if numbers:
         columns = np.stack([_more(result, place, name) for place, name in numbers], axis=2)
-        # Anywhere within its bounds is as likely beforehand.
+        # Uniform prior within the bounds.
         bounds = [ranges[place][name] for place, name in numbers]
         spread = np.array([(shape.high - shape.low) / np.sqrt(12.0) for shape in bounds])
         rows = rows.plus([name for _, name in numbers], columns, spread)
@@ -142,11 +142,11 @@ def with_shapes(result: SearchResult) -> Spread:
 
 
 def _unlimited(result: SearchResult) -> np.ndarray:
-    """How far each unknown may be from its mean, shape (b,): as far where a limit of physics holds it."""
+    """Prior standard deviation of each unknown without physical limits, shape (b,)."""
     std = np.array(result.prediction.rows.std)
     for place, selected in enumerate(result.selected):
         answer = selected.answer
-        if selected.once:  # its time is set aside
+        if selected.once:  # its time is excluded
             continue
         held = places_of(result, place)[~answer.free]
         std[held] = prior_std(answer.candidate, answer.columns)[~answer.free]
@@ -154,21 +154,21 @@ def _unlimited(result: SearchResult) -> np.ndarray:
 
 
 PARTS = 4.0
-"""Independent rows of a contact at least: its window is found to a quarter of its duration, so that what it
-leaves there has as many parts."""
+"""Least number of independent rows of a contact: its window is found to a quarter of its duration, so its
+residual has that many independent parts."""
 
 
 def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
-    """Covariance of all unknowns (b, b), that of a contact by what it leaves of the rows set aside for it."""
+    """Covariance of all unknowns (b, b); that of a contact comes from the residual of its excluded rows."""
     covariance = np.array(prediction.covariance)
     for place, selected in enumerate(result.selected):
         places = places_of(result, place)
         columns = prediction.rows.columns[:, :, places]
         aside = result.problem.base.weight * np.any(columns, axis=2) if selected.once else np.zeros((1, 1))
-        if not np.any(aside * (prediction.rows.weight == 0.0)):  # no contact, or measured otherwise
+        if not np.any(aside * (prediction.rows.weight == 0.0)):  # not a contact, or measured by other signals
             continue
         noise = prediction.weighting.variance / prediction.weighting.independent
-        # as if it had that many rows
+        # as if there were `PARTS` rows
         unexplained = np.sum(aside * result.prediction.residual**2, axis=0) / PARTS
         weight = aside / np.maximum(noise, unexplained)
         gram = np.einsum("rnp,rn,rnq->pq", columns, weight, columns)
@@ -179,7 +179,7 @@ def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
 def deviations(
     result: SearchResult, spread: Spread | None = None
 ) -> list[tuple[np.ndarray, dict[str, float]]]:
-    """Standard deviations of each finding: of its coefficients (p,), and of its shape by name."""
+    """Standard deviations of each finding: coefficients (p,), and shape numbers by name."""
     spread = spread or with_shapes(result)
     std = np.sqrt(np.diag(spread.covariance))
     shapes = [dict.fromkeys(selected.answer.candidate.bounds, 0.0) for selected in result.selected]
@@ -193,7 +193,7 @@ def deviations(
 
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
-    """Deviations of what follows from the shape, to first order."""
+    """Standard deviations of results derived from the shape, to first order."""
     changes = dict.fromkeys(candidate.reported, 0.0)
     for name, deviation in std.items():
         low, high = (_shaped(candidate, name, sign * deviation * STEP) for sign in (-1, 1))
@@ -203,16 +203,16 @@ def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, fl
 
 
 def _shaped(candidate: Candidate, name: str, more: float) -> Candidate:
-    """The candidate with a little more of one number of its shape."""
+    """The candidate with one number of its shape increased."""
     shape = {key: candidate.shape[key] for key in candidate.bounds}
     return candidate.reshaped(shape | {name: shape[name] + more})
 
 
 def _more(result: SearchResult, place: int, name: str) -> np.ndarray:
-    """Torque by a little more of one number of a finding's shape, shape (r, n) [N m per its unit]."""
+    """Derivative of the torque by one shape number of a finding, shape (r, n) [N m per its unit]."""
     answer, rows = result.selected[place].answer, result.prediction.rows
     if np.any(answer.columns.whole):
-        # A delay moves noise too, which shows nothing of it: what does shows how late a clock is.
+        # A delay also shifts noise, which says nothing about it; the column of the clock error does.
         late = np.isin(np.arange(rows.difference.shape[1]), answer.columns.joints)
         return rows.columns[:, :, rows.names.index(CLOCK)] * late
     candidate, values = answer.candidate, result.prediction.values[places_of(result, place)]
@@ -224,7 +224,7 @@ def _more(result: SearchResult, place: int, name: str) -> np.ndarray:
 
 
 def around(candidate: Candidate, name: str) -> tuple[Candidate, Candidate, float]:
-    """The candidate with a little less and a little more of one number of its shape, and how far apart."""
+    """The candidate with one shape number decreased and increased, and the difference between both."""
     at, bounds = candidate.shape[name], candidate.bounds[name]
     step = STEP * min(abs(at) or np.inf, bounds.high - bounds.low)
     low, high = max(-step, bounds.low - at), min(step, bounds.high - at)

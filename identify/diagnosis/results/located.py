@@ -1,4 +1,4 @@
-"""Located: the budget of every joint by what its torque depends on, with the probability of each."""
+"""Located: the budget of every joint by dependence, with the probability of each dependence."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,11 +13,11 @@ from ..search.held_out import Hint
 from ..search.selected import Selected
 
 LEAST = 0.01
-"""Share of a joint's misfit from which on a part of it is in the table [-]: no formula is better."""
+"""Smallest share of a joint's squared residual that the table lists [-]: no formula is more exact."""
 
 
 def dependence_of(candidate: Candidate) -> str:
-    """What the torque of a candidate depends on; its effect's name where that is of no family."""
+    """Dependence of the torque of a candidate; the name of its effect without a family."""
     family = family_of(candidate)
     return FAMILIES[family].dependence if family else candidate.effect
 
@@ -25,7 +25,7 @@ def dependence_of(candidate: Candidate) -> str:
 def located(
     budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
 ) -> tuple[Located, ...]:
-    """Rows joint by joint, the greatest share first; findings of one dependence are one row."""
+    """Rows by joint, the largest share first; findings with the same dependence share a row."""
     known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows: list[Located] = []
     for joint in range(len(budget.before_rms)):
@@ -35,10 +35,10 @@ def located(
             if place is None:
                 part = Located(joint, share.kind, size, known.get((joint, share.kind)), None)
             else:
-                found = selected[place]
-                depends_on = dependence_of(found.answer.candidate)
-                sure = found.dependence_probability if found.proven else None
-                part = Located(joint, depends_on, size, sure, place)
+                finding = selected[place]
+                depends_on = dependence_of(finding.answer.candidate)
+                probability = finding.dependence_probability if finding.proven else None
+                part = Located(joint, depends_on, size, probability, place)
             parts[part.depends_on] = _together(parts.get(part.depends_on), part)
         large = [part for part in parts.values() if part.share >= LEAST]
         rows += sorted(large, key=lambda part: -part.share)
@@ -46,7 +46,7 @@ def located(
 
 
 def _together(row: Located | None, part: Located) -> Located:
-    """A row with one more part: of the likelier of them are the place and the probability."""
+    """The row with one more part; finding and probability are those of the likelier part."""
     if row is None:
         return part
     likelier = max(row, part, key=lambda either: either.probability or 0.0)

@@ -1,9 +1,9 @@
-"""Motor torque with all findings: what drive gains scale, so that a finding's numbers have their tolerance.
+"""Motor torque with all findings, so that gain errors scale the torque of findings too.
 
-A recorded current times the nominal gain is the motor's torque, times one less the share by which that gain
-is too small. A search takes this product to first order about the model's torque without the findings that
-gears do not transmit. The numbers of those would then be too small by the same share, and their intervals
-would not contain the tolerance of the gain.
+A recorded current times the nominal gain is the motor torque, times one minus the relative error of the gain.
+A search linearizes this product about the torque of the model, without the findings that gears do not
+transmit. Without a correction, the parameters of those findings would be too small by the error of the gain,
+and their intervals would not include its tolerance.
 """
 
 from collections.abc import Sequence
@@ -22,15 +22,14 @@ from ..search.selected import answers_of
 from .evidence import Spread, places_of
 
 SHOWN = 0.5
-"""Standard deviation of a gain over its stated tolerance above which the runs show less of it than is stated:
-of two that know the same, one and a half."""
+"""Standard deviation of a gain above which the runs do not determine it, relative to its tolerance [-]."""
 TURNS = 2
-"""Times that torque and gains are fitted in turn: what is wrong after each is smaller by a gain's share of a
-tenth, so that a thousandth is left."""
+"""Number of alternations between torque and gains: with gain errors of a tenth, each reduces the error
+tenfold, so about a thousandth remains."""
 
 
 def with_all_torque(result: SearchResult) -> SearchResult:
-    """The result with motor torque that has all findings in it; as it is where torque was recorded."""
+    """The result with all findings in the motor torque; unchanged if torque was recorded."""
     start, answers = result.problem, answers_of(result.selected)
     missing = [
         place
@@ -50,9 +49,9 @@ def with_all_torque(result: SearchResult) -> SearchResult:
 
 
 def undetermined_gains(result: SearchResult, spread: Spread) -> list[str]:
-    """A sentence that names the drive gains of which the runs tell less than is stated; none without any.
+    """A warning that names the drive gains that the runs do not determine; empty without any.
 
-    Only of joints on which a finding is: what is said of its size is as uncertain as they are.
+    Only joints with a finding count, since the size of the finding is as uncertain as the gain.
     """
     names, joints = result.prediction.rows.names, result.problem.model.robot.joints
     std, half, open_gains = np.sqrt(np.diag(spread.covariance)), [], []
@@ -72,7 +71,7 @@ def undetermined_gains(result: SearchResult, spread: Spread) -> list[str]:
 
 
 def _is_missing(answer: Answer) -> bool:
-    """Whether motors give its torque, and that torque is not in the runs' yet."""
+    """Whether motors produce its torque and the torque of the runs does not contain it yet."""
     candidate = answer.candidate
     recorded_otherwise = candidate.reloads or kind_of(candidate.effect).sensor
     return not (candidate.carried or recorded_otherwise)
@@ -81,15 +80,17 @@ def _is_missing(answer: Answer) -> bool:
 def _driving(
     problem: Problem, answers: Sequence[Answer], missing: Sequence[int], values: Sequence[np.ndarray]
 ) -> tuple[Problem, list[Answer]]:
-    """The problem with the torque of some answers in that of its motors, and the answers at that torque."""
+    """The problem with the torque of some answers added to the motor torque, and the answers for it."""
 
     def driven(run: Driven) -> Driven:
         pairs = zip(missing, values, strict=True)
-        more = [answers[place].candidate.columns(run) @ own for place, own in pairs]
-        return replace(run, torque=run.torque + np.sum(more, axis=0))
+        added = [answers[place].candidate.columns(run) @ vector for place, vector in pairs]
+        return replace(run, torque=run.torque + np.sum(added, axis=0))
 
     runs = tuple(map(driven, problem.runs))
     rows = with_nuisances(problem.base, problem.model, runs, problem.known.values)
-    rows = replace(rows, weight=problem.rows.weight, std=problem.rows.std)  # which may be held at nominal
+    rows = replace(
+        rows, weight=problem.rows.weight, std=problem.rows.std
+    )  # these may be held at nominal values
     fresh = [replace(answer, columns=anew(answer.candidate, answer.columns, runs)) for answer in answers]
     return replace(problem, runs=runs, rows=rows), fresh

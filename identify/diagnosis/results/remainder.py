@@ -1,7 +1,7 @@
-"""Remainder: what is left beside all findings, and on which recorded quantities it depends.
+"""Remainder: the residual with all findings, and the recorded quantities on which it depends.
 
-It is asked for smooth functions of what was recorded: powers, waves and products. They are features and no
-physics: what they explain is missing, and has no name.
+The residual is tested for smooth functions of recorded quantities: powers, waves and products. These are
+features without physics; whatever they explain is missing in the model and has no name.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,30 +26,30 @@ from ..search.selected import odds_of
 
 Feature = Callable[[Driven, int], list[np.ndarray]]
 SIGN = 0.003
-"""Speed within which dry friction reverses [rad/s]."""
+"""Speed range in which dry friction reverses [rad/s]."""
 WAVES = 6
-"""Half waves over a run of what wanders with time; faster than seconds it is noise."""
+"""Number of half waves over a run for drifts; variations within seconds count as noise."""
 CREDIBLE = 0.99
-"""Probability from which on something is taken to be left."""
+"""Probability from which on a remainder is reported."""
 MATERIAL = 0.3
-"""Share of the noise floor below which what is left changes the residual by less than five per cent, and is
-not worth a run."""
+"""Remainder, relative to the noise floor, below which it changes the residual by less than 5 % and is not
+worth a run [-]."""
 MAIN = 0.7
-"""That share where there is no floor and the level is what is left: half of its square."""
+"""`MATERIAL` without a noise floor, when the residual itself is the level: half of its square [-]."""
 AROUND = 161
-"""Frequencies whose median is the level about a line; it is known to a tenth."""
+"""Number of frequencies whose median is the level around a spectral line, which is then known to a tenth."""
 PASSED = 0.7
-"""Share of the highest frequency up to which torque passes the filter as it is [-]."""
+"""Share of the highest frequency up to which torque passes the filter unchanged [-]."""
 SLOWEST = 1.0
-"""Lowest frequency of what vibrates [Hz]; slower waves are those of motions."""
+"""Lowest frequency of a vibration; slower waves are motions [Hz]."""
 BEYOND = 2.0
-"""Residual over the noise floor from which on something is left, even if it depends on nothing: drives that
-move are noisier than drives at rest, but not by three times the power more."""
+"""Residual over the noise floor above which a remainder is reported even without a dependence [-]: moving
+drives are noisier than drives at rest, but their noise has less than four times the power."""
 GUESSED = 10.0
-"""The same over a floor that was guessed from high frequencies: noise has more power at low ones, but never a
-hundred times as much."""
+"""`BEYOND` for a noise floor that was guessed from high frequencies [-]: noise has more power at low
+frequencies, but never a hundred times as much."""
 LINES = 1e-4
-"""Probability with which noise alone has a spectral line that stands out as far."""
+"""Probability that noise alone has a spectral line that stands out as much."""
 
 
 def _position(run: Driven, joint: int) -> list[np.ndarray]:
@@ -81,7 +81,7 @@ def _acceleration(run: Driven, joint: int) -> list[np.ndarray]:
 
 
 def _time(run: Driven, joint: int) -> list[np.ndarray]:
-    """Offsets and dry friction that wander, in half waves over the run."""
+    """Drifting offsets and dry friction, as half waves over the run."""
     t, sign = run.motion.time - run.motion.time[0], _sign(run, joint)
     turn = np.pi * t / max(float(t[-1]), 1e-9)
     return [kind * np.cos(k * turn) for k in range(1, WAVES + 1) for kind in (np.ones_like(sign), sign)]
@@ -110,7 +110,7 @@ KINDS: dict[str, Feature] = {
 
 
 def features(model: Model) -> Iterator[Candidate]:
-    """All kinds of features on each joint."""
+    """Features of all kinds on each joint."""
     dof = model.robot.dof
     counts = {"position": 6, "velocity": 6, "position and direction": 6, "load": 6}
     counts |= {"acceleration": dof, "time": 2 * WAVES}
@@ -126,7 +126,7 @@ def features(model: Model) -> Iterator[Candidate]:
 
 
 def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
-    """Answers of all kinds of features on each joint, beside what the prediction has."""
+    """Answers of the features of all kinds on each joint, added to the prediction."""
     pairs = [(feature, Thinned.of(feature, problem.runs)) for feature in features(problem.model)]
     answers = ask(prediction, [pair for pair in pairs if not pair[1].empty])
     return [colouring(prediction, answer) if answer.gain > 0.0 else answer for answer in answers]
@@ -135,14 +135,14 @@ def discrepancies(problem: Problem, prediction: Prediction) -> list[Answer]:
 def remainders(
     prediction: Prediction, answers: list[Answer], noise: np.ndarray, rested: bool, material: float = MATERIAL
 ) -> list[Remainder]:
-    """Joints on which something is left beside all findings, with what it depends on.
+    """Joints with an unexplained residual, and the quantity on which it depends.
 
     Args:
-        prediction: With all findings.
+        prediction: Prediction with all findings.
         answers: Answers of features on each joint.
         noise: Noise floor of each joint's torque, shape (n,) [N m].
-        rested: Whether the noise was measured at rest, and not guessed.
-        material: Share of the noise floor below which what is left is not worth a run.
+        rested: Whether the noise was measured at rest; otherwise it was guessed.
+        material: Remainder, relative to the noise floor, below which it is not worth a run [-].
     """
     residual = rms(prediction.residual, prediction.rows.weight)
     count, least = len(noise) * len(KINDS), float(np.log(CREDIBLE / (1 - CREDIBLE)))
@@ -163,10 +163,10 @@ def remainders(
 
 
 def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:
-    """The result with what is left without a name on the joint of each finding, over what that explains.
+    """The result with the unnamed residual on the joint of each finding, relative to what that explains.
 
-    What depends on something counts whole. Of what is left above the noise (n,) [N m] and shows no
-    dependence, any hypothesis would take its part: that of one kind of dependence among all, or of its
+    A residual with a dependence counts completely. Of a residual above the noise (n,) [N m] without a
+    dependence, any hypothesis would explain a part by chance: one kind of dependence among all kinds, or its
     columns among the columns of all kinds, whichever is more.
     """
     prediction, joints = result.prediction, result.prediction.joints
@@ -180,7 +180,7 @@ def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarr
     selected = list(result.selected)
     for place, finding in enumerate(selected):
         joint = int(np.argmax(finding.answer.by_joint))
-        # What was measured otherwise, or shows by stated values that would be strained, explains no blocks.
+        # A finding from other signals, or from strained nominal values, explains no blocks.
         apart = finding.once or finding.answer.relief > float(finding.answer.by_joint.sum())
         explained = 0.0 if apart else _explained(prediction, finding.answer, joint) ** 2
         if explained > 0.0:
@@ -191,9 +191,10 @@ def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarr
 
 
 def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
-    """Root mean square of what it takes from a joint's predicted blocks [N m], by the variance they share.
+    """Root mean square by which an answer reduces the error of a joint's predicted blocks [N m].
 
-    Its own torque may be far more: the parameters of the model take most of a smooth function back.
+    The torque of the answer may be far larger, since the parameters of the model absorb most of a smooth
+    function.
     """
     errors = np.stack([answer.predicted, answer.errors])
     before, after = prediction.common_variance(errors, answer.independent)[:, joint]
@@ -201,10 +202,10 @@ def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
 
 
 def line(prediction: Prediction, joint: int) -> float:
-    """Frequency of a spectral line in a joint's residual that two runs have [Hz]; zero for none.
+    """Frequency of a spectral line that two runs share in a joint's residual [Hz]; zero without a line.
 
-    What vibrates does so in every run; a line of one run alone is a swept sine that passed. The residual is
-    taken as it is: what makes noise white takes lines away.
+    A vibration appears in every run; a line in one run alone comes from a swept sine. The residual is not
+    whitened, since whitening removes lines.
     """
     # Runs of different lengths are compared frequency by frequency.
     rate, runs = prediction.rate, prediction.rows.runs
@@ -218,7 +219,7 @@ def line(prediction: Prediction, joint: int) -> float:
     several = min(2, len(spectra))
     ratios = np.sort(spectra, axis=0)[-several]
     worst, pairs = int(np.argmax(ratios)), len(spectra) * (len(spectra) - 1) / 2 if several == 2 else 1
-    # Powers of noise are exponential; the factor allows for a window, by which neighbours are alike.
+    # The power of noise is exponential; the factor allows for neighbors that a window correlates.
     chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
     return float((worst + lowest) * rate / length) if chance < LINES else 0.0
 
@@ -226,7 +227,7 @@ def line(prediction: Prediction, joint: int) -> float:
 def _over_their_level(
     prediction: Prediction, joint: int, lowest: int, length: int
 ) -> Iterator[np.ndarray | None]:
-    """Power of each run's residual over the level round about, at one grid of frequencies."""
+    """Power spectrum of each run's residual over its local level, on a common frequency grid."""
     counts, residual = prediction.rows.weight[:, joint] > 0, prediction.residual[:, joint]
     for rows in prediction.rows.runs:
         moving = residual[rows][counts[rows]]
@@ -234,12 +235,12 @@ def _over_their_level(
             yield None
             continue
         power = np.abs(np.fft.rfft(moving * np.hanning(len(moving)), length)) ** 2
-        # Beyond that share of the highest frequency the filter has taken the torque away.
+        # Above `PASSED`, the filter has removed the torque.
         inner = power[lowest : int(PASSED * len(power))]
         window = AROUND * max(length // len(moving), 1)
         yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
 
 
 def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Root mean square of rows (r, n) that count, shape (n,)."""
+    """Weighted root mean square over rows (r, n), shape (n,)."""
     return np.sqrt(np.sum(values**2 * weight, axis=0) / np.maximum(weight.sum(axis=0), 1.0))

@@ -1,5 +1,1 @@
-"""A diagnosis in words and tables.
-
-In: `Diagnosis`.
-Out: sentences, plain tables, text.
-"""
+"""A diagnosis as sentences and as plain tables."""

@@ -1,4 +1,4 @@
-"""diagnosis.json: a diagnosis without its samples, with sentences beside the numbers; and answer files."""
+"""Content of diagnosis.json, with numbers and sentences but without samples, and of answer files."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,17 +11,17 @@ from .sentences import possible, undecided_sentence
 from .verdict import certainty, headline, sized, undecided, verdict
 
 FORMAT = 2
-"""Of diagnosis.json."""
+"""Version of the format of diagnosis.json."""
 
 
 def as_json(diagnosis: Diagnosis, folder: str = "") -> dict[str, Any]:
     """The content of diagnosis.json.
 
-    Its sentences are for readers of the file: exidyn reads the numbers and words them anew.
+    The sentences are for readers of the file; exidyn itself reads only the numbers.
 
     Args:
-        diagnosis: Any.
-        folder: Folder of the models of findings and rivals; empty if they are not written.
+        diagnosis: The diagnosis.
+        folder: Folder with the models of findings and rivals; empty if they are not written.
     """
     table = to_table(diagnosis)
     if diagnosis.simulated is None:
@@ -57,10 +57,10 @@ def _words_of_undecided(diagnosis: Diagnosis, folder: str) -> Iterable[dict[str,
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
-    """One case of an answer file, in the words of the vocabulary; joints count from 1.
+    """One case of an answer file, with names of the vocabulary; joints count from 1.
 
-    An undecided finding is answered with its most probable name, and its confidence shows it; a curve without
-    a formula with the most probable formula that it might be.
+    An undecided finding is answered with its most probable name and the low confidence of that name. A curve
+    without a formula is answered with the most probable formula.
     """
     residuals = {
         "torque_rms_before": to_table(diagnosis.torque_rms_before),
@@ -76,17 +76,17 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _answered(finding: Finding) -> dict[str, Any]:
-    """The most probable name that the vocabulary has, if any, and the family where one is certain."""
+    """The most probable hypothesis in the vocabulary and a certain family; empty without a hypothesis."""
     names = [hypothesis for hypothesis in possible(finding) if hypothesis.listed]
     if not names:
         return {}
-    first, *rest = names
+    first, *others = names
     family = {"family": finding.family, "family_confidence": finding.family_probability}
     stated = finding.determined if first is finding else {}
     return {
         **_place(first),
         "confidence": first.probability,
-        "alternatives": [_place(other) for other in rest],
+        "alternatives": [_place(other) for other in others],
         **(family if finding.family else {}),
         "parameters": {name: to_table((number.value, number.std)) for name, number in stated.items()},
     }

@@ -1,4 +1,4 @@
-"""Measures: units of findings by the kind of their joints; effects state theirs for revolute joints."""
+"""Units of findings on revolute and prismatic joints; effects state their units for revolute joints."""
 
 from dataclasses import replace
 from typing import Literal
@@ -16,12 +16,12 @@ TorqueUnit = Literal["N m", "N"]
 
 
 def torque_units(robot: Robot) -> tuple[TorqueUnit, ...]:
-    """Unit of each joint's torque, or force."""
+    """Unit of each joint's torque or force."""
     return tuple(TURNING if turning else SLIDING for turning in robot.revolute)
 
 
 def in_unit(unit: str, revolute: bool) -> str:
-    """A unit that is stated for a revolute joint, for a revolute or a prismatic one."""
+    """The unit on a revolute or prismatic joint of a quantity that has `unit` on a revolute joint."""
     return unit if revolute else LINEAR.get(unit, unit)
 
 
@@ -31,13 +31,13 @@ def revolute(diagnosis: Diagnosis, joint: int) -> bool:
 
 
 def slides(diagnosis: Diagnosis, finding: Finding) -> bool:
-    """Whether a finding is stated in the units of prismatic joints."""
+    """Whether a finding has the units of prismatic joints."""
     turning = [revolute(diagnosis, joint) for joint in finding.joints]
     return not kind_of(finding.effect).of_body and bool(turning) and not any(turning)
 
 
 def in_units_of_joints(finding: Finding, robot: Robot) -> Finding:
-    """The finding with parameters in the units of its joints, by the names of what the data determine."""
+    """The finding with the parameters that the data determine, named and in the units of its joints."""
     kind, on = kind_of(finding.effect), list(finding.joints)
     turning = kind.of_body or not on or bool(np.any(robot.revolute[on]))
     parameters = {}
@@ -45,5 +45,6 @@ def in_units_of_joints(finding: Finding, robot: Robot) -> Finding:
         reported, unit = kind.determined_as.get(name, (name, quantity.unit))
         if reported:
             parameters[reported] = replace(quantity, unit=in_unit(unit, turning))
-    left_out = {kind.determined_as.get(name, (name, ""))[0]: why for name, why in finding.left_out.items()}
+    reasons = finding.left_out.items()
+    left_out = {kind.determined_as.get(name, (name, ""))[0]: reason for name, reason in reasons}
     return replace(finding, parameters=parameters, left_out=left_out)

@@ -1,4 +1,4 @@
-"""Verdict: what was found, how surely, and what it might be instead, the most important first."""
+"""Verdict: findings, their certainty, and their alternatives, the most important first."""
 
 from collections.abc import Sequence
 
@@ -20,13 +20,13 @@ from .size_words import left_out_words, size_words
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
-    """Sentences for people: what is missing, or that nothing is; then certainty, then limits of the data.
+    """Sentences on the missing effects, then on their certainty, then on the limits of the data.
 
-    A mistake suspected in the input comes before all: what follows holds only without it.
+    A suspected mistake in the input comes first, since all other sentences hold only without it.
 
     Args:
-        diagnosis: What was found.
-        folder: Where the models of the findings and their rivals are written; empty if they are not.
+        diagnosis: The diagnosis.
+        folder: Folder with the models of findings and rivals; empty if they are not written.
     """
     headlines = [headline(diagnosis, finding) for finding in diagnosis.findings]
     details = [certainty(diagnosis, finding, folder) for finding in diagnosis.findings]
@@ -35,7 +35,7 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
         headlines = [_nothing(diagnosis)]
     moments = [moment_sentence(moment) for moment in diagnosis.moments]
     hints = [hint_sentence(hint, diagnosis.joints) for hint in diagnosis.hints]
-    lines = [*headlines, *open_, *hints, *_unexplained(diagnosis), *moments, *details, _left(diagnosis)]
+    lines = [*headlines, *open_, *hints, *_unexplained(diagnosis), *moments, *details, _unnamed(diagnosis)]
     runs = (*diagnosis.runs, *diagnosis.held_out)
     suspected = [f"{CHECK_FIRST}: {_full(words, runs)} {UNLESS}" for words in diagnosis.suspicions]
     warnings = [_full(warning, runs) for warning in diagnosis.warnings]
@@ -43,19 +43,19 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
 
 
 def undecided(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
-    """What an undecided finding may be, and the run that would settle it."""
+    """Sentence on an undecided finding, with the run that would settle it."""
     run = _command(finding, folder) or _run_that_decides(finding)
     return undecided_sentence(finding, diagnosis.joints, run)
 
 
 def explained(diagnosis: Diagnosis) -> bool:
-    """Whether nothing is missing: no finding, with a certain name or not, no hint, remainder or moment."""
-    found = (*diagnosis.findings, *diagnosis.undecided, *diagnosis.hints)
-    return not (found or diagnosis.remainders or diagnosis.moments)
+    """Whether nothing is missing: no finding (decided or not), hint, remainder or moment."""
+    effects = (*diagnosis.findings, *diagnosis.undecided, *diagnosis.hints)
+    return not (effects or diagnosis.remainders or diagnosis.moments)
 
 
 def headline(diagnosis: Diagnosis, finding: Finding) -> str:
-    """What is missing, how much of the misfit it explains, and what the runs held out show."""
+    """Sentences on a finding, its share of the squared residual, and the held-out residual."""
     text = f"{sized(diagnosis, finding)}."
     joint = clearest_joint(diagnosis, finding)
     parts = [text, _share(diagnosis, finding, joint), _held_out_residual(diagnosis, joint)]
@@ -63,26 +63,26 @@ def headline(diagnosis: Diagnosis, finding: Finding) -> str:
 
 
 def sized(diagnosis: Diagnosis, finding: Finding) -> str:
-    """The finding as a sentence, without a full stop; with its torque where numbers are not determined."""
+    """The finding as a sentence without a full stop, with its torque if parameters are not determined."""
     text = sentence(finding, diagnosis.joints, slides(diagnosis, finding))
     shown = finding.left_out and finding.size is not None
     return f"{text}; {size_words(finding.size, diagnosis)}" if shown and finding.size else text
 
 
 def _share(diagnosis: Diagnosis, finding: Finding, joint: int) -> str:
-    """Its part of the budget on the joint on which it is seen best."""
+    """Sentence on the share of the squared residual that a finding explains on a joint."""
     [share] = [shares[joint] for shares in _shares(diagnosis, finding)] or [np.nan]
     if not np.isfinite(share):
         return ""
     where = lower(joint_words(joint, diagnosis.joints))
     if share <= 0.0:
-        return f"It explains nothing of what the model misses on {where}."
-    said = percent(share).replace("above", "more than").replace("below", "less than")
-    return f"It explains {said} of what the model misses on {where}."
+        return f"It explains none of the squared residual of {where}."
+    amount = percent(share).replace("above", "more than").replace("below", "less than")
+    return f"It explains {amount} of the squared residual of {where}."
 
 
 def _shares(diagnosis: Diagnosis, finding: Finding) -> list[np.ndarray]:
-    """Its shares of the budget, (n,); none where it has none."""
+    """Shares of a finding in the budget, shape (n,) each; empty without a share."""
     if diagnosis.budget is None:
         return []
     place = next(place for place, other in enumerate(diagnosis.findings) if other is finding)
@@ -90,7 +90,7 @@ def _shares(diagnosis: Diagnosis, finding: Finding) -> list[np.ndarray]:
 
 
 def before_and_after(diagnosis: Diagnosis) -> tuple[np.ndarray, np.ndarray] | None:
-    """Held-out residual of the model fitted without and with findings, (n,) each; None without such runs."""
+    """Held-out residuals of the baseline and with findings, shape (n,) each; None without held-out runs."""
     before, after, budget = diagnosis.torque_rms_before, diagnosis.torque_rms_after, diagnosis.budget
     if before is None or after is None:
         return None
@@ -105,16 +105,16 @@ def _held_out_residual(diagnosis: Diagnosis, joint: int) -> str:
     unit, noise = diagnosis.torque_units[joint], float(diagnosis.noise[joint])
     where = lower(joint_words(joint, diagnosis.joints))
     before, after = (float(rms[joint]) for rms in residuals)
-    over = f" ({digits(before / noise, 3)} -> {digits(after / noise, 3)} x noise)"
-    ratio = over if diagnosis.noise_measured_at_rest else ""
-    every = " with all findings" if len(diagnosis.findings) > 1 else ""
-    return f"Held-out residual of {where}{every}: {digits(before, 3)} -> {digits(after, 3)} {unit}{ratio}."
+    over_noise = f" ({digits(before / noise, 3)} -> {digits(after / noise, 3)} x noise)"
+    ratio = over_noise if diagnosis.noise_measured_at_rest else ""
+    with_all = " with all findings" if len(diagnosis.findings) > 1 else ""
+    return f"Held-out residual of {where}{with_all}: {digits(before, 3)} -> {digits(after, 3)} {unit}{ratio}."
 
 
 def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
-    """The joint on which the finding is seen best: of those that feel it, where it explains most.
+    """Index of the affected joint on which the finding explains the largest share.
 
-    Without a budget, where its torque is most over the noise.
+    Without a budget, it is the joint on which its torque is largest relative to the noise.
     """
     for shares in _shares(diagnosis, finding):
         return int(np.argmax(np.where(finding.torque_rms > 0.0, shares, -1.0)))
@@ -122,15 +122,15 @@ def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
 
 
 def _nothing(diagnosis: Diagnosis) -> str:
-    unknown = "Nothing was found to be missing: what is left{} depends on nothing that was recorded"
+    unknown = "No missing effect was found: the residual{} depends on no recorded quantity"
     if (after := diagnosis.torque_rms_after) is None:
         if diagnosis.budget is None or diagnosis.noise_measured_at_rest:
             return (
-                "Nothing is missing, as far as the fitted runs show, with parameters and drive gains moved "
+                "Nothing is missing, as far as the fitted runs show, with parameters and drive gains fitted "
                 "within their tolerances; no run was held out."
             )
         return unknown.format("") + _may_be_noise(diagnosis, diagnosis.budget.after_rms)
-    unknown = unknown.format(" on runs held out")
+    unknown = unknown.format(" of the held-out runs")
     if not diagnosis.noise_measured_at_rest:
         return unknown + _may_be_noise(diagnosis, after, diagnosis.noise)
     ratio = after / diagnosis.noise
@@ -138,17 +138,17 @@ def _nothing(diagnosis: Diagnosis) -> str:
     where = f"{lower(joint_words(worst, diagnosis.joints))} with {ratio[worst]:.2f} x noise"
     if ratio[worst] <= TO_NOISE:
         return (
-            "Nothing is missing. With parameters and gains moved within their tolerances, the residual of "
-            f"every joint is at the noise floor on runs held out; the largest is that of {where}."
+            "Nothing is missing. With parameters and drive gains fitted within their tolerances, the "
+            f"residual of every joint is at the noise floor on held-out runs; the largest is that of {where}."
         )
-    return f"{unknown}. But it is more than noise; the worst is {where}."
+    return f"{unknown}. But it exceeds the noise floor; the worst is {where}."
 
 
 def _may_be_noise(diagnosis: Diagnosis, after: np.ndarray, noise: np.ndarray | float = 1.0) -> str:
     worst = int(np.argmax(after / noise))
-    left = f"{digits(after[worst], 3)} {diagnosis.torque_units[worst]}"
+    residual = f"{digits(after[worst], 3)} {diagnosis.torque_units[worst]}"
     where = lower(joint_words(worst, diagnosis.joints))
-    return f". It is {left} on {where}; noise was not measured at rest, so that it may be noise."
+    return f". It is {residual} on {where}; noise was not measured at rest, so it may be noise."
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
@@ -163,11 +163,12 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
 
 def _place(remainder: Remainder, diagnosis: Diagnosis) -> str:
     where = lower(joint_words(remainder.joint, diagnosis.joints))
-    return f"{where} keeps {left_on(remainder, diagnosis)}, and {dependence(remainder.depends_on)}"
+    residual = left_on(remainder, diagnosis)
+    return f"{where} keeps a residual of {residual}, and {dependence(remainder.depends_on)}"
 
 
 def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
-    """How much is left on a joint, with its unit; as a multiple of noise besides where that was measured."""
+    """Residual of a joint with its unit, and as a multiple of the noise if that was measured."""
     joint, budget = remainder.joint, diagnosis.budget
     noise = float(diagnosis.noise[joint])
     size = remainder.over_noise * noise if budget is None else float(budget.after_rms[joint])
@@ -175,8 +176,8 @@ def left_on(remainder: Remainder, diagnosis: Diagnosis) -> str:
     return f"{text} ({size / noise:.2f} x its noise)" if diagnosis.noise_measured_at_rest else text
 
 
-def _left(diagnosis: Diagnosis) -> str:
-    """Joints that keep more than noise and are not named otherwise."""
+def _unnamed(diagnosis: Diagnosis) -> str:
+    """Sentence on joints that keep more than noise and are not named in another sentence."""
     after = diagnosis.torque_rms_after
     if after is None or explained(diagnosis) or not diagnosis.noise_measured_at_rest:
         return ""
@@ -190,7 +191,7 @@ def _left(diagnosis: Diagnosis) -> str:
 
 
 def certainty(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
-    """How surely it is this, what is excluded, what is not, and the run that would decide."""
+    """Sentences on the probability of a finding, excluded effects, alternatives, and the run that decides."""
     parts = [
         f"{named(finding.effect, finding.joints, diagnosis.joints)}: {_probability(finding.probability)}."
     ]
@@ -206,7 +207,7 @@ def _probability(probability: float) -> str:
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:
-    """About what is there and hardly matters."""
+    """Sentence on a finding that exists but hardly matters; empty for others."""
     if not (diagnosis.held_out and diagnosis.noise_measured_at_rest):
         return ""
     share = float(np.max(finding.torque_rms / diagnosis.noise))
@@ -218,16 +219,16 @@ def _small(diagnosis: Diagnosis, finding: Finding) -> str:
 def _held_out(finding: Finding) -> str:
     if np.isnan(finding.held_out) or finding.held_out > 0.0:
         return ""
-    return "Runs held out do not confirm it: they are predicted no better with it."
+    return "The held-out runs do not confirm it: they are predicted no better with it."
 
 
 def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
-    """What it is taken for most easily, and is not."""
+    """Sentence on similar effects that the data exclude."""
     hypotheses = [*finding.alternatives, *diagnosis.all_findings]
     hypotheses += [other for undecided in diagnosis.undecided for other in undecided.alternatives]
     present = {hypothesis.effect for hypothesis in hypotheses}
-    asked, similar = diagnosis.tried or kinds(), kind_of(finding.effect).mistaken_for
-    names = [name for name in similar if name in asked and name not in present]
+    tried, similar = diagnosis.tried or kinds(), kind_of(finding.effect).mistaken_for
+    names = [name for name in similar if name in tried and name not in present]
     if not names:
         return ""
     excluded = ", ".join(effect_words(name) for name in names)
@@ -235,7 +236,7 @@ def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
 
 
 def _open(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
-    """What it might be instead, and how to find out."""
+    """Sentence on the alternatives of a finding, and on how to decide."""
     if not finding.alternatives:
         return ""
     others = joined([_alternative(other, diagnosis.joints) for other in finding.alternatives])
@@ -247,13 +248,13 @@ def _open(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
 
 
 def _command(finding: Finding, folder: str) -> str:
-    """The command that plans the run which decides; empty where there are no models to plan with."""
+    """Command that plans the deciding run; empty without models to plan with."""
     files = [other.file for other in finding.alternatives if other.file]
     return f"exidyn excite {folder}/{FOUND} --against {folder}/{files[0]}" if folder and files else ""
 
 
 def _run_that_decides(finding: Finding) -> str:
-    """The run that decides, in words; empty if none is known."""
+    """The deciding run in words; empty if none is known."""
     hypotheses = (finding, *finding.alternatives[:1])
     return next((run for other in hypotheses if (run := kind_of(other.effect).settled_by)), "")
 
@@ -263,6 +264,6 @@ def _alternative(other: Hypothesis, joints: Sequence[str]) -> str:
 
 
 def _full(words: str, runs: Sequence[str]) -> str:
-    """The words as a sentence; a run's name at their beginning stays as it is."""
-    begun = words if words.startswith(tuple(runs)) else capital(words)
-    return begun + ("" if words.endswith((".", "!", "?")) else ".")
+    """The words as a sentence; the name of a run at the beginning is not capitalized."""
+    text = words if words.startswith(tuple(runs)) else capital(words)
+    return text + ("" if words.endswith((".", "!", "?")) else ".")

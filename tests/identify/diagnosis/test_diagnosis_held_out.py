@@ -124,4 +124,4 @@ def test_what_runs_held_out_alone_show_is_a_hint():
     assert hint.change + 2 * hint.std < 0.0
     said = " ".join(verdict(found))
     assert "Nothing" not in said
-    assert "runs held out show" in said
+    assert "held-out runs show" in said

@@ -212,10 +212,7 @@ def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
         "; over the size of the load, its torque against the motion is 0 N m at 0 N m (smallest), 0.19 "
         "± 0.05 N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)."
     ) in first
-    assert (
-        "preload is not given, since these runs do not tell it from mu3, with which it changes together."
-        in second
-    )
+    assert "preload is not given because these runs cannot separate it from mu3." in second
     page = summary(one)
     assert "0.7771" not in page
     assert "0.78" not in page
@@ -228,19 +225,20 @@ def test_without_any_number_that_is_determined_the_effect_and_its_torque_are_giv
     missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
     first, second, *_ = verdict(diagnosis(collinear(left_out=missing)))
     assert first.startswith("Joint 3 has load-dependent friction; over the size of the load,")
-    assert "mu3 is not given, since these runs do not tell it from Fc3 of Coulomb friction" in second
-    assert "preload is not given, since these runs do not determine it beside all other parameters." in second
+    assert "mu3 is not given because these runs cannot separate it from Fc3 of Coulomb friction" in second
+    assert (
+        "preload is not given because these runs do not determine it together with all other parameters."
+        in second
+    )
 
 
 def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_is_not_given():
     changing = replace(LOADED, change=True)
-    assert (
-        verdict(diagnosis(collinear(size=changing)))[0].count("; over that at a size of the load of 0 N m")
-        == 1
-    )
+    first = verdict(diagnosis(collinear(size=changing)))[0]
+    assert first.count("; relative to that at a size of the load of 0 N m") == 1
     unknown = replace(LOADED, points=(Point("largest", 1.1, 0.29, 0.2),))
     first = verdict(diagnosis(collinear(size=unknown)))[0]
-    assert "; it gives 0.050 ± 0.008 N m, root mean square, that no other parameter can take over." in first
+    assert "; it gives 0.050 ± 0.008 N m, root mean square, that no other parameter can absorb." in first
     assert "0.29" not in first
 
 
@@ -306,10 +304,10 @@ def test_joints_are_numbers_with_names_where_those_state_more():
 def test_nothing_is_reported_plainly_and_only_where_it_is_true():
     assert verdict(diagnosis())[0].startswith("Nothing is missing. With parameters")
     worse = verdict(diagnosis(after=(1.0, 1.0, 1.8)))[0]
-    assert "But it is more than noise; the worst is joint 3 with 1.80 x noise" in worse
+    assert "But it exceeds the noise floor; the worst is joint 3 with 1.80 x noise" in worse
     assert "as far as the fitted runs show" in verdict(diagnosis(**NO_HELD_OUT))[0]
     unmeasured = verdict(diagnosis(**NO_HELD_OUT, budget=budget(noise=0.0)))[0]
-    assert unmeasured.startswith("Nothing was found to be missing: what is left depends on nothing")
+    assert unmeasured.startswith("No missing effect was found: the residual depends on no recorded quantity")
     assert "It is 1.00 N m on joint 1; noise was not measured at rest" in unmeasured
 
 
@@ -325,7 +323,7 @@ def test_nothing_is_reported_plainly_and_only_where_it_is_true():
 def test_nothing_is_not_reported_where_something_is(there):
     text = " ".join(verdict(diagnosis(**there)))
     assert "othing is missing" not in text
-    assert "Nothing was found" not in text
+    assert "No missing effect" not in text
 
 
 def test_multiples_of_noise_are_reported_only_where_it_was_measured():
@@ -374,17 +372,16 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
     others = (other("time_delay", (), 0.2), other("backlash", (2,), 0.12))
     one = diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=others),))
     assert verdict(one)[0] == (
-        "Joint 3: something is missing that is joint spring (65 %), time delay of the arm (20 %) or backlash "
+        "Joint 3: the missing effect is joint spring (65 %), time delay of the arm (20 %) or backlash "
         "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
     )
     assert "Joint spring of joint 3, undecided\n  probability 65 %" in summary(one)
     leaning = diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),))
     assert (
-        "The arm: something is missing that is base tilt (95 %), but only one joint shows that"
-        in verdict(leaning)[0]
+        "The arm: the missing effect is base tilt (95 %), but only one joint shows it" in verdict(leaning)[0]
     )
     beside = diagnosis(undecided=(finding(probability=0.4, unnamed=True),))
-    assert "or acts like it: as much is left there that has no name" in verdict(beside)[0]
+    assert "or something that acts like it: the unexplained residual there is as large" in verdict(beside)[0]
     [table] = plain(one)["undecided"]
     assert (table["effect"], table["probability"], table["joints"]) == ("joint_spring", 0.65, [3])
     assert plain(one)["findings"] == []
@@ -399,7 +396,7 @@ def test_a_contact_of_a_run_held_out_is_reported():
     one = diagnosis(moments=(moment,))
     assert verdict(one)[0] == (
         "other, 3.20 to 3.60 s: joints 1 and 3 differ from the model as at no other time, as if a force of "
-        "31 N acted on the flange along (0.00, -1.00, 0.00) in the base's axes."
+        "31 N acted on the flange along (0.00, -1.00, 0.00) in the axes of the base."
     )
     assert "Moments: times at which a run differs from the model" in summary(one)
     assert plain(one)["moments"] == [
@@ -468,8 +465,8 @@ def test_what_has_no_name_is_reported_with_where_it_shows():
     left = (Remainder(1, 2.14, 0.999, "position and velocity"),)
     text = verdict(diagnosis(remainders=left))[0]
     assert text == (
-        "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps 1.00 N m "
-        "(2.00 x its noise), and part of it depends on position and velocity."
+        "Something is missing, and it is none of the effects that exidyn knows: joint 2 keeps a residual "
+        "of 1.00 N m (2.00 x its noise), and part of it depends on position and velocity."
     )
     assert verdict(diagnosis(finding(), remainders=left))[1].startswith("Something more is missing")
 

@@ -233,7 +233,7 @@ def test_findings_that_no_model_holds_are_told(tmp_path):
     (tmp_path / "found.toml").write_text(
         model_text(model) + "\n" + findings_text([FindingRow("backlash", ("elbow",), 0.99, False)])
     )
-    with pytest.warns(RobotWarning, match=r"not attached, since no model holds it: backlash"):
+    with pytest.warns(RobotWarning, match=r"not attached because no model can hold it: backlash"):
         effects = attach(made, data, tmp_path / "found.toml")
     assert effects.effects == ("coulomb_friction", "stribeck_friction")
     effects.detach()
