@@ -27,7 +27,7 @@ from exidyn.identification.document.markdown import section_markdown
 from exidyn.identification.document.text import text
 from exidyn.identification.pages.report_material import Material, Run
 from exidyn.identification.pages.runs_document import runs_sections
-from exidyn.identification.text_table import page_width, raised
+from exidyn.identification.text_table import page_width, percent, raised, table
 
 TABLE = Table(
     ["joint", "value", "± 95 %", "verdict", "plot"],
