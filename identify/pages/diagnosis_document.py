@@ -101,7 +101,7 @@ def gained_blocks(shown: Shown) -> list[Block]:
     runs = ", ".join(shown.diagnosis.held_out)
     title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
     picture = _bars(shown, before, after, shown.noise, "residual")
-    remark = f"before: baseline, fitted within its tolerances without findings; {runs}"
+    remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
     return [
         Heading("Held-out residual by joint, root mean square"),
         _joint_table(shown, before, after),
@@ -116,12 +116,13 @@ def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
         columns["noise"] = diagnosis.noise
     if diagnosis.budget is not None and diagnosis.torque_rms_before is not None:
         columns["nominal values"] = diagnosis.torque_rms_before
-    columns |= {"before": before, "after": after}
+    columns |= {"baseline": before, "with findings": after}
     if shown.over_noise:
-        columns |= {"before/ noise": before / columns["noise"], "after/ noise": after / columns["noise"]}
+        columns |= {"baseline/ noise": before / columns["noise"]}
+        columns |= {"with findings/ noise": after / columns["noise"]}
     if diagnosis.simulated is not None:
-        columns["simulated before"] = diagnosis.simulated.torque_rms_before
-        columns["simulated after"] = diagnosis.simulated.torque_rms_after
+        columns["simulated, nominal"] = diagnosis.simulated.torque_rms_before
+        columns["simulated, with findings"] = diagnosis.simulated.torque_rms_after
     rows = zip(shown.names, diagnosis.torque_units, *columns.values(), strict=True)
     cells: list[list[Cell]] = [[name, unit, *map(Number, values)] for name, unit, *values in rows]
     return Table(["joint", "unit", *columns], cells, words=(1,))
