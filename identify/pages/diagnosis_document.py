@@ -28,6 +28,8 @@ from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section
 from .diagnosis_plots import (
+    FULL,
+    PALE,
     bars,
     forward_plot,
     where_and_when,
@@ -59,7 +61,7 @@ def diagnosis_document(shown: Shown) -> Document:
     opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
     budget, *below = detail_sections(shown)
     sections = [opening, located_section(shown), budget, *below, simulation_section(shown)]
-    return Document(f"{diagnosis.name}: missing physics", "", sections, facts=facts)
+    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -143,8 +145,8 @@ def _map(shown: Shown) -> list[Block]:
     level, reference = shown.noise, "the noise floor"
     if not shown.over_noise:
         squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
-        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
-    remark = f"{trace.name}; no color: at most 1.3 times {reference}; full color: at least 4 times"
+        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's rms with findings"
+    remark = f"{trace.name}; no color: up to {PALE:g} times {reference}; full color: {FULL:g} times or more"
     return [
         Figure(
             f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)
