@@ -40,7 +40,7 @@ LEGIBLE = 0.045
 
 
 class Part(NamedTuple):
-    """A share of the squared residual, as it is drawn.
+    """A share of the squared residual in plot and table.
 
     Attributes:
         name: Finding with its joints, quantity on which the part depends, or sensor noise.

@@ -28,6 +28,8 @@ from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section
 from .diagnosis_plots import (
+    FULL,
+    PALE,
     bars,
     forward_plot,
     where_and_when,
@@ -59,7 +61,7 @@ def diagnosis_document(shown: Shown) -> Document:
     opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
     budget, *below = detail_sections(shown)
     sections = [opening, located_section(shown), budget, *below, simulation_section(shown)]
-    return Document(f"{diagnosis.name}: missing physics", "", sections, facts=facts)
+    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -101,7 +103,7 @@ def gained_blocks(shown: Shown) -> list[Block]:
     runs = ", ".join(shown.diagnosis.held_out)
     title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
     picture = _bars(shown, before, after, shown.noise, "residual")
-    remark = f"before: baseline, fitted within its tolerances without findings; {runs}"
+    remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
     return [
         Heading("Held-out residual by joint, root mean square"),
         _joint_table(shown, before, after),
@@ -116,12 +118,13 @@ def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
         columns["noise"] = diagnosis.noise
     if diagnosis.budget is not None and diagnosis.torque_rms_before is not None:
         columns["nominal values"] = diagnosis.torque_rms_before
-    columns |= {"before": before, "after": after}
+    columns |= {"baseline": before, "with findings": after}
     if shown.over_noise:
-        columns |= {"before/ noise": before / columns["noise"], "after/ noise": after / columns["noise"]}
+        columns |= {"baseline/ noise": before / columns["noise"]}
+        columns |= {"with findings/ noise": after / columns["noise"]}
     if diagnosis.simulated is not None:
-        columns["simulated before"] = diagnosis.simulated.torque_rms_before
-        columns["simulated after"] = diagnosis.simulated.torque_rms_after
+        columns["simulated, nominal"] = diagnosis.simulated.torque_rms_before
+        columns["simulated, with findings"] = diagnosis.simulated.torque_rms_after
     rows = zip(shown.names, diagnosis.torque_units, *columns.values(), strict=True)
     cells: list[list[Cell]] = [[name, unit, *map(Number, values)] for name, unit, *values in rows]
     return Table(["joint", "unit", *columns], cells, words=(1,))
@@ -142,8 +145,8 @@ def _map(shown: Shown) -> list[Block]:
     level, reference = shown.noise, "the noise floor"
     if not shown.over_noise:
         squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
-        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's root mean square after"
-    remark = f"{trace.name}; no color: at most 1.3 times {reference}; full color: at least 4 times"
+        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's rms with findings"
+    remark = f"{trace.name}; no color: up to {PALE:g} times {reference}; full color: {FULL:g} times or more"
     return [
         Figure(
             f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)

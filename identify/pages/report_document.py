@@ -59,16 +59,16 @@ def joined_document(material: Material) -> Document:
 def _verdict(material: Material) -> Iterator[Block]:
     """Verdicts of fits, diagnosis and comparisons, and the results that the page lacks."""
     for fitted in (fitted for fitted in material.fits if not fitted.improved):
-        yield from (Heading("What was identified"), *fit_verdict_blocks(fitted.fit))
+        yield from (Heading("Identified dynamics"), *fit_verdict_blocks(fitted.fit))
     if material.diagnosis is not None:
-        yield from (Heading("What is missing"), *verdict_blocks(material.diagnosis))
+        yield from (Heading("Missing physics"), *verdict_blocks(material.diagnosis))
     for fitted in (fitted for fitted in material.fits if fitted.improved):
-        yield from (Heading("What was identified with the findings"), *fit_verdict_blocks(fitted.fit))
+        yield from (Heading("Identified dynamics with the findings"), *fit_verdict_blocks(fitted.fit))
     if material.comparisons:
         lines = [_compared(comparison) for comparison in material.comparisons]
-        yield from (Heading("How well simulations agree"), Statements(lines, "verdict"))
+        yield from (Heading("Comparison with simulations"), Statements(lines, "verdict"))
     if lacking := list(_lacking(material)):
-        yield from (Heading("What this page does not contain"), Statements(lacking))
+        yield from (Heading("Results that this page lacks"), Statements(lacking))
 
 
 def _compared(comparison: Comparison) -> str:

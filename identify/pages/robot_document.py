@@ -26,7 +26,7 @@ def robot_sections(model: Model) -> list[Section]:
     return [
         Section("joints", "Joints", [Paragraph(note), _joints(robot)]),
         Section("links", "Links", [Paragraph(links), _links(robot)]),
-        Section("effects", "Effects beside inertia", [_effects(model)]),
+        Section("effects", "Effects other than inertia", [_effects(model)]),
     ]
 
 

@@ -29,13 +29,13 @@ def runs_sections(material: Material) -> list[Section]:
     figures = [Figure(run.name, run.role, _strips(run, material)) for run in material.runs]
     warnings = [f"{run.name}: {warning}" for run in material.runs for warning in run.warnings]
     return [
-        Section("table", "What was recorded", [_table(material), Statements(warnings)]),
+        Section("table", "Recorded runs", [_table(material), Statements(warnings)]),
         Section("motion", "Motion of the arm", [Paragraph(note, "plot"), Grid(figures)]),
     ]
 
 
 def _table(material: Material) -> Table:
-    head = ["run", "role", "duration [s]", "rate [Hz]", "beside position", "payload"]
+    head = ["run", "role", "duration [s]", "rate [Hz]", "effort signal", "payload"]
     rows: list[Row] = [
         [
             run.name,

@@ -66,7 +66,7 @@ class Shown(NamedTuple):
         return self.diagnosis.noise_measured_at_rest
 
     def noise_of(self, joint: int) -> float | None:
-        """Noise floor of a joint; None where it was not measured."""
+        """Noise floor of a joint; None if it was not measured."""
         return float(self.noise[joint]) if self.over_noise else None
 
     @property

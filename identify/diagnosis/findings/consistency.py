@@ -33,7 +33,7 @@ def check_diagnosis(diagnosis: "Diagnosis") -> None:
 
 def _check_lengths(value: object, names: tuple[str, ...], where: str, count: int) -> None:
     for name in names:
-        check_length(getattr(value, name, None), f"{where}{name}", count, "one a joint")
+        check_length(getattr(value, name, None), f"{where}{name}", count, "one per joint")
 
 
 def _check_row(row: object, where: str, count: int) -> None:

@@ -27,8 +27,8 @@ class Remainder:
         joint: Index of the joint, from 0.
         over_noise: Residual over the noise floor [-].
         probability: Probability that it is structure and not noise alone.
-        depends_on: What it depends on, in words: "position", "velocity and position", ...;
-            empty where no recorded quantity predicts it well enough.
+        depends_on: Quantity on which it depends, in words, such as "position" or "velocity and position";
+            empty if no recorded quantity predicts it well enough.
     """
 
     joint: int
@@ -145,7 +145,7 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         joints: Names of the joints.
         torque_units: Unit of each joint's torque, "N m" or "N".
         findings: Certain findings in order of importance; empty if nothing is missing.
-        undecided: Findings without a certain name, each with what it might be.
+        undecided: Findings without a certain name, each with its alternatives.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
         moments: Times at which a run differs from the model as at no other.
         changes: Change of the residual by each candidate alone.
@@ -155,8 +155,8 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
             multiples of it.
-        torque_rms_before: Residual of the held-out runs with nominal values, friction, offsets and what is
-            unstated fitted, shape (n,) [N m]; None without held-out runs.
+        torque_rms_before: Residual of the held-out runs with nominal values; only friction, offsets and
+            unstated parameters are fitted, shape (n,) [N m]; None without held-out runs.
         torque_rms_after: Residual of the held-out runs with findings, all parameters fitted within their
             tolerances, shape (n,) [N m]; None without held-out runs.
         torque_rms_filter_hz: Cut-off frequency of the comparison [Hz].

@@ -10,9 +10,9 @@ from ...preparation.prepare import Filtering
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """One run, decimated as it was compared."""
+    """One run at the sampling rate of the comparison."""
 
-    name: str  # of the run
+    name: str  # name of the run
     role: str  # "validate" for a held-out run
     time: np.ndarray  # shape (r,) [s]
     position: np.ndarray  # shape (r, n) [rad]
@@ -33,11 +33,11 @@ class Evidence:
     """Models without and with the findings, and the traces of all runs."""
 
     model: Model  # nominal, with the payloads of the runs
-    before: np.ndarray  # its parameters nominal, friction and offsets fitted, shape (p,)
-    after: np.ndarray  # fitted within their tolerances beside the findings, shape (p,)
+    before: np.ndarray  # nominal parameters, with friction and offsets fitted, shape (p,)
+    after: np.ndarray  # parameters fitted within their tolerances together with the findings, shape (p,)
     gain_before: np.ndarray  # nominal drive gains, shape (n,) [N m/A]; 1 where torque was recorded
     gain_after: np.ndarray  # drive gains fitted within their tolerances, shape (n,) [N m/A]
     noise: np.ndarray  # noise floor of each joint's torque behind the filter, shape (n,) [N m]
     traces: tuple[Trace, ...]  # held-out runs first
-    filtering: Filtering = Filtering()  # noqa: RUF009  # of all runs
+    filtering: Filtering = Filtering()  # noqa: RUF009  # filters of all runs
     peak: np.ndarray | None = None  # largest torque of each motor in the fitted runs, shape (n,) [N m]

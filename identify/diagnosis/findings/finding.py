@@ -1,4 +1,4 @@
-"""Finding: one effect that the model leaves out, with its numbers and what it might be instead."""
+"""Finding: one effect that the model lacks, with its parameters and alternatives."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -52,4 +52,4 @@ class Kind:
     of_body: bool = False  # whether its units are those of a body, for any kind of joint
     # name and unit of the quantity that the data determine, by parameter
     determined_as: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    remark: str = ""  # remark on what the data do not determine, and how to determine it
+    remark: str = ""  # on what the data do not determine, and how to determine it

@@ -105,7 +105,7 @@ def test_everything_is_on_the_page_in_its_order(page):
     gained = [anchor.removeprefix("gained-") for anchor in found if anchor.startswith("gained-")]
     assert gained == ["values", "residual", "simulation", "pair", "compared", "compared1"]
     assert {"diagnosis-findings", "diagnosis-unexplained", "fit-parameters", "fit-runs"} <= set(found)
-    assert "What this page does not contain" not in page.words
+    assert "Results that this page lacks" not in page.words
 
 
 def test_it_needs_nothing_from_elsewhere(page, text):
@@ -121,7 +121,7 @@ def test_links_lead_to_parts_that_are_there_once(page):
 
 
 def test_the_verdict_reports_what_is_identified_missing_and_simulated(page):
-    text = page.words.partition("What was identified")[2].partition("What was recorded")[0]
+    text = page.words.partition("Identified dynamics")[2].partition("Recorded runs")[0]
     assert "More than noise is left on elbow" in text
     assert "Joint 2 (elbow) has a spring that the model does not have" in text
     assert "it is none of the effects that exidyn knows: joint 1 (shoulder) keeps" in text
