@@ -59,13 +59,15 @@ def read_material(
             *((str(path), fit.model.robot.joints) for path, fit in read),
             *((str(path), diagnosis.diagnosis.joints) for path in paths[DIAGNOSIS] if diagnosis),
             *((str(path), comparison.joints) for path, comparison in comparisons),
-            *((one.name, one.robot.joints) for one in recordings),
+            *((run.name, run.robot.joints) for run in recordings),
         ]
     )
     beside = {path.with_name("fit.json").resolve() for path in paths[DIAGNOSIS]}
-    fits = [_fitted(*one, recordings, progress) for one in read if one[0].resolve() not in beside]
+    fits = [_fitted(*pair, recordings, progress) for pair in read if pair[0].resolve() not in beside]
     added = diagnosis is not None and bool(diagnosis.diagnosis.findings)
-    improved = [_improved(*one, recordings, progress) for one in read if added and one[0].resolve() in beside]
+    improved = [
+        _improved(*pair, recordings, progress) for pair in read if added and pair[0].resolve() in beside
+    ]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,

@@ -176,24 +176,24 @@ def _without_silence(recording: Recording) -> Recording:
 
 
 def _without_impossible(recording: Recording) -> Recording:
-    """Drop samples with a joint that is no number, if it is one elsewhere, or with a time that goes back."""
-    every, warnings = {}, []
+    """Drop samples in which a joint is not a number, if it is one elsewhere, or whose time goes back."""
+    valid, warnings = {}, []
     for name, signal in recording.signals.items():
         known = is_number(signal.values)
         known[:, ~known.any(axis=0)] = True
-        latest = np.maximum.accumulate(np.concatenate([[-np.inf], signal.time]))[:-1]
-        kept = every[name] = known.all(axis=1) & (signal.time > latest)
-        if not kept.all():
+        last_time = np.maximum.accumulate(np.concatenate([[-np.inf], signal.time]))[:-1]
+        used = valid[name] = known.all(axis=1) & (signal.time > last_time)
+        if not used.all():
             warnings.append(
-                f"{name}: {np.sum(~kept)} of {len(kept)} samples have a joint that is no number or a time "
+                f"{name}: {np.sum(~used)} of {len(used)} samples have a joint that is not a number or a time "
                 "that goes back; they are left out"
             )
-    return recording.keeping(every).with_warnings(*warnings)
+    return recording.keeping(valid).with_warnings(*warnings)
 
 
 def _gaps(recording: Recording) -> list[str]:
     """Warnings about time stamps with holes, once for all signals that share the stamps or the holes."""
-    found: dict[str, list[str]] = {}
+    names_by_fact: dict[str, list[str]] = {}
     for names in signals_by_stamps(recording):
         signal = recording.signals[names[0]]
         steps = np.diff(signal.time)
@@ -204,8 +204,8 @@ def _gaps(recording: Recording) -> list[str]:
                 f"{signal.period * 1e3:.3f} ms, the longest {steps.max() * 1e3:.3f} ms, the first at "
                 f"{signal.time[:-1][long][0]:.3f} s"
             )
-            found.setdefault(fact, []).extend(names)
-    return [f"{', '.join(names)}: {fact}" for fact, names in found.items()]
+            names_by_fact.setdefault(fact, []).extend(names)
+    return [f"{', '.join(names)}: {fact}" for fact, names in names_by_fact.items()]
 
 
 def _beyond_limits(recording: Recording) -> list[str]:
@@ -244,7 +244,7 @@ def _unread(recording: Recording, name: str) -> list[str]:
     signal, position = recording.signals.get(name), recording.signals["position"]
     if signal is None or min(len(signal), len(position)) < 2:
         return []
-    moved = np.column_stack([np.interp(signal.time, position.time, one) for one in position.values.T])
+    moved = np.column_stack([np.interp(signal.time, position.time, column) for column in position.values.T])
     shares = unread(signal.time, moved, signal.values)
     held = [
         f"{joint} in {100 * share:.0f} %"
@@ -270,12 +270,12 @@ def unread(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> np.nda
     Args:
         time: Time of the samples, shape (t,) [s].
         position: Shape (t, n).
-        effort: In any unit, shape (t, n).
+        effort: Effort in any unit, shape (t, n).
 
     Returns:
         Zero where a joint does not move, or up to `UNREAD`.
     """
-    shares = [_share(time, one, measured) for one, measured in zip(position.T, effort.T, strict=True)]
+    shares = [_share(time, column, measured) for column, measured in zip(position.T, effort.T, strict=True)]
     return np.where(np.array(shares) > UNREAD, shares, 0.0)
 
 
@@ -309,8 +309,8 @@ def without_stale(recording: Recording) -> Recording:
         fresh[name] = ~stale
         if np.isfinite(signal.values[stale]).any():
             warnings.append(_stale_warning(recording, name, silent, stale))
-    whole = replace(recording, signals={**recording.signals, **filled})
-    return whole.keeping(fresh).with_warnings(*warnings)
+    complete = replace(recording, signals={**recording.signals, **filled})
+    return complete.keeping(fresh).with_warnings(*warnings)
 
 
 def _filled(signal: Signal) -> Signal:

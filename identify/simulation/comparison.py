@@ -92,7 +92,7 @@ class Comparison:
 
     @property
     def effort(self) -> Mismatch:
-        """That of current or torque."""
+        """Mismatch of current or torque."""
         return [*self.mismatch.values()][-1]
 
     def __post_init__(self) -> None:

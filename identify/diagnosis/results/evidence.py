@@ -56,8 +56,8 @@ def places_of(result: SearchResult, place: int) -> np.ndarray:
 
 def explained(result: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray:
     """Torque of each finding for these unknowns (b,), shape (f, r, n) [N m]."""
-    places = [places_of(result, place) for place in range(len(result.selected))]
-    parts = [rows.columns[:, :, places] @ values[places] for places in places]
+    unknowns = [places_of(result, place) for place in range(len(result.selected))]
+    parts = [rows.columns[:, :, places] @ values[places] for places in unknowns]
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 

@@ -242,7 +242,7 @@ def left_out(
 
 def _wide(number: Quantity, numbers: Iterable[Quantity]) -> bool:
     """Whether an interval is wide relative to the largest number of its kind, such as vector components."""
-    largest = max(abs(number.value) for number in numbers if number.unit == number.unit)
+    largest = max(abs(other.value) for other in numbers if other.unit == number.unit)
     return not NORMAL_95 * number.std < MUCH * largest
 
 
