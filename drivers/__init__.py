@@ -1,4 +1,4 @@
-"""Robot controllers: one folder a driver, one line in this table. Needs numpy and the bus libraries only."""
+"""Robot controllers: one folder and one line in this table per driver. Needs numpy and bus libraries only."""
 
 from collections.abc import Mapping
 from importlib import import_module, metadata
@@ -15,14 +15,17 @@ __all__ = [
 ]  # fmt: skip
 
 GROUP = "exidyn.drivers"
-"""Entry points of this group are drivers of installed packages: name -> subclass of `Driver`."""
+"""Group of entry points in which installed packages register drivers: name -> subclass of `Driver`."""
 
 
 class Entry(NamedTuple):
-    """A driver: where its class is, what it drives, and what it needs.
+    """Where the class of a driver is, what it drives, and what it needs.
 
-    Its place is "module:Class", imported when it is asked for; `extra` of exidyn brings its libraries;
-    `package` is what it is installed with, empty for exidyn's own.
+    Attributes:
+        place: "module:Class", imported on first use.
+        purpose: What the driver drives, for lists and templates.
+        extra: Extra of exidyn that installs its libraries; empty if it needs none.
+        package: Installed package that provides the driver; empty for exidyn's own drivers.
     """
 
     place: str
@@ -52,7 +55,7 @@ DRIVERS: dict[str, Entry] = {
 
 
 def known_drivers() -> dict[str, Entry]:
-    """`DRIVERS`, and those of installed packages. Raises BadDriver if a name of theirs is taken."""
+    """`DRIVERS` and the drivers of installed packages. Raises BadDriver if one of their names is taken."""
     known = dict(DRIVERS)
     for point in metadata.entry_points(group=GROUP):
         package = point.dist.name if point.dist else "an unknown package"
@@ -66,33 +69,33 @@ def driver_class(name: str) -> type[Driver]:
     """The class of a driver.
 
     Raises:
-        UnknownDriver: A name that is not known.
-        MissingPackage: A library that it needs is not installed.
-        BadDriver: An installed package has no such driver, or one that cannot be loaded.
+        UnknownDriver: If there is no driver of this name.
+        MissingPackage: If a library that the driver needs is not installed.
+        BadDriver: If the driver of an installed package is missing or cannot be loaded.
     """
     known = known_drivers()
     if name not in known:
         raise UnknownDriver(name, known)
     entry = known[name]
     if entry.package:
-        return _installed(name, entry)
+        return _load_installed(name, entry)
     try:
-        return _loaded(entry)
+        return _load(entry)
     except ModuleNotFoundError as error:
         if not entry.extra or (error.name or "").startswith("exidyn"):
             raise
         raise MissingPackage(name, error.name, entry.extra) from error
 
 
-def _loaded(entry: Entry) -> Any:
-    module, _, which = entry.place.partition(":")
-    return getattr(import_module(module, __name__), which)
+def _load(entry: Entry) -> Any:
+    module, _, class_name = entry.place.partition(":")
+    return getattr(import_module(module, __name__), class_name)
 
 
-def _installed(name: str, entry: Entry) -> type[Driver]:
+def _load_installed(name: str, entry: Entry) -> type[Driver]:
     try:
-        kind = _loaded(entry)
-    except Exception as error:  # whatever somebody else's module raises
+        kind = _load(entry)
+    except Exception as error:  # a module of another package may raise anything
         reason = f"{type(error).__name__}: {error}".splitlines()[0]
         raise BadDriver(
             name,
@@ -105,12 +108,15 @@ def _installed(name: str, entry: Entry) -> type[Driver]:
 
 
 def create(name: str, table: Mapping[str, Any], arm: Arm) -> Driver:
-    """A driver that is not open yet. Raises as `driver_class`, and BadSettings for wrong settings."""
+    """Create a driver without opening it.
+
+    Raises the errors of `driver_class`, and BadSettings for invalid settings.
+    """
     cls = driver_class(name)
     return cls(read_settings(cls.Settings, table, arm.dof, f"driver {name}"), arm)
 
 
 def explain(name: str) -> str:
-    """A TOML file with all settings of a driver, to be filled in. Raises as `driver_class`."""
+    """TOML template with all settings of a driver. Raises the errors of `driver_class`."""
     settings = template(driver_class(name).Settings)
     return f'# {known_drivers()[name].purpose}\ndriver = "{name}"\n\n[settings]\n{settings}'

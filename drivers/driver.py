@@ -1,8 +1,9 @@
-"""Driver: what every robot controller looks like from the loop.
+"""Driver: the interface between the control loop and every robot controller.
 
-A driver is opened, armed, and then exchanges one command for one sample a cycle. `exchange` blocks until the
-next cycle, with either clock: the host (CAN, serial, mock) or the controller (KUKA RSI). Inside a
-driver's file are its units, signs and telegrams; outside there are radians, amperes and newton metres only.
+A driver is opened, armed, and then exchanges one command for one sample per cycle. `exchange` blocks until
+the next cycle, whether the host keeps the clock (CAN, serial, mock) or the controller does (KUKA RSI). Units,
+signs and telegrams of a controller stay inside its driver; outside there are only radians, amperes and
+newton meters.
 """
 
 from abc import ABC, abstractmethod
@@ -19,11 +20,11 @@ from .values import Command, Sample
 
 
 class StopLevel(IntEnum):
-    """How hard to stop; a higher level overrides a lower one, and none is taken back.
+    """How hard to stop; a higher level overrides a lower one, and no stop is taken back.
 
-    BRAKE is done by commands: the loop streams a jerk-limited stop, and a driver need not know. QUICK asks
-    the controller to stop by its own means and hold; OFF takes the torque away, and an arm without brakes
-    drops.
+    BRAKE is a controlled stop: the loop streams jerk-limited commands, and the driver need not be told. QUICK
+    is a quick stop: the controller stops the arm by itself and holds it. OFF is power off: an arm without
+    brakes drops.
     """
 
     BRAKE = 1
@@ -32,7 +33,7 @@ class StopLevel(IntEnum):
 
 
 class Measured(Protocol):
-    """What a simulated arm gives, each of shape (n,) and in the units of `Sample`."""
+    """Measurements of a simulated arm, each of shape (n,) and in the units of `Sample`."""
 
     @property
     def position(self) -> np.ndarray: ...  # noqa: D102
@@ -48,22 +49,22 @@ class Plant(Protocol):
     """A simulated arm with its drives: `exidyn.identification.simulation.plant` has one for any model."""
 
     def measure(self) -> Measured:
-        """What its sensors measure now."""
+        """Return the current sensor readings."""
 
     def step(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> None:
-        """Follow a command (n,) [rad], [rad/s], which is reached at the end of these seconds."""
+        """Follow a command (n,) [rad], [rad/s] that is reached after `seconds`."""
 
 
 @dataclass(frozen=True)
 class Arm:
-    """What a driver needs to know of the arm.
+    """What a driver needs to know about the arm.
 
     Attributes:
-        joints: Names, in the order of every (n,) array.
-        position_lower: Shape (n,) [rad].
-        position_upper: Shape (n,) [rad].
-        velocity: Largest speed, shape (n,) [rad/s].
-        plant: Makes a simulated arm; only the mock asks.
+        joints: Names of the joints, in the order of every (n,) array.
+        position_lower: Lower position limits, shape (n,) [rad].
+        position_upper: Upper position limits, shape (n,) [rad].
+        velocity: Velocity limits, shape (n,) [rad/s].
+        plant: Function that creates a simulated arm; only the mock uses it.
     """
 
     joints: tuple[str, ...]
@@ -83,17 +84,17 @@ class Info:
 
     Attributes:
         cycle: Time between exchanges [s].
-        clock: Whose clock it is: "host" or "controller".
-        signals: What is measured: some of position, velocity, current, torque, temperature.
-        dead_man: How the device stops by itself when the host falls silent, as verified; empty if not.
-        window_lower: Most negative position command relative to where the arm stood when opened, shape (n,)
-            [rad], as the controller allows it; None for no such window.
-        window_upper: Most positive, likewise.
-        settings: What explains the measurement later: scales, units, identities, versions.
+        clock: Which clock sets the cycle: "host" or "controller".
+        signals: Measured signals: some of position, velocity, current, torque, temperature.
+        dead_man: How the device stops by itself when the host falls silent; empty if this is not verified.
+        window_lower: Most negative position command that the controller allows, relative to the position at
+            opening, shape (n,) [rad]; None without such a window.
+        window_upper: Most positive position command, relative to the same position, shape (n,) [rad].
+        settings: Facts that explain the measurements later: scales, units, serial numbers, versions.
         warnings: Warnings, a sentence each.
-        listens: Whether it takes no commands: something else moves the arm.
-        state: What samples hold of the controller's own state, such as a safety mode: names, and for each
-            what its codes mean; nothing for a plain number.
+        listens: Whether the driver takes no commands because something else moves the arm.
+        state: Parts of the controller's state in each sample, such as a safety mode: name -> meaning of its
+            codes; an empty mapping for a plain number.
     """
 
     cycle: float
@@ -112,15 +113,15 @@ class Driver(ABC):
     """One robot controller. A context manager that closes it.
 
     Args:
-        settings: An instance of the driver's own `Settings`.
-        arm: What it needs to know of the arm.
+        settings: An instance of the `Settings` of this driver.
+        arm: The arm to drive.
 
     Raises:
-        BadSettings: Settings that do not fit each other, the arm or the bus.
+        BadSettings: If the settings do not fit each other, the arm or the bus.
     """
 
     Settings: ClassVar[type[Any]]
-    """Frozen dataclass whose fields are made by `settings.setting`."""
+    """Frozen dataclass whose fields are declared by `settings.setting`."""
 
     simulated: ClassVar[bool] = False
     """Whether nothing real moves, so that no confirmation is needed."""
@@ -131,37 +132,40 @@ class Driver(ABC):
 
     @classmethod
     def controller_file(cls, address: str) -> str:
-        """Text of the file that the controller needs, for a host's address. Raises BadSettings for none."""
-        raise BadSettings("this controller needs no file of its own; its settings are all in the host's")
+        """Text of the file that the controller needs, with the address of the host.
+
+        Raises BadSettings if the controller needs no file.
+        """
+        raise BadSettings("this controller needs no file; the driver's settings contain everything")
 
     @property
     def in_real_time(self) -> bool:
-        """Whether `exchange` keeps to a clock on the wall; a simulation may go as fast as it can."""
+        """Whether `exchange` runs in real time; a simulation may run as fast as it can."""
         return True
 
     @classmethod
     def count_joints(cls, table: Mapping[str, Any]) -> int:
-        """Number of joints that a table of settings is for; 0 where not given."""
+        """Number of joints for which a table has settings; 0 if the table does not say."""
         return listed_joints(cls.Settings, table)
 
     @abstractmethod
     def open(self) -> Info:
-        """Find the controller, configure and verify it. Nothing moves, nothing is powered.
+        """Find the controller, configure and verify it, without moving or powering anything.
 
-        Raises DriverError, one of its kinds, with what to try.
+        Raises a subclass of DriverError whose message says what to try.
         """
 
     def open_to_read(self) -> Info:
-        """As `open`, for an arm that is only read: drives that are on stay on, drives that are off stay off.
+        """Open for reading only: drives that are on stay on, drives that are off stay off.
 
-        Until `close` there is nothing but `exchange(None)` and `states`.
+        Until `close`, only `exchange(None)` and `states` may be called.
         """
         return self.open()
 
     def find(self) -> None:
-        """See whether the controller answers, and leave it as it is; nothing where to ask could move the arm.
+        """Check that the controller answers, and leave it as it is. Do nothing if asking could move the arm.
 
-        Raises DriverError if it does not.
+        Raises DriverError if the controller does not answer.
         """
         if self.risk_of_reading:
             return
@@ -172,64 +176,64 @@ class Driver(ABC):
 
     @property
     def sent_to_read(self) -> str:
-        """What the controller is sent while an arm is only read, for a person."""
+        """What is sent to the controller while the arm is only read, in words."""
         return "nothing"
 
     @property
     def risk_of_reading(self) -> str:
-        """What that may do to the arm, in a sentence; empty for nothing. Known before the driver is open."""
+        """What reading may do to the arm, in a sentence; empty if nothing. Known before opening."""
         return ""
 
     def states(self) -> tuple[str, ...]:
-        """State of each drive, such as "torque off"; empty where it sends none.
+        """State of each drive, such as "torque off"; empty where a drive sends none.
 
-        Between exchanges, whether drives are powered or not. A bus may be asked, which takes a few cycles.
+        May be called between exchanges, with drives on or off. It may query the bus for a few cycles.
         """
         return ("",) * self.arm.dof
 
     def arm_drives(self) -> None:  # noqa: B027 - many controllers have nothing to do
-        """Power the drives, which then hold where they stand.
+        """Power the drives, which then hold their positions.
 
         Raises NotReady if they refuse, LinkLost if they do not answer.
         """
 
     @property
     def ready(self) -> bool:
-        """Whether commands are taken; until then `exchange(None)` goes on with what must come before."""
+        """Whether commands are taken; until then, `exchange(None)` continues the preparation."""
         return True
 
     def held(self) -> np.ndarray | None:
-        """Position that the drives are commanded to hold, shape (n,) [rad]; None if that is what is measured.
+        """Position that the drives are commanded to hold, shape (n,) [rad], where commands must begin.
 
-        None also before `arm_drives`, unless the controller holds the arm from `open` on. Commands begin
-        there. A joint that bears a load stands away from it where the controller is a spring or corrects
-        towards it, and would jump by as much if commands began where it stands.
+        None if commands begin at the measured position; None also before `arm_drives`, unless the controller
+        holds the arm from `open` on. Under load, a compliant controller lets a joint deviate from its target;
+        commands that began at the measured position would make the joint jump by this deviation.
         """
         return None
 
     @abstractmethod
     def exchange(self, command: Command | None) -> Sample:
-        """Wait for the next cycle, hand over the command, and return what is measured in that cycle.
+        """Wait for the next cycle, send the command, and return the sample measured in that cycle.
 
         None commands nothing: the arm stays where its controller holds it. A joint that does not answer
-        gives NaN and is `stale`; a drive that has stopped itself is reported in `Sample.fault`, once and from
-        then on. A silent controller is waited for at most 20 ms longer than a cycle. What comes from outside,
-        however broken, raises nothing but these:
+        gives NaN and is `stale`. A drive that has stopped itself is reported in `Sample.fault`, from then on
+        in every sample. Waiting for a silent controller takes at most 20 ms longer than a cycle. However
+        broken the received data are, no other error is raised:
 
         Raises:
-            LinkLost: No answer at all, for so long that waiting makes no sense.
+            LinkLost: If nothing has answered for so long that waiting makes no sense.
         """
 
-    def stop(self, level: StopLevel) -> None:  # noqa: B027 - likewise
-        """Stop by the controller's own means; afterwards `exchange(None)` still listens where it can.
+    def stop(self, level: StopLevel) -> None:  # noqa: B027 - many controllers have nothing to do
+        """Make the controller stop the arm; afterwards `exchange(None)` still listens where it can.
 
-        A drive that follows positions holds the last command. A measured position is never a goal: if it is
-        wrong, the stop sets the joint in motion. Neither waits for an answer nor raises.
+        A position-controlled drive holds the last command. A measured position is never the goal: if it is
+        wrong, the stop would set the joint in motion. This neither waits for an answer nor raises.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Leave the arm held or braked as its controller does by itself, and let go.
+        """Leave the arm to its controller, which holds or brakes it, and close the connection.
 
         Never raises, and may be called again.
         """

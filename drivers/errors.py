@@ -1,49 +1,49 @@
-"""The errors of drivers, each a fact with a value, a limit and what to try.
+"""Errors of drivers; each message states a fact with its value, the limit, and what to try.
 
 DriverError
 ├── UnknownDriver     a name that is not in the table
 ├── BadDriver         a driver of an installed package that cannot be used
 ├── MissingPackage    a package that only some drivers need is not installed
-├── BadSettings       settings that are missing, unknown or out of range, or a bus that cannot carry them
-├── NotReady          the controller is there and refuses to begin
-├── LinkLost          nothing comes back, or nothing that can be read
-└── Unreadable        a telegram with a value that it cannot have
+├── BadSettings       settings that are missing, unknown or out of range, or too much for the bus
+├── NotReady          the controller answers but refuses to begin
+├── LinkLost          nothing comes back, or nothing readable
+└── Unreadable        a telegram with an impossible value
 """
 
 import difflib
 from collections.abc import Iterable
 
 LONGEST = 290
-"""Characters of a message: with the command's name before it, at most 300 are printed."""
+"""Maximum length of a message [characters]: with the name of the command, at most 300 are printed."""
 HEAD = 200
-"""Of those, how many are the beginning of a message that was longer; what to try stands at its end."""
+"""Characters kept from the beginning of a longer message; its end, which says what to try, is kept too."""
 LISTED = 150
-"""Characters of a list of valid names, so that there is room for what is wrong."""
+"""Maximum length of a list of valid names [characters], which leaves room for the rest of the message."""
 
 
 class DriverError(Exception):
-    """Base of every error a driver raises; its text, one line of bounded length, is meant for the user."""
+    """Base of all errors of drivers; the text, one line of bounded length, is meant for the user."""
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(_shortened(one) if isinstance(one, str) else one for one in arguments))
+        super().__init__(*(_shorten(a) if isinstance(a, str) else a for a in arguments))
 
 
-def _shortened(text: str) -> str:
-    """The same as `exidyn.identification.errors.shortened`: drivers import nothing from that package."""
+def _shorten(text: str) -> str:
+    """One printable line of bounded length, as in `identification.errors`, which drivers do not import."""
     line = " ".join(text.split())
-    line = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    line = "".join(character if character.isprintable() else repr(character)[1:-1] for character in line)
     return line if len(line) <= LONGEST else f"{line[:HEAD]} ... {line[HEAD + 5 - LONGEST :]}"
 
 
 def listed(names: Iterable[str], like: str) -> str:
-    """Names with commas; if they are too many, those most like a given one, and how many more there are."""
-    every = list(names)
-    if len(", ".join(every)) <= LISTED:
-        return ", ".join(every)
-    shown = difflib.get_close_matches(like, every, n=len(every), cutoff=0.0)
+    """Names separated by commas; of too many, those most similar to `like`, and the number of the others."""
+    valid = list(names)
+    if len(", ".join(valid)) <= LISTED:
+        return ", ".join(valid)
+    shown = difflib.get_close_matches(like, valid, n=len(valid), cutoff=0.0)
     while len(", ".join(shown)) > LISTED:
         shown.pop()
-    return f"{', '.join(shown)} and {len(every) - len(shown)} more"
+    return f"{', '.join(shown)} and {len(valid) - len(shown)} more"
 
 
 class UnknownDriver(DriverError, LookupError):
@@ -54,14 +54,14 @@ class UnknownDriver(DriverError, LookupError):
 
 
 class BadDriver(DriverError):
-    """A driver of an installed package that cannot be used; names the package."""
+    """A driver of an installed package that cannot be used; the message names the package."""
 
     def __init__(self, driver: str, package: str, why: str) -> None:
         super().__init__(f"driver '{driver}' of the package {package}: {why}")
 
 
 class MissingPackage(DriverError, ImportError):
-    """A package that only some drivers need is not installed; names the extra that brings it."""
+    """A package that only some drivers need is not installed; the message names the extra to install."""
 
     def __init__(self, driver: str, package: str | None, extra: str) -> None:
         super().__init__(
@@ -75,12 +75,12 @@ class BadSettings(DriverError, ValueError):
 
 
 class NotReady(DriverError):
-    """The controller is there and refuses to begin."""
+    """The controller answers but refuses to begin."""
 
 
 class LinkLost(DriverError):
-    """Nothing comes back from the controller, or nothing that can be read."""
+    """Nothing comes back from the controller, or nothing readable."""
 
 
 class Unreadable(DriverError, ValueError):
-    """A telegram, or a sample, with a value that it cannot have."""
+    """A telegram or a sample with an impossible value."""

@@ -1,4 +1,4 @@
-"""The host's clock: ticks at absolute deadlines, the time, pauses, and how long answers usually take."""
+"""Clock of the host: ticks at absolute deadlines, time stamps, pauses, and the usual time to an answer."""
 
 import time
 from typing import NamedTuple
@@ -6,19 +6,16 @@ from typing import NamedTuple
 from .errors import BadSettings
 
 WALL = time.time_ns() - time.monotonic_ns()
-"""Read once, so that host times never go back when the clock is set [ns]."""
+"""Offset of the monotonic clock [ns], read once so that host times never go back when the clock is set."""
 
 
 def host_time() -> int:
-    """Now [ns since 1970], from the monotonic clock."""
+    """Current time [ns since 1970], from the monotonic clock."""
     return time.monotonic_ns() + WALL
 
 
 class Tick(NamedTuple):
-    """One tick of the clock: its number from zero, and how late it is [s].
-
-    `skipped` deadlines had gone by when this one was reached.
-    """
+    """One tick of the clock: its number from zero, its lateness [s], and how many deadlines it skipped."""
 
     number: int
     lateness: float
@@ -26,7 +23,7 @@ class Tick(NamedTuple):
 
 
 class HostClock:
-    """Ticks at start + k cycles [s]. After a late one the missed are skipped, never run after in a burst."""
+    """Ticks at start + k cycles. Deadlines missed by a late tick are skipped, never made up in a burst."""
 
     def __init__(self, cycle: float) -> None:
         self._cycle = round(cycle * 1e9)
@@ -49,10 +46,10 @@ class HostClock:
 
 
 BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-"""Clock of Linux that also counts the time while a laptop is suspended."""
+"""Clock of Linux that also counts while a laptop is suspended."""
 EARLY = 0.8
-"""Share of the drives' patience after which a pause counts [-]: drives may have received the last frame some
-time before the pause, for example a heartbeat, which is sent eight times per patience."""
+"""Fraction of the drives' patience after which a pause counts [-]: drives may have received the last frame
+some time before the pause, for example a heartbeat, which is sent eight times per patience."""
 
 
 class Pause:
@@ -65,7 +62,7 @@ class Pause:
 
     Attributes:
         count: Number of such pauses.
-        seconds: Length of the first [s]; 0.0 for none.
+        seconds: Duration of the first pause [s]; 0.0 without pauses.
     """
 
     def __init__(self, patience: float) -> None:
@@ -77,10 +74,9 @@ class Pause:
         self.count, self.seconds, self._last = 0, 0.0, time.clock_gettime_ns(BOOT_CLOCK)
 
     def noticed(self) -> bool:
-        """Whether something must not be sent now, because the silence before it was too long.
+        """Whether sending is forbidden now because the silence before it was too long.
 
-        Call this right before sending. It is true only for the first sending after a pause, so that a stop
-        can follow.
+        Call this right before sending. It is true only once after a pause, so that a stop can be sent next.
         """
         now = time.clock_gettime_ns(BOOT_CLOCK)
         silent, self._last = now - self._last, now
@@ -90,15 +86,15 @@ class Pause:
         return True
 
     def text(self) -> str:
-        """The pause as a fault."""
+        """Description of the pause, as a fault."""
         return (
             f"this computer sent nothing for {self.seconds:.2f} s, and drives stop by themselves after "
-            f"{self.patience:g} s: they are not switched on again, and nothing more is commanded"
+            f"{self.patience:g} s: they are not switched on again, and commands have ended"
         )
 
 
 def require_patience(setting: str, patience: float, cycle: float, fewest: int) -> None:
-    """Raise BadSettings where drives wait for the host for less than some cycles [s]."""
+    """Raise BadSettings if the patience of drives [s] is shorter than `fewest` cycles [s]."""
     if patience < fewest * cycle:
         raise BadSettings(
             f"{setting} is {patience:g} s, less than {fewest} cycles of {cycle:g} s: a late cycle would "
@@ -107,10 +103,10 @@ def require_patience(setting: str, patience: float, cycle: float, fewest: int) -
 
 
 LONGER, SHORTER = 20e-6, 2e-6
-"""By how much the next sleep is longer where an answer had to be waited for after it, and shorter where none
-had to [s]: in balance, one cycle in eleven waits again."""
+"""Increase of the next sleep if an answer came after the sleep, and decrease if all came before its end [s]:
+in balance, one cycle in eleven waits again."""
 SHORTEST = 50e-6
-"""Below this a sleep is left out: it would take longer than it was asked for [s]."""
+"""Shortest sleep [s]; a shorter one is skipped because it would take longer than requested."""
 
 
 class AnswerTime:
@@ -120,10 +116,10 @@ class AnswerTime:
         self._usual = 0.0
 
     def sleep(self) -> None:
-        """Right after the question: sleep until its answers have usually come."""
+        """Sleep until the answers have usually arrived. Call this right after the question."""
         if self._usual >= SHORTEST:
             time.sleep(self._usual)
 
     def adjust(self, waited: bool) -> None:
-        """All answers have come; whether they had to be waited for after the sleep."""
+        """Adjust the sleep once all answers are there; `waited` if some arrived after the sleep."""
         self._usual = max(self._usual + (LONGER if waited else -SHORTER), 0.0)

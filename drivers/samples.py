@@ -1,4 +1,4 @@
-"""Samples: of drivers by a host's clock or by a controller's, and reports of a controller's state."""
+"""Creates samples, timed by the host's or the controller's clock, and reports the controller's state."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -10,24 +10,27 @@ from .host_clock import Tick, host_time
 from .values import SIGNALS, Sample
 
 DRIFT = 1e-4
-"""By which two clocks may run apart at most [-]: ten times what quartz does."""
+"""Largest relative drift between two clocks [-]: ten times that of quartz."""
 
 
 def word(names: Mapping[int, str], code: int) -> str:
-    """Of a code, or the code."""
+    """Name of a code, or the code itself if it has none."""
     return names.get(code, f"code {code}")
 
 
 class HostSamples:
-    """Makes the samples of n joints that answer in the cycles of a host's clock."""
+    """Creates the samples of n joints that answer in the cycles of the host's clock."""
 
     def __init__(self, joints: int) -> None:
         self.unknown, self._none_stale = np.full(joints, np.nan), np.zeros(joints, bool)
-        for shared in (self.unknown, self._none_stale):  # by samples
+        for shared in (self.unknown, self._none_stale):  # samples share these arrays
             shared.setflags(write=False)
 
     def of(self, now: int, tick: Tick, answered: Sequence[bool], **fields: Any) -> Sample:
-        """Of a cycle at a time [ns], with further fields of `Sample`; NaN for joints without an answer."""
+        """Sample of a cycle that began at `now` [ns]; NaN for joints without an answer.
+
+        `fields` are further fields of `Sample`.
+        """
         stale, known = self._none_stale, {name: fields.pop(name, self.unknown) for name in SIGNALS}
         if not all(answered):
             stale = ~np.array(answered)
@@ -37,7 +40,7 @@ class HostSamples:
 
 
 class ControllerSamples:
-    """Makes the samples of n joints and k parts of a state, of a cycle [s]; their times never go back."""
+    """Creates samples of n joints and k parts of a state, with a cycle [s]; their times never go back."""
 
     def __init__(self, joints: int, state: int, cycle: float) -> None:
         self.unknown, self.fresh = np.full(joints, np.nan), np.zeros(joints, bool)
@@ -48,24 +51,27 @@ class ControllerSamples:
         self._continued = False
 
     def restart(self) -> None:
-        """No cycle is missed before the next measurement: none was asked for."""
+        """Count no cycles as missed before the next measurement, because none was requested."""
         self._continued = False
 
     def cycles(self, time: int) -> int:
-        """Cycles from the last measurement to one at a time of the controller [ns]; 1 for the first."""
+        """Number of cycles since the last measurement, at a controller time [ns]; 1 for the first."""
         return round(1e-9 * (time - self._time) / self._cycle) if self._continued else 1
 
     def lateness(self, arrival: int, time: int) -> float:
-        """By how much a measurement came later after its time stamp than the quickest one [s].
+        """Delay of a measurement from its time stamp to its arrival, minus the shortest such delay [s].
 
-        Times of host and controller are in [ns]; `of` is told of the latter afterwards.
+        `arrival` is a time of the host and `time` one of the controller [ns]; pass the latter to `of` next.
         """
         ahead = 1e-9 * arrival - 1e-9 * time
         self._ahead = min(self._ahead + DRIFT * max(1e-9 * (time - self._time), 0.0), ahead)
         return ahead - self._ahead
 
     def of(self, time: int, arrival: int, cycles: int, lateness: float, **fields: Any) -> Sample:
-        """Of a measurement so many cycles after the last one, with fields of `Sample`; times in [ns]."""
+        """Sample of a measurement that came `cycles` cycles after the last one; times in [ns].
+
+        `fields` are further fields of `Sample`.
+        """
         known = {name: fields.pop(name, self.unknown) for name in SIGNALS}
         skipped = max(cycles - 1 - self._gone, 0)
         self._gone, self._time, self._continued = 0, time, True
@@ -74,7 +80,7 @@ class ControllerSamples:
         return Sample(self._host_time, time, stale=self.fresh, **fields)
 
     def of_silence(self, gone: int, **fields: Any) -> Sample:
-        """Of nothing, so many cycles after the last measurement."""
+        """Sample without a measurement, `gone` cycles after the last measurement."""
         skipped = max(gone - 1 - self._gone, 0)
         self._gone += 1 + skipped
         self._host_time = max(self._host_time + 1, host_time())
@@ -84,22 +90,22 @@ class ControllerSamples:
 
 
 class Remarks:
-    """Reports changes of parts of a controller's state, as in `Info`; all but `reported` change too often."""
+    """Reports changes of the controller's state, as in `Info`; parts not in `reported` change too often."""
 
     def __init__(self, state: Mapping[str, Mapping[int, str]], reported: Sequence[str]) -> None:
         self._rows = [(list(state).index(name), name, state[name]) for name in reported]
         self._before: dict[str, int] = {}
 
     def on(self, state: np.ndarray | None, texts: deque[str] | None = None) -> tuple[str, ...]:
-        """What has changed since the last cycle (k,), and messages of the controller, which are taken."""
-        found = []
+        """Events: changes of the state (k,) since the last cycle, and `texts` of the controller, removed."""
+        events = []
         while texts:
-            found.append(f"the controller: {texts.popleft()}")
+            events.append(f"the controller: {texts.popleft()}")
         if state is None:
-            return tuple(found)
+            return tuple(events)
         for row, name, words in self._rows:
             code = int(state[row])
             if self._before.get(name, code) != code:
-                found.append(f"{name.replace('_', ' ')} is {word(words, code)} ({code})")
+                events.append(f"{name.replace('_', ' ')} is {word(words, code)} ({code})")
             self._before[name] = code
-        return tuple(found)
+        return tuple(events)

@@ -12,15 +12,15 @@ from exidyn.quoting import double_quoted
 from .errors import BadSettings, listed
 
 FARTHEST = 1e9
-"""Size of a number where no closer limit is given: radians, counts, baud and nanoseconds stay below it."""
+"""Default limit of the magnitude of a number: radians, counts, baud and nanoseconds stay below it."""
 WIDTH = 80
-"""Columns of a comment: what every terminal shows."""
+"""Width of a comment [columns], which every terminal can show."""
 _NAMES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
 @dataclass(frozen=True)
 class About:
-    """A setting's meaning in a line, unit, bounds of a number, and valid values."""
+    """Meaning of a setting in one line, its unit, bounds of a number, and valid values."""
 
     text: str
     unit: str = ""
@@ -30,18 +30,19 @@ class About:
 
 
 def setting(default: Any, text: str, **about: Any) -> Any:
-    """Declare a field of a driver's settings; `...` as default makes it required. `about` as in `About`.
+    """Declare a field of a driver's settings; `...` as default makes it required.
 
-    A field of type `tuple[T, ...]` has a value for each joint; a single one is then taken for all.
+    `about` are fields of `About`. A field of type `tuple[T, ...]` has a value for each joint; a single value
+    is then used for all joints.
     """
     metadata = {"about": About(text, **about)}
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
 def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: str) -> Any:
-    """An instance of a driver's settings for n joints; `where` is what messages call the table.
+    """Read a driver's settings for n joints from a table, which messages call `where`.
 
-    Raises BadSettings for an unknown name, a value that cannot be, or one that is missing.
+    Raises BadSettings for an unknown name, an invalid value, or a missing one.
     """
     known, kinds = {f.name: f for f in fields(cls)}, get_type_hints(cls)
     unknown = next((name for name in table if name not in known), None)
@@ -60,7 +61,7 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
             if len(many) != joints:
                 raise BadSettings(f"{place} has {len(many)} entries, the arm {joints} joints")
             checked = (
-                _checked(_about(f), get_args(kind)[0], one, f"{place}[{k}]") for k, one in enumerate(many)
+                _checked(_about(f), get_args(kind)[0], entry, f"{place}[{k}]") for k, entry in enumerate(many)
             )
             values[name] = tuple(checked)
         else:
@@ -69,9 +70,9 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
 
 
 def listed_joints(cls: type[Any], table: Mapping[str, Any]) -> int:
-    """Length of the first setting that is given as a list with one entry a joint; 0 if none is."""
+    """Length of the first setting that the table lists joint by joint; 0 if there is none."""
     lists = (table.get(name) for name, kind in get_type_hints(cls).items() if _is_per_joint(kind))
-    return next((len(one) for one in lists if isinstance(one, list | tuple)), 0)
+    return next((len(entries) for entries in lists if isinstance(entries, list | tuple)), 0)
 
 
 def _about(f: Field[Any]) -> About:
@@ -97,9 +98,9 @@ def _checked(about: About, kind: type[Any], value: Any, where: str) -> Any:
 
 
 def template(cls: type[Any]) -> str:
-    """The settings as a TOML table with their defaults, each explained; required ones are left empty."""
+    """TOML table of all settings with defaults and explanations; required settings are left empty."""
     lines, kinds = [], get_type_hints(cls)
-    for f in sorted(fields(cls), key=lambda f: f.default is not MISSING):  # what must be filled in is first
+    for f in sorted(fields(cls), key=lambda f: f.default is not MISSING):  # required settings come first
         about, required = _about(f), f.default is MISSING
         facts = [about.text]
         facts += [f"[{about.unit}]"] if about.unit else []

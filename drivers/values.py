@@ -1,4 +1,4 @@
-"""Values: what goes to an arm and comes from it in a cycle, checked before anything is computed with it."""
+"""Values sent to an arm and received from it in a cycle, checked before they are used."""
 
 from dataclasses import dataclass, field, replace
 
@@ -9,35 +9,35 @@ from .errors import Unreadable
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Position [rad] and velocity [rad/s] of the next cycle, each (n,); the latter for those who take it."""
+    """Position [rad] and velocity [rad/s] of the next cycle, each (n,); not all drivers use the velocity."""
 
     position: np.ndarray
     velocity: np.ndarray
 
 
 SIGNALS = ("position", "velocity", "current", "torque", "temperature")
-"""What a sample may hold of each joint."""
+"""Signals that a sample may have of each joint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What was measured in one cycle, in joint coordinates; NaN where the controller is silent.
+    """Measurements of one cycle, in joint coordinates; NaN where the controller is silent.
 
     Attributes:
-        host_time: Host's clock when the measurement came in [ns since 1970]; it never goes back.
-        controller_time: Controller's clock, from its own zero; the host's where it has none [ns].
-        position: Shape (n,) [rad].
-        velocity: Shape (n,) [rad/s].
-        current: Shape (n,) [A].
-        torque: Shape (n,) [N m].
-        temperature: Shape (n,) [degC].
-        lateness: By how much the cycle began, or was answered, too late [s].
-        skipped: Cycles that went by without an exchange since the last sample.
-        stale: Whether no fresh measurement came from a joint in this cycle, shape (n,); its values are NaN.
+        host_time: Time of arrival by the host's clock [ns since 1970]; it never goes back.
+        controller_time: Time of the controller from its own zero [ns]; the host's if it has no clock.
+        position: Joint positions, shape (n,) [rad].
+        velocity: Joint velocities, shape (n,) [rad/s].
+        current: Motor currents, shape (n,) [A].
+        torque: Joint torques, shape (n,) [N m].
+        temperature: Temperatures, shape (n,) [degC].
+        lateness: Delay of the beginning of the cycle, or of its answer [s].
+        skipped: Number of cycles without an exchange since the last sample.
+        stale: Whether a joint sent no new measurement in this cycle, shape (n,); its values are NaN.
         events: Messages of the device or the driver in this cycle, a sentence each.
         fault: Why the arm can no longer be commanded; empty while it can.
-        sent: Whether the command went out; where the controller asks and did not, it has not.
-        state: The controller's own state, shape (k,), a number a name of `Info.state`; NaN where unknown.
+        sent: Whether the command was sent; False if a controller that asks for commands did not ask.
+        state: Controller state, shape (k,), one number per name in `Info.state`; NaN where unknown.
     """
 
     host_time: int
@@ -63,14 +63,14 @@ RANGES = {
     "torque": (-1e6, 1e6, "N m"),
     "temperature": (-273.15, 1e3, "degC"),
 }
-"""Of each signal, lowest and highest value and their unit: beyond what any joint, drive or counter has
-(16,000 turns, 95,000 rpm), so that what is outside was never measured."""
+"""Lowest and highest value of each signal, and their unit. No joint, drive or counter reaches them (16,000
+turns, 95,000 rpm), so a value outside was never measured."""
 LATEST = 1e9
-"""Time from a controller's zero [s]: 30 years, which fit into the recording's nanoseconds many times."""
+"""Latest time from a controller's zero [s]: 30 years, far within the range of a recording's nanoseconds."""
 _LOWER = np.array([[RANGES[name][0]] for name in SIGNALS])
 _UPPER = np.array([[RANGES[name][1]] for name in SIGNALS])
 _LAST = 1 << 62
-"""Of times in a recording [ns]; it has 63 bits."""
+"""Latest time in a recording [ns], which has 63 bits."""
 
 
 def any_of(flags: np.ndarray) -> bool:
@@ -79,16 +79,19 @@ def any_of(flags: np.ndarray) -> bool:
 
 
 def nanoseconds(name: str, seconds: float) -> int:
-    """A controller's time [ns] of that name. Raises Unreadable for what no controller's clock shows."""
+    """Convert a controller's time [s] to [ns]; `name` is for messages.
+
+    Raises Unreadable for a time that no controller's clock shows.
+    """
     if not 0.0 <= seconds <= LATEST:
         raise Unreadable(f"{name} is {seconds:g} s; expected 0 to {LATEST:g} s")
     return round(1e9 * seconds)
 
 
 def checked(sample: Sample) -> Sample:
-    """The sample, with NaN and an event in place of values that nothing can have.
+    """Return the sample with impossible values replaced by NaN and reported as an event.
 
-    Raises Unreadable for a time that no clock shows, or arrays of another shape.
+    Raises Unreadable for a time that no clock shows, or for arrays of different lengths.
     """
     for name in ("host_time", "controller_time"):
         if not 0 <= getattr(sample, name) < _LAST:
@@ -108,7 +111,7 @@ def _without(sample: Sample, values: np.ndarray, wrong: np.ndarray) -> Sample:
     lower, upper, unit = RANGES[SIGNALS[row]]
     text = (
         f"{SIGNALS[row]} of joint {joint + 1} is {values[row, joint]:g} {unit}; expected {lower:g} to "
-        f"{upper:g} {unit}: taken as not received"
+        f"{upper:g} {unit}: treated as not received"
     )
     values[wrong] = np.nan
     signals = dict(zip(SIGNALS, values, strict=True))

@@ -1,1 +1,1 @@
-"""What drivers on a CAN bus share."""
+"""Common part of drivers on a CAN bus."""

@@ -1,4 +1,4 @@
-"""Answers: to which question a frame on a CAN bus belongs, of joints that answer each question with one.
+"""Answers: assigns frames on a CAN bus to questions, for joints that answer each question with one frame.
 
 No frame carries a number or a time. A frame that arrives after its cycle, from an adapter's queue or a slow
 motor, would be read in the next cycle and look right. So questions and answers are counted: after a missing
@@ -45,13 +45,13 @@ class Answers:
 
     def ask(self) -> list[bool]:
         """Begin a cycle; returns which joints are to be asked in it."""
-        asked = [self._settled(joint) for joint in range(len(self._names))]
-        self._owed = [owed + ask for owed, ask in zip(self._owed, asked, strict=True)]
+        to_ask = [self._can_ask(joint) for joint in range(len(self._names))]
+        self._owed = [owed + ask for owed, ask in zip(self._owed, to_ask, strict=True)]
         self._twice = [(twice + 1) * second for twice, second in zip(self._twice, self._second, strict=True)]
-        self._second = [False] * len(asked)
-        self.fresh, self._came = [False] * len(asked), [0] * len(asked)
-        self.waiting, self._open = sum(asked), True
-        return asked
+        self._second = [False] * len(to_ask)
+        self.fresh, self._came = [False] * len(to_ask), [0] * len(to_ask)
+        self.waiting, self._open = sum(to_ask), True
+        return to_ask
 
     def end(self) -> None:
         """End the cycle; an answer that arrives before the next question is late."""
@@ -67,7 +67,7 @@ class Answers:
             self._extra[joint] -= 1
             return
         if not self._owed[joint]:
-            if self._came[joint]:  # else it was not asked for, such as before the first question
+            if self._came[joint]:  # else the frame was unsolicited, such as before the first question
                 self._answered_twice(joint, data)
             return
         self._came[joint] += 1
@@ -80,7 +80,7 @@ class Answers:
         self.waiting -= 1
         self.fresh[joint] = time.monotonic() >= self._doubted_until[joint]
 
-    def _settled(self, joint: int) -> bool:
+    def _can_ask(self, joint: int) -> bool:
         """Decide whether a missing answer was lost; returns whether the joint can be asked."""
         if not self._owed[joint]:
             self._skipped[joint] = False
@@ -99,7 +99,7 @@ class Answers:
         self._late[joint] = True
 
     def _answered_twice(self, joint: int, data: bytes) -> None:
-        """Do not use an answer that a second one contradicts, and tell slow answers from two nodes."""
+        """Discard an answer that a second one contradicts, and distinguish slow answers from two nodes."""
         if data == self._last[joint]:  # CAN itself may deliver a frame twice
             return
         self.fresh[joint], self._second[joint] = False, True

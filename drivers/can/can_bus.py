@@ -1,4 +1,4 @@
-"""A CAN bus in use: whether it can carry a cycle; opened with our errors, then nothing it does raises."""
+"""CAN bus: checks that it can carry a cycle, and opens it with errors of drivers; in use it never raises."""
 
 import logging
 import math
@@ -17,10 +17,10 @@ from .claim import Claim
 from .transports import ERROR, IDENTIFIER, Frame, message, transport_of
 
 PATIENCE = 0.1
-"""How long reading or sending may fail without an end before the bus is given up [s]."""
+"""Time for which reading or sending may fail continuously before the bus is given up [s]."""
 
 SENT_WITHIN = 0.002
-"""A bus that does not take the frames of a cycle within this time has failed to send them [s]."""
+"""Time within which the bus must take the frames of a cycle [s]; otherwise sending has failed."""
 
 BUS_OFF = 0x40
 """Bit of an error frame's identifier: the CAN controller has switched itself off (Linux, error.h)."""
@@ -29,8 +29,8 @@ CONTROLLER = 0x04
 TROUBLES = {
     0x01: "received frames were lost: the host reads too slowly",
     0x02: "frames to be sent were lost",
-    0x04: "many errors in what is received",
-    0x08: "many errors in what is sent",
+    0x04: "many errors in received frames",
+    0x08: "many errors in sent frames",
     0x10: "error-passive while receiving: check wiring, termination and bitrate",
     0x20: "error-passive while sending: is there no acknowledge? Check wiring, termination and bitrate",
 }
@@ -39,7 +39,7 @@ PACKAGES = {
     "canalystii": "canalystii", "cantact": "cantact", "gs_usb": "gs-usb", "neovi": "python-ics filelock",
     "nixnet": "nixnet", "udp_multicast": "msgpack", "usb2can": "pywin32",
 }  # fmt: skip
-"""Interface -> packages that python-can needs for it and does not bring (its own optional dependencies)."""
+"""Interface -> packages that it needs and that python-can does not install (its optional dependencies)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,20 +47,20 @@ class CanSettings(ABC):
     """Settings of every arm on a CAN bus."""
 
     interface: str = setting("socketcan", "interface of python-can")
-    channel: str = setting("can0", "its channel, such as can0 or /dev/ttyACM0")
-    bitrate: int = setting(1_000_000, "of the bus", unit="bit/s", low=10_000, high=1_000_000)
-    options: str = setting("", "more for python-can, as 'name=value, name=value'")
+    channel: str = setting("can0", "channel of the interface, such as can0 or /dev/ttyACM0")
+    bitrate: int = setting(1_000_000, "bitrate of the bus", unit="bit/s", low=10_000, high=1_000_000)
+    options: str = setting("", "further options of python-can, as 'name=value, name=value'")
     cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
     at_close: str = setting(
         "hold",
-        "after the run: hold where the arm stands, or off, for arms with brakes",
+        "after the run: hold the position, or switch off, for arms with brakes",
         choices=("hold", "off"),
     )
 
     @property
     @abstractmethod
     def frames(self) -> list[int]:
-        """Bytes of data of each frame in a cycle, at most."""
+        """Maximum number of data bytes of each frame in a cycle."""
 
     @property
     def beats(self) -> float:
@@ -69,32 +69,32 @@ class CanSettings(ABC):
 
     @property
     def bus(self) -> str:
-        """The bus in words, and its worst-case load."""
+        """Description of the bus with its worst-case load."""
         load = bus_load(self.frames, self.cycle, self.bitrate, self.beats)
         return f"{self.interface} {self.channel}, {self.bitrate} bit/s, load {100.0 * load:.0f} % at worst"
 
     def require_bus(self) -> None:
-        """Raise BadSettings where there is no such bus, or it cannot carry the frames."""
+        """Raise BadSettings if there is no such interface, or the bus cannot carry the frames."""
         require_interface(self.interface)
         read_options(self.options)
         require_room(self.frames, self.cycle, self.bitrate, self.beats)
 
 
-for library in ("can", "canopen"):  # their messages are in our errors; else they print them
+for library in ("can", "canopen"):  # our errors contain their messages; without a handler they print them
     logging.getLogger(library).addHandler(logging.NullHandler())
 
 
 class CanBus:
-    """A python-can bus that outlives noise; also what `canopen` and its reading thread are given for a bus.
+    """A python-can bus that tolerates noise; `canopen` and its reading thread use it as their bus, too.
 
     Attributes:
         trouble: Why the bus can no longer be used; empty while it can.
-        unreadable: Frames so far that could not be read, or that were not of data.
+        unreadable: Number of frames so far that could not be read, or were error frames.
 
     Raises:
-        BadSettings: No such interface, or options that are none.
-        NotReady: Another exidyn uses the bus.
-        LinkLost: The bus cannot be opened.
+        BadSettings: If there is no such interface, or the options are invalid.
+        NotReady: If another exidyn process uses the bus.
+        LinkLost: If the bus cannot be opened.
     """
 
     def __init__(self, interface: str, channel: str, bitrate: int, options: str = "") -> None:
@@ -117,35 +117,35 @@ class CanBus:
         self._events: list[str] = []
 
     def watch_for(self, pause: Pause) -> None:
-        """From here on send nothing right after this computer was silent for too long."""
+        """From now on, send nothing right after this computer was silent for too long."""
         self._transport.pause = pause
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
-        """Send frames of data with 11-bit identifiers, in this order; a failure shows in `trouble`."""
+        """Send data frames with 11-bit identifiers, in this order; a lasting failure sets `trouble`."""
         try:
             self._transport.send(frames, SENT_WITHIN)
-        except Exception as error:  # likewise
+        except Exception as error:  # errors of the back-end, of any type
             self._failed("sent", error)
         else:
             self._failing["sent"] = 0.0
 
     def send(self, message: can.Message, timeout: float = SENT_WITHIN) -> None:
-        """Send a frame of any kind, as python-can does; whether it went out shows in `trouble`."""
+        """Send a frame of any kind, as python-can does; a lasting failure sets `trouble`."""
         try:
             self._bus.send(message, timeout)
-        except Exception as error:  # likewise
+        except Exception as error:  # errors of the back-end, of any type
             self._failed("sent", error)
         else:
             self._failing["sent"] = 0.0
 
     def receive(self, timeout: float) -> Frame | None:
-        """The next frame, its identifier with flags; None where there was none in time [s].
+        """Return the next frame, its identifier with flags; None if there was none within the timeout [s].
 
         None also for a frame that cannot be read and for an error frame, which count as `unreadable`.
         """
         try:
             received = self._transport.receive(timeout)
-        except Exception as error:  # likewise
+        except Exception as error:  # errors of the back-end, of any type
             self.unreadable += 1
             self._failed("read", error)
             return None
@@ -161,29 +161,29 @@ class CanBus:
         return None if received is None else message(*received)
 
     def events(self) -> list[str]:
-        """What was noticed since the last call, each kind of it once."""
+        """Events since the last call; the same event is reported only once."""
         events, self._events = self._events, []
         return events
 
     def fileno(self) -> int:
-        """Not given away: a reading thread is to use `recv`."""
+        """Not available, so that a reading thread uses `recv`."""
         raise NotImplementedError
 
     def shutdown(self) -> None:
-        """Let the bus go; never raises."""
+        """Release the bus; never raises."""
         try:
             self._transport.close()
             self._bus.shutdown()
-        except Exception as error:  # likewise
+        except Exception as error:  # errors of the back-end, of any type
             self._report(f"CAN bus could not be closed: {error}")
         self._claim.release()
 
-    def _failed(self, what: str, error: Exception) -> None:
+    def _failed(self, operation: str, error: Exception) -> None:
         now = time.monotonic()
-        since = self._failing[what] = self._failing[what] or now
-        self._report(f"a CAN frame could not be {what}: {type(error).__name__}: {error}")
+        since = self._failing[operation] = self._failing[operation] or now
+        self._report(f"a CAN frame could not be {operation}: {type(error).__name__}: {error}")
         if now - since > PATIENCE and not self.trouble:
-            self.trouble = f"CAN bus: nothing can be {what} any more: {type(error).__name__}: {error}"
+            self.trouble = f"CAN bus: nothing can be {operation} any more: {type(error).__name__}: {error}"
 
     def _error_frame(self, identifier: int, data: bytes) -> None:
         if identifier & BUS_OFF:
@@ -200,13 +200,13 @@ class CanBus:
 
 
 def require_interface(name: str) -> None:
-    """Raise BadSettings, with a list of all interfaces, where python-can has no such one."""
+    """Raise BadSettings, with a list of all interfaces, if python-can has no interface of this name."""
     if name not in can.VALID_INTERFACES:
         raise BadSettings(f"interface is '{name}'. Valid: {', '.join(sorted(can.VALID_INTERFACES))}")
 
 
 def read_options(text: str) -> dict[str, Any]:
-    """Name -> number, flag or text, of "name=value, name=value". Raises BadSettings for another form."""
+    """Parse "name=value, name=value" into numbers, flags and texts. Raises BadSettings for another form."""
     options = {}
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
@@ -233,52 +233,56 @@ def _cannot_open(interface: str, channel: str, bitrate: int, error: Exception) -
         "slcan": "Is the adapter plugged in, and may you read and write its port?",
     }.get(interface, "Is the adapter plugged in, and its driver installed?")
     if isinstance(error, can.CanInterfaceNotImplementedError | ImportError):
-        advice = _what_is_missing(interface)
+        advice = _missing_package(interface)
     return (
         f"CAN bus {interface} {channel} cannot be opened: {type(error).__name__}: {error}. {advice} "
         "Other interfaces are chosen by 'interface' and 'channel'"
     )
 
 
-def _what_is_missing(interface: str) -> str:
+def _missing_package(interface: str) -> str:
     package = PACKAGES.get(interface)
     if package:
         return f"python-can needs {package} for this interface: 'pip install {package}'."
     return (
-        "python-can lacks what it needs for this interface, such as its maker's library: see its page on "
+        "python-can lacks a library for this interface, such as that of its maker: see its page on "
         f"'{interface}'."
     )
 
 
 FULL = 0.95
-"""Share of a bus that can be used [-]; the rest is for frames that are sent again, errors and set-up."""
+"""Usable fraction of a bus [-]; the rest is for repeated frames, errors and set-up."""
 
 
 def frame_bits(data: int) -> int:
-    """Largest number of bits of a classic frame with an 11-bit identifier and so many bytes of data.
+    """Maximum number of bits of a classic frame with an 11-bit identifier and a number of data bytes.
 
-    These are 44 of frame, 3 of silence after it, 8 a byte, and a stuffing bit after every four of those that
-    are stuffed (identifier, length, data and checksum).
+    The frame takes 44 bits, the silence after it 3, each byte 8, and stuffing adds one bit after every four
+    bits of identifier, length, data and checksum.
     """
     return 47 + 8 * data + (34 + 8 * data - 1) // 4
 
 
 def bus_load(frames: Sequence[int], cycle: float, bitrate: int, others: float = 0.0) -> float:
-    """Worst-case share of the bus [-] that frames with so many bytes of data take, once a cycle [s].
+    """Worst-case load of the bus [-] by frames that are sent once per cycle.
 
-    `others` are frames of one byte besides [1/s]. A share above one cannot be carried.
+    Args:
+        frames: Number of data bytes of each frame.
+        cycle: Time between cycles [s].
+        bitrate: Bitrate of the bus [bit/s].
+        others: Rate of further frames with one data byte [1/s].
     """
     return (sum(frame_bits(data) for data in frames) / cycle + others * frame_bits(1)) / bitrate
 
 
 def require_room(frames: Sequence[int], cycle: float, bitrate: int, others: float = 0.0) -> float:
-    """The load as by `bus_load`. Raises BadSettings if the bus cannot carry it."""
+    """Return the load as `bus_load` does. Raises BadSettings if the bus cannot carry it."""
     load = bus_load(frames, cycle, bitrate, others)
     if load > FULL:
         fits = math.ceil(1e3 * cycle * load / FULL) * 1e-3
         raise BadSettings(
             f"{len(frames)} frames a cycle at {1.0 / cycle:g} Hz need up to {100.0 * load:.0f} % of "
-            f"{bitrate / 1e3:g} kbit/s, usable are {100.0 * FULL:.0f} %. Try cycle = {fits:g}, a bitrate of "
+            f"{bitrate / 1e3:g} kbit/s, limit {100.0 * FULL:.0f} %. Try cycle = {fits:g}, a bitrate of "
             f"{math.ceil(bitrate * load / FULL / 1e5) / 10.0:g} Mbit/s or more (1 Mbit/s is the most of "
             "classic CAN), or fewer joints on this bus"
         )

@@ -1,6 +1,6 @@
-"""What drivers on a CAN bus have in common: the host owns the clock, and asks once a cycle.
+"""Common part of drivers on a CAN bus: the host keeps the clock and queries all joints once per cycle.
 
-No thread: nothing here waits. Whatever arrives that is not understood is left alone.
+There is no thread. Frames that are not understood are ignored.
 """
 
 import time
@@ -19,24 +19,24 @@ from .can_bus import CanBus
 from .transports import STANDARD, Frame
 
 MOST_EVENTS = 50
-"""Events that are kept at most for one sample."""
+"""Maximum number of events kept for one sample."""
 MOST = 500
-"""Frames that are read at most before a question and after its cycle: more are a flood, and can wait."""
+"""Maximum number of frames read before a question and after its cycle: more are a flood, and can wait."""
 FORGET = 0.1
-"""How long what came unread may be read away [s]."""
+"""Maximum time for discarding unread frames [s]."""
 
 
 class CanRound(ABC):
-    """A question to all joints and their answers, once a cycle.
+    """A question to all joints and their answers, once per cycle.
 
     Args:
-        bus: Open.
+        bus: Open CAN bus.
         names: Names of the joints, for messages.
         may_skip: Whether a joint can be left out of a cycle.
 
     Attributes:
-        target: What each joint is commanded, in its own unit.
-        fault: The first reason why the arm can no longer be commanded.
+        target: Commanded position of each joint, in the unit of its drive.
+        fault: First reason why the arm can no longer be commanded; empty while it can.
         received: Time of the last answer of any joint [s].
     """
 
@@ -57,18 +57,18 @@ class CanRound(ABC):
 
     @abstractmethod
     def cycle(self, patience: float) -> int:
-        """Ask all joints, wait so long for answers [s], and return when they measured [ns since 1970]."""
+        """Ask all joints, wait `patience` [s] for answers, and return when they measured [ns since 1970]."""
 
     @abstractmethod
     def _understand(self, identifier: int, data: bytes) -> bool:
-        """Take a frame with an 11-bit identifier for what it is; whether it was of a joint."""
+        """Handle a frame with an 11-bit identifier; returns whether it came from a joint."""
 
     @abstractmethod
     def _commanded_by(self, identifier: int) -> str:
-        """What a frame with this identifier commands, if only this program may send it; else empty."""
+        """Content of a command frame with this identifier that only this program may send; else empty."""
 
     def begin(self) -> None:
-        """Forget what came unread, and what was wrong."""
+        """Discard unread frames and earlier faults."""
         self._answers.begin()
         end = time.monotonic() + FORGET
         while self._bus.receive(0.0) is not None and time.monotonic() < end:
@@ -77,7 +77,7 @@ class CanRound(ABC):
         self.received = time.monotonic()
 
     def fail(self, why: str) -> None:
-        """The arm can no longer be commanded; the first reason is kept, all are reported."""
+        """Record why the arm can no longer be commanded; all reasons are reported, the first is kept."""
         self.fault = self.fault or why
         self.report(why)
 
@@ -87,14 +87,14 @@ class CanRound(ABC):
             self._events.append(text)
 
     def events(self) -> tuple[str, ...]:
-        """What was noticed since the last call."""
+        """Events since the last call."""
         if not self._events:
             return ()
         events, self._events = tuple(self._events), []
         return events
 
     def _ask(self) -> list[bool]:
-        """Read what arrived after the last cycle and begin another; returns which joints are to be asked."""
+        """Read late frames and begin the next cycle; returns which joints are to be asked."""
         for _ in range(MOST):
             unreadable, received = self._bus.unreadable, self._bus.receive(0.0)
             if received is not None:
@@ -104,15 +104,15 @@ class CanRound(ABC):
         return self._answers.ask()
 
     def _collect(self, end: float) -> None:
-        """Read until everybody has answered or time is up; what is there already is read in any case."""
+        """Read until all joints have answered or the time is up; frames already there are always read."""
         self._answer_time.sleep()
         waited, read = False, 0
         while self._answers.waiting and (read < MOST or time.monotonic() < end):
             received, read = self._bus.receive(0.0), read + 1
             if received is None:
-                waited, left = True, end - time.monotonic()
-                received = self._bus.receive(max(left, 0.0))
-                if received is None and (left <= 0.0 or self._bus.trouble):
+                waited, remaining = True, end - time.monotonic()
+                received = self._bus.receive(max(remaining, 0.0))
+                if received is None and (remaining <= 0.0 or self._bus.trouble):
                     break
             if received is not None:
                 self._read(received)
@@ -125,7 +125,7 @@ class CanRound(ABC):
             self.fail(self._bus.trouble)
 
     def _answered(self, joint: int) -> None:
-        """The frame that is read completes an answer of a joint."""
+        """Count the current frame as the end of a joint's answer."""
         self._answers.take(joint, self._data)
 
     def _read(self, received: Frame) -> None:
@@ -136,31 +136,31 @@ class CanRound(ABC):
             self.received = time.monotonic()
         elif not self.fault and (content := self._commanded_by(identifier)):
             self.fail(
-                f"another program sends {content} (identifier 0x{identifier:03X}) on this bus: two that "
-                "command one arm disturb each other. End the other one"
+                f"another program sends {content} (identifier 0x{identifier:03X}) on this bus: two programs "
+                "that command one arm disturb each other. End the other program"
             )
 
 
 PATIENCE = 0.85
-"""Share of a cycle for which answers are waited for [-]."""
+"""Fraction of a cycle spent waiting for answers [-]."""
 RESTING = 2.0
-"""How long a quick stop may take before the bus is let go all the same [s]."""
+"""Maximum duration of a quick stop before the bus is released in any case [s]."""
 AT_REST = 1e-3
-"""A joint that moves less than this in ten cycles is at rest [rad]."""
+"""Largest motion in ten cycles of a joint at rest [rad]."""
 RUNNING_ON = 0.5
-"""How long is looked then whether a joint runs [s]."""
+"""Time for which joints are then observed, to see whether one keeps moving [s]."""
 FEWEST = 3
-"""Cycles that drives must wait for this computer at least: in two it may have nothing to send."""
+"""Minimum patience of drives [cycles]: in two, this computer may have nothing to send."""
 RUNS_ON = 0.2
-"""Way in that time that no arm on springs swings [rad], two seconds after it was stopped."""
+"""Motion in that time that proves a moving joint [rad]: two seconds after a stop, no arm swings this far."""
 SILENCE = 1.0
-"""Without any frame of any joint for so long, the link is lost [s]."""
+"""Time without any frame of any joint after which the link is lost [s]."""
 
 Round = TypeVar("Round", bound=CanRound)
 
 
 class CanDriver(Driver, Generic[Round]):
-    """A driver whose joints answer once a cycle on a CAN bus."""
+    """A driver whose joints answer once per cycle on a CAN bus."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         super().__init__(settings, arm)
@@ -176,21 +176,21 @@ class CanDriver(Driver, Generic[Round]):
 
     @property
     def _host_patience(self) -> float:
-        """Silence of this computer after which drives stop by themselves [s]; infinite where they do not."""
+        """Silence of this computer after which drives stop by themselves [s]; infinite if they do not."""
         patience: float = self.settings.dead_man
         return patience
 
     @abstractmethod
-    def _aim(self, talk: Round, command: Command) -> None:
+    def _set_target(self, talk: Round, command: Command) -> None:
         """Make a command the next target."""
 
     @abstractmethod
-    def _look(self, talk: Round) -> None:
-        """Look at what was answered, while joints are commanded and there was no stop."""
+    def _check_answers(self, talk: Round) -> None:
+        """Check the answers for faults, while joints are commanded and not stopped."""
 
     @abstractmethod
     def _measured(self, talk: Round) -> dict[str, np.ndarray]:
-        """Signals that were answered, in our units, each of shape (n,)."""
+        """Measured signals in the units of `Sample`, each of shape (n,)."""
 
     @abstractmethod
     def _position(self, talk: Round) -> np.ndarray:
@@ -198,24 +198,24 @@ class CanDriver(Driver, Generic[Round]):
 
     @abstractmethod
     def _stopped(self, talk: Round) -> bool:
-        """Whether all joints have taken a quick stop for one, moving or not."""
+        """Whether all joints have accepted a quick stop, moving or not."""
 
     @abstractmethod
-    def _part(self, talk: Round) -> None:
-        """Leave joints that no longer miss the host."""
+    def _detach(self, talk: Round) -> None:
+        """Make the joints no longer expect frames from the host."""
 
     def exchange(self, command: Command | None) -> Sample:
-        """A command, or the last one again, and what is answered in the same cycle."""
+        """Send a command, or the last one again, and return the answers of the same cycle."""
         talk = self._opened()
         if self._clock is None:
             self._begin(talk)
         tick = self._tick()
         commanding, before = self._armed and not self._level, talk.target
         if command is not None and commanding:
-            self._aim(talk, command)
-        paused, measured_at = self._pause.count, self._turn(talk, before)
+            self._set_target(talk, command)
+        paused, measured_at = self._pause.count, self._run_cycle(talk, before)
         if commanding and not talk.fault:
-            self._look(talk)
+            self._check_answers(talk)
         if time.monotonic() - talk.received > SILENCE:
             raise LinkLost(
                 f"nothing was received from any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
@@ -227,15 +227,15 @@ class CanDriver(Driver, Generic[Round]):
         )
 
     def close(self) -> None:
-        """Quick stop until at rest, then held or switched off by `at_close`."""
+        """Stop quickly, wait until the arm is at rest, then hold it or switch it off as `at_close` says."""
         try:
             if self._round is not None:
                 if self._bus is not None:  # a stop enables nothing, and must not be held back
                     self._bus.watch_for(Pause(float("inf")))
                 if self._armed:
                     self._come_to_rest(self._round)
-                self._part(self._round)
-        except Exception:  # nothing that goes wrong now is of use to anybody
+                self._detach(self._round)
+        except Exception:  # closing never raises
             pass
         finally:
             if self._bus is not None:
@@ -258,16 +258,16 @@ class CanDriver(Driver, Generic[Round]):
         talk.begin()
 
     def _begin_commands(self, talk: Round) -> None:
-        """As `_begin`; from here on nothing is sent right after a pause of this computer."""
+        """Begin; from now on, nothing is sent right after a pause of this computer."""
         assert self._bus is not None
         self._begin(talk)
         self._pause.begin()
         self._bus.watch_for(self._pause)
 
-    def _turn(self, talk: Round, before: list[Any] | None = None) -> int:
-        """A cycle of the bus, as `CanRound.cycle`; after a pause of this computer, a quick stop.
+    def _run_cycle(self, talk: Round, before: list[Any] | None = None) -> int:
+        """Run a cycle of the bus, as `CanRound.cycle`; after a pause of this computer, stop quickly.
 
-        `before` are the targets of the last cycle, which the stop holds.
+        `before` contains the targets of the last cycle, which the stop holds.
         """
         paused, measured_at = self._pause.count, talk.cycle(self._patience)
         if self._pause.count == paused:
@@ -275,7 +275,7 @@ class CanDriver(Driver, Generic[Round]):
         talk.received = time.monotonic()  # nothing was asked
         if self._armed and not self._level:
             talk.target = talk.target if before is None else before
-            talk.fault = ""  # what drives report then follows from the pause
+            talk.fault = ""  # faults that drives report now are consequences of the pause
             talk.fail(self._pause.text())
             self.stop(StopLevel.QUICK)
         return measured_at
@@ -287,10 +287,10 @@ class CanDriver(Driver, Generic[Round]):
     def _cycles(self, talk: Round, count: int) -> None:
         for _ in range(count):
             self._tick()
-            self._turn(talk)
+            self._run_cycle(talk)
 
     def _come_to_rest(self, talk: Round) -> None:
-        """Quick stop, wait until all joints rest or there is no use in waiting, and switch off if wanted."""
+        """Stop quickly, wait until all joints rest or none answers, and switch off if requested."""
         self.stop(StopLevel.QUICK)
         end, resting = time.monotonic() + RESTING, False
         while not resting and time.monotonic() < end:
@@ -305,9 +305,9 @@ class CanDriver(Driver, Generic[Round]):
             self._cycles(talk, 10)
 
     def _runs_on(self, talk: Round) -> bool:
-        """Whether a quick stop has not stopped a joint, and no drive reports that it let go by itself.
+        """Whether a joint still moves after a quick stop, and no drive reports that it switched itself off.
 
-        To leave then would leave an arm that runs, and take from it what stops it when the host is silent.
+        Detaching then would leave a moving arm without the dead-man function that stops it.
         """
         if talk.fault:
             return False

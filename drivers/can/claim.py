@@ -1,4 +1,4 @@
-"""Claim: a bus is for one exidyn process of a computer, since two that command it disturb each other.
+"""Claim: one exidyn process per bus and computer, because two that command a bus disturb each other.
 
 A CAN socket lets any number of programs send. The claim is a socket name in Linux's abstract namespace: it
 vanishes with the process, however that ends, and belongs to the same network namespace as the bus.
@@ -14,14 +14,14 @@ from ..errors import NotReady
 CREDENTIALS = struct.Struct("3i")
 """`ucred` of Linux: process, user and group at the other end of a socket."""
 LONGEST = 100
-"""Bytes of a name; an abstract address has at most 107."""
+"""Maximum length of a name [bytes]; an abstract address has at most 107."""
 
 
 class Claim:
-    """The right of a process to use a bus, by its name, until `release`. Only Linux has such claims.
+    """The exclusive right of a process to use a named bus until `release`. Only Linux supports it.
 
     Raises:
-        NotReady: Another process has it.
+        NotReady: If another process uses the bus.
     """
 
     def __init__(self, bus: str) -> None:
@@ -41,19 +41,19 @@ class Claim:
             process = f" (process {holder})" if holder else ""
             raise NotReady(
                 f"{bus} is in use by another exidyn{process}: two programs on one bus disturb each other. "
-                "Let the other end, then try again"
+                "End the other program, then try again"
             ) from error
         self._socket = claim
 
     def release(self) -> None:
-        """Let others use the bus; may be called again."""
+        """Let other processes use the bus; may be called again."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
 
 
 def _holder(address: bytes) -> int:
-    """Number of the process that has claimed an address; 0 where that cannot be found out."""
+    """Id of the process that has claimed an address; 0 if it cannot be determined."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
         link.settimeout(0.1)
         try:

@@ -1,8 +1,8 @@
-"""Transports: hand frames to a CAN adapter and take frames from it.
+"""Transports: send frames to a CAN adapter and receive frames from it.
 
-python-can makes an object of every frame, checks, filters and logs it. For the frames of six joints this
-takes longer than all other work of a cycle. Where python-can has a socket or a serial port, it is used
-directly; all other interfaces go through python-can, by `PythonCanTransport`.
+python-can creates an object for every frame, checks, filters and logs it. For the frames of six joints, this
+takes longer than all other work of a cycle. Where python-can has a socket or a serial port, these transports
+use it directly; all other interfaces go through `PythonCanTransport`.
 """
 
 import os
@@ -20,11 +20,11 @@ import can
 from ..host_clock import Pause
 
 Frame = tuple[int, bytes]
-"""Identifier and data. Flags above the identifier's bits mark all that is not a classic frame of data with an
-11-bit identifier."""
+"""Identifier and data. Flags above the bits of the identifier mark every frame that is not a classic data
+frame with an 11-bit identifier."""
 
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
-"""Flags in an identifier: of 29 bits, a remote frame, an error frame (as in Linux, can.h)."""
+"""Flags in an identifier: 29-bit identifier, remote frame, error frame (as in Linux, can.h)."""
 FD = 1 << 32
 """Flag in an identifier: a frame of CAN FD."""
 STANDARD = 0x7FF
@@ -34,32 +34,35 @@ IDENTIFIER = 0x1FFFFFFF
 
 
 class Transport(ABC):
-    """Frames to an adapter and from it; what the adapter or the system raises is raised.
+    """Sends frames to an adapter and receives frames; errors of the adapter or the system are passed on.
 
     Attributes:
-        pause: Looked at right before frames are handed over; after a pause none is.
+        pause: Pause of the host, checked right before sending; after a pause, no frame is sent.
     """
 
     pause = Pause(float("inf"))
 
     @abstractmethod
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        """Hand frames over, all within a time-out [s]; after one that fails the others are tried."""
+        """Send frames, all within a timeout [s]; if one fails, the others are still tried."""
 
     @abstractmethod
     def receive(self, timeout: float) -> Frame | None:
-        """The next frame, waited for so long [s], or None. Raises ValueError for what is none, and others."""
+        """Return the next frame, or None after a timeout [s].
 
-    def close(self) -> None:  # noqa: B027 - most have nothing of their own
-        """Let go of what is its own; the bus is closed by python-can."""
+        Raises ValueError for invalid data, and errors of the adapter or the system.
+        """
+
+    def close(self) -> None:  # noqa: B027 - most have nothing to release
+        """Release the resources of the transport; python-can closes the bus."""
 
 
 FLOOD = 500
-"""Frames that are passed over at most in one call."""
+"""Maximum number of frames skipped in one call."""
 
 
 class PythonCanTransport(Transport):
-    """Any interface, by the methods that python-can gives all of them."""
+    """Any interface, through the common methods of python-can."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
@@ -73,7 +76,7 @@ class PythonCanTransport(Transport):
         send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
-        """As in `Transport`; some interfaces return what was sent, which is passed over."""
+        """Receive as in `Transport`; frames that an interface returns to their sender are skipped."""
         end = time.monotonic() + timeout
         for _ in range(FLOOD):
             received = self._bus.recv(max(end - time.monotonic(), 0.0))
@@ -88,7 +91,7 @@ class PythonCanTransport(Transport):
 
 
 def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None], pause: Pause) -> None:
-    """Send every frame, also after one that fails, and none after a pause; the first failure is raised."""
+    """Send every frame, even after a failure, but none after a pause. Raises the first failure."""
     failure: Exception | None = None
     for identifier, data in frames:
         if pause.noticed():
@@ -102,7 +105,7 @@ def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None], pause
 
 
 def message(identifier: int, data: bytes) -> can.Message:
-    """A frame as python-can's object; the identifier with its flags."""
+    """Convert a frame, its identifier with flags, to a message of python-can."""
     return can.Message(
         arbitration_id=identifier & IDENTIFIER,
         is_extended_id=bool(identifier & EXTENDED),
@@ -114,7 +117,7 @@ def message(identifier: int, data: bytes) -> can.Message:
 
 
 def flagged(received: can.Message) -> int:
-    """Identifier of python-can's object, with its flags."""
+    """Identifier of a message of python-can, with flags."""
     return (
         received.arbitration_id
         | EXTENDED * received.is_extended_id
@@ -125,18 +128,18 @@ def flagged(received: can.Message) -> int:
 
 
 READ = 4096
-"""Bytes that are read at once."""
+"""Maximum number of bytes read at once."""
 LONGEST_LINE = 1 << 16
-"""Bytes without the end of a line after which they are thrown away: no adapter sends such a line."""
+"""Maximum length of a line [bytes]; longer input is discarded, because no adapter sends such a line."""
 KINDS = {
     "t": (3, 0), "T": (8, EXTENDED), "x": (8, EXTENDED), "r": (3, REMOTE), "R": (8, EXTENDED | REMOTE),
     "d": (3, FD), "b": (3, FD), "D": (8, EXTENDED | FD), "B": (8, EXTENDED | FD),
 }  # fmt: skip
-"""First letter of a line -> digits of the identifier, and its flags; other lines answer what was sent."""
+"""First letter of a line -> number of digits of the identifier, and its flags; other lines are replies."""
 
 
 class SlcanTransport(Transport):
-    """An adapter on a serial port, of which python-can's has the file descriptor of POSIX systems."""
+    """An adapter on a serial port of python-can that has a POSIX file descriptor."""
 
     def __init__(self, port: Any) -> None:
         self._waited_for = [port.fd]
@@ -155,7 +158,7 @@ class SlcanTransport(Transport):
         inside_line = text[sent - 1] != ord("\r") if sent else bool(self._unsent)
         self._unsent = text[sent : text.find(b"\r", sent) + 1] if inside_line else b""
         if sent < len(text):
-            raise OSError("the adapter does not take what it is sent")
+            raise OSError("the adapter does not take the frames")
 
     def receive(self, timeout: float) -> Frame | None:
         end = time.monotonic() + timeout
@@ -182,7 +185,7 @@ class SlcanTransport(Transport):
 
 
 def _frame(line: str) -> Frame | None:
-    """The frame in a line; None for a line that has none. Raises ValueError for a broken line."""
+    """Parse the frame in a line; None for a line without a frame. Raises ValueError for a broken line."""
     if line[:1] not in KINDS:
         return None
     digits, flags = KINDS[line[0]]
@@ -196,26 +199,26 @@ def _frame(line: str) -> Frame | None:
 
 
 LONGEST = 400
-"""Bytes of a datagram that are read: more than any has. Python has objects of up to 512 bytes quickly."""
+"""Bytes to read of a datagram: more than any has; Python allocates objects of up to 512 bytes quickly."""
 
 
 class SocketTransport(Transport):
-    """Frames over an open socket, which stays python-can's and is not closed here."""
+    """Frames over an open socket, which belongs to python-can and is not closed here."""
 
     def __init__(self, link: socket.socket) -> None:
         self._socket, self._waited_for = link, [link.fileno()]
 
     @abstractmethod
     def _encode(self, identifier: int, data: bytes) -> bytes:
-        """The datagram of a frame of data with an 11-bit identifier."""
+        """Encode a data frame with an 11-bit identifier as a datagram."""
 
     @abstractmethod
     def _decode(self, datagram: bytes) -> Frame | None:
-        """The frame in a datagram; None to pass it over. Raises ValueError, KeyError, TypeError for none."""
+        """Decode a datagram; None to skip it. Raises ValueError, KeyError or TypeError if it is no frame."""
 
     @abstractmethod
     def _hand_over(self, datagram: bytes) -> None:
-        """Give a datagram to the socket without waiting. Raises BlockingIOError if it is not taken now."""
+        """Send a datagram without waiting. Raises BlockingIOError if the socket cannot take it now."""
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
 
@@ -246,15 +249,15 @@ class SocketTransport(Transport):
 
 
 FRAME = struct.Struct("=IB2xB8s")
-"""`can_frame` of Linux: identifier with flags, number of bytes, the same as its code, eight bytes of data."""
+"""`can_frame` of Linux: identifier with flags, number of bytes, its DLC code, eight data bytes."""
 HEAD = struct.Struct("=I")
-"""What a frame of CAN FD begins with, likewise."""
+"""Beginning of `canfd_frame`: identifier with flags."""
 LARGEST_FD = 72
 """Size of `canfd_frame` [bytes]."""
 
 
 class SocketcanTransport(SocketTransport):
-    """A SocketCAN interface; its flags of identifiers are those of `transport`."""
+    """A SocketCAN interface, whose identifier flags are those of this module."""
 
     def _encode(self, identifier: int, data: bytes) -> bytes:
         return FRAME.pack(identifier, len(data), len(data), data)
@@ -272,7 +275,7 @@ class SocketcanTransport(SocketTransport):
 
 
 def transport_of(bus: can.BusABC, interface: str, channel: str, options: Mapping[str, Any]) -> Transport:
-    """The quickest transport that an open bus allows, by the interface, channel and options of python-can."""
+    """Fastest transport for an open bus, chosen by the interface, channel and options of python-can."""
     link = getattr(bus, "socket", None)
     if interface == "socketcan" and channel and isinstance(link, socket.socket):
         return SocketcanTransport(link)

@@ -1,4 +1,4 @@
-"""python-can's CAN bus without hardware: a frame a multicast datagram, as a map in MessagePack."""
+"""CAN bus of python-can without hardware: each frame is a multicast datagram with a MessagePack map."""
 
 import os
 import socket
@@ -12,18 +12,18 @@ from can.interfaces.udp_multicast.utils import pack_message
 from .transports import STANDARD, Frame, SocketTransport, flagged, message
 
 PORT = 43113
-"""Of the bus where the options give none, as in python-can."""
+"""Default port of the bus, as in python-can."""
 DATA = b"\xa4data\xc4"
-"""What stands before the data in a datagram: the name, the mark of bytes; next is their number."""
+"""Bytes before the data in a datagram: the key, and the MessagePack type for bytes; their number follows."""
 KINDS = ("is_extended_id", "is_remote_frame", "is_error_frame", "is_fd")
-"""Names of what is not a frame of data with an 11-bit identifier."""
+"""Names of the flags of frames that are not data frames with an 11-bit identifier."""
 REMEMBERED = 1000
-"""Datagrams that are remembered because they have not come back, and beginnings of those received. Where
-there are more, some were lost, or a sender stamps its frames."""
+"""Maximum number of remembered datagrams that have not come back, and of known beginnings of received ones.
+If there are more, some were lost, or a sender adds time stamps."""
 
 
 class UdpMulticastTransport(SocketTransport):
-    """A multicast bus over python-can's socket; datagrams that come back to their sender are passed over."""
+    """A multicast bus over the socket of python-can; datagrams that come back to their sender are skipped."""
 
     def __init__(self, descriptor: int, group: str, port: int | None) -> None:
         super().__init__(socket.socket(fileno=os.dup(descriptor)))
@@ -40,7 +40,7 @@ class UdpMulticastTransport(SocketTransport):
         return b"".join((around[0], data, around[1]))
 
     def _parts(self, identifier: int, length: int) -> tuple[bytes, bytes]:
-        """What stands before and behind so many bytes of data; it is the same for every such frame."""
+        """Bytes before and after the data, the same for all frames of this identifier and length."""
         datagram = pack_message(message(identifier, bytes(length)))
         begin = datagram.index(DATA) + len(DATA) + 1
         return datagram[:begin], datagram[begin + length :]
@@ -54,15 +54,15 @@ class UdpMulticastTransport(SocketTransport):
         begin = datagram.find(DATA) + len(DATA) + 1
         known = self._received.get(datagram[:begin])
         if known is not None:
-            identifier, rest = known
+            identifier, ending = known
             end = begin + datagram[begin - 1]
-            if datagram[end:] == rest:
+            if datagram[end:] == ending:
                 return identifier, datagram[begin:end]
-        return self._learned(datagram, begin)
+        return self._learn(datagram, begin)
 
-    def _learned(self, datagram: bytes, begin: int) -> Frame:
-        """The frame in a datagram, whose like will be known by what stands around its data."""
-        identifier, data = self._unpacked(datagram)
+    def _learn(self, datagram: bytes, begin: int) -> Frame:
+        """Decode a datagram in full, and remember the bytes around its data to recognize the next one."""
+        identifier, data = self._unpack(datagram)
         end = begin + len(data)
         if identifier <= STANDARD and datagram[begin:end] == data:
             if len(self._received) > REMEMBERED:
@@ -70,7 +70,7 @@ class UdpMulticastTransport(SocketTransport):
             self._received[datagram[:begin]] = identifier, datagram[end:]
         return identifier, data
 
-    def _unpacked(self, datagram: bytes) -> Frame:
+    def _unpack(self, datagram: bytes) -> Frame:
         fields: dict[str, Any] = msgpack.unpackb(datagram)
         identifier, data = fields["arbitration_id"], fields["data"]
         if any(map(fields.__getitem__, KINDS)):

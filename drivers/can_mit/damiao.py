@@ -1,6 +1,6 @@
-"""Damiao motors: their registers, set before a run and gone with the next power-off.
+"""Registers of Damiao motors, which are set before a run and lost at the next power-off.
 
-Frames to 0x7FF are for the motor named in their first two bytes; it answers on its own master identifier.
+Frames to 0x7FF are for the motor named in their first two bytes, which answers on its master identifier.
 """
 
 import struct
@@ -15,13 +15,13 @@ from .mit_frame import Motor
 TO_ALL = 0x7FF
 """Identifier of requests."""
 READ, WRITE, STORE, REFRESH = 0x33, 0x55, 0xAA, 0xCC
-"""Third byte of a request: read a register, write one, store all of them, answer with the state."""
+"""Third byte of a request: read a register, write a register, store all of them, answer with the state."""
 TRIES, ANSWER = 3, 0.1
-"""How often a register is asked for, and how long each answer is waited for [s]."""
+"""Number of attempts to read a register, and maximum time to wait for each answer [s]."""
 
 
 class Register(NamedTuple):
-    """A register: its number, the form of its value as `struct` writes it, and its maker's name for it."""
+    """A register: its number, the `struct` format of its value, and the maker's name for it."""
 
     number: int
     form: str
@@ -42,36 +42,36 @@ TIMEOUT_UNIT = 50e-6
 
 
 def refresh(motor: int) -> bytes:
-    """The request that makes a motor answer with its state and do nothing else."""
+    """Encode the request that makes a motor answer with its state and do nothing else."""
     return struct.pack("<HBx4x", motor, REFRESH)
 
 
 def is_register(motor: int, data: bytes) -> bool:
-    """Whether an answer of a motor has a register, as another program may have asked for, and no state.
+    """Whether an answer contains a register, which another program may have asked for, instead of a state.
 
-    A state with the same bytes would be of a motor that is off, at a two-hundredth of its range from the end.
+    A state with the same bytes would mean a motor that is off, within 0.5 % of the end of its range.
     """
     return len(data) == 8 and data[:2] == struct.pack("<H", motor) and data[2] in (READ, WRITE, STORE)
 
 
 def read(bus: CanBus, motor: int, master: int, register: Register) -> float | None:
-    """The value of a register; None where there is no answer for it."""
+    """Read a register; None if there is no answer."""
     return _ask(bus, motor, master, register, READ, bytes(4))
 
 
 def write(bus: CanBus, motor: int, master: int, register: Register, value: int) -> float | None:
-    """Write a register and read it back; None where there is no answer for it."""
+    """Write a register and read it back; None if there is no answer."""
     _ask(bus, motor, master, register, WRITE, struct.pack(register.form, value))
     return read(bus, motor, master, register)
 
 
-def _ask(bus: CanBus, motor: int, master: int, register: Register, what: int, data: bytes) -> float | None:
-    head = struct.pack("<HBB", motor, what, register.number)
+def _ask(bus: CanBus, motor: int, master: int, register: Register, action: int, data: bytes) -> float | None:
+    head = struct.pack("<HBB", motor, action, register.number)
     for _ in range(TRIES):
         bus.send_frames([(TO_ALL, head + data)])
         end = time.monotonic() + ANSWER
-        while (left := end - time.monotonic()) > 0.0:
-            identifier, answer = bus.receive(left) or (-1, b"")
+        while (remaining := end - time.monotonic()) > 0.0:
+            identifier, answer = bus.receive(remaining) or (-1, b"")
             if identifier == master and len(answer) == 8 and answer[:4] == head:
                 return float(struct.unpack(register.form, answer[4:])[0])
     return None
@@ -79,11 +79,13 @@ def _ask(bus: CanBus, motor: int, master: int, register: Register, what: int, da
 
 @dataclass
 class MotorData:
-    """Data of a motor: facts that explain the measurement later, and warnings, a sentence each.
+    """Data of a motor.
 
     Attributes:
-        guarded: Whether it is verified that it switches off when the host falls silent.
-        timeout: Its TIMEOUT before the set-up; None if it did not answer.
+        guarded: Whether it is verified that the motor switches off when the host falls silent.
+        timeout: Value of TIMEOUT before the set-up; None if the motor did not answer.
+        facts: Facts that explain the measurements later.
+        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False
@@ -93,28 +95,28 @@ class MotorData:
 
 
 def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> MotorData:
-    """Check a motor's registers, and make it switch off after so long a silence of the host [s].
+    """Check a motor's registers, and make it switch off after `dead_man` [s] without a frame of the host.
 
-    Without `dead_man`, for a motor that is only read, nothing is changed. Raises NotReady if its ranges are
-    not those that were set, or it does not take the MIT mode.
+    Without `dead_man`, for a motor that is only read, nothing is changed. Raises NotReady if its ranges
+    differ from the settings, or it does not take the MIT mode.
     """
-    found = MotorData()
-    if _reading(bus, motor, MODE) is None:
-        found.warnings.append(
-            f"{motor.name} does not show its registers: its ranges could not be checked, and it goes on with "
-            "its last command if this computer falls silent"
+    motor_data = MotorData()
+    if _read_register(bus, motor, MODE) is None:
+        motor_data.warnings.append(
+            f"{motor.name} does not show its registers: its ranges could not be checked, and it keeps "
+            "following its last command if this computer falls silent"
         )
-        return found
+        return motor_data
     _require_ranges(bus, motor)
     if dead_man is not None:
         _set_mode(bus, motor)
     for register in (TORQUE_CONSTANT, GEAR, SOFTWARE):
-        value = _reading(bus, motor, register)
+        value = _read_register(bus, motor, register)
         if value is not None:
-            found.facts.append(f"{register.name} {value:g}")
+            motor_data.facts.append(f"{register.name} {value:g}")
     if dead_man is not None:
-        _set_dead_man(bus, motor, dead_man, found)
-    return found
+        _set_dead_man(bus, motor, dead_man, motor_data)
+    return motor_data
 
 
 def leave(bus: CanBus, motor: Motor, timeout: int) -> None:
@@ -123,32 +125,34 @@ def leave(bus: CanBus, motor: Motor, timeout: int) -> None:
     bus.send_frames([(TO_ALL, head + struct.pack(TIMEOUT.form, timeout))])
 
 
-def _reading(bus: CanBus, motor: Motor, register: Register) -> float | None:
+def _read_register(bus: CanBus, motor: Motor, register: Register) -> float | None:
     return read(bus, motor.number, motor.master, register)
 
 
 def _require_ranges(bus: CanBus, motor: Motor) -> None:
     for register, nominal in zip(RANGES, motor.commanded, strict=True):
-        value = _reading(bus, motor, register)
+        value = _read_register(bus, motor, register)
         if value is not None and abs(value - nominal) > 1e-3 * nominal:
             raise NotReady(
-                f"{motor.name} has {register.name} = {value:g}, its model here has {nominal:g}: every "
-                "number would be wrong. Correct model, or set position_range, velocity_range and torque_range"
+                f"{motor.name} has {register.name} = {value:g}, its model here has {nominal:g}: every number "
+                "would be wrong. Correct model, or set position_range, velocity_range and torque_range"
             )
 
 
 def _set_mode(bus: CanBus, motor: Motor) -> None:
-    if _reading(bus, motor, MODE) == MIT_MODE:
+    if _read_register(bus, motor, MODE) == MIT_MODE:
         return
     mode = write(bus, motor.number, motor.master, MODE, MIT_MODE)
     if mode != MIT_MODE:
         raise NotReady(f"{motor.name} was set to mode {MIT_MODE} (MIT) and is in mode {mode}")
 
 
-def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, found: MotorData) -> None:
-    before = _reading(bus, motor, TIMEOUT)
-    found.timeout = None if before is None else int(before)
+def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, motor_data: MotorData) -> None:
+    before = _read_register(bus, motor, TIMEOUT)
+    motor_data.timeout = None if before is None else int(before)
     wanted = round(dead_man / TIMEOUT_UNIT)
-    found.guarded = write(bus, motor.number, motor.master, TIMEOUT, wanted) == wanted
-    if not found.guarded:
-        found.warnings.append(f"{motor.name} does not take TIMEOUT: it goes on if this computer falls silent")
+    motor_data.guarded = write(bus, motor.number, motor.master, TIMEOUT, wanted) == wanted
+    if not motor_data.guarded:
+        motor_data.warnings.append(
+            f"{motor.name} does not take TIMEOUT: it keeps moving if this computer falls silent"
+        )

@@ -1,8 +1,8 @@
 """Motors with the MIT frame on a CAN bus: Damiao, and T-Motor's AK series in MIT mode.
 
 A command is a spring to a position and a damper to a velocity: kp (position - measured) +
-kd (velocity - measured). What carries the arm is the deflection of that spring, so that it stands away from
-its commands by load over kp. Each motor is asked by its command and answers at once.
+kd (velocity - measured). The deflection of the spring carries the load, so that the arm deviates from its
+commands by load / kp. Each motor answers its command at once.
 """
 
 import time
@@ -20,13 +20,13 @@ from .mit_motors import UNKNOWN, MotorRound, Request
 from .settings import MitSettings, info_of, require_sound
 
 ENABLING = 2.0
-"""How long motors may take to be switched on [s]."""
+"""Maximum time to switch the motors on [s]."""
 LIMP = 3
-"""Cycles of zero gains before a motor is switched on, so that no old command is left in it."""
+"""Number of cycles with zero gains before a motor is switched on, which clear its old command."""
 BLIND = 3
-"""Cycles in which a motor is commanded on that does not report whether it is."""
+"""Number of cycles with the command to switch on, for a motor that does not report whether it is on."""
 ANSWERS = 0.5
-"""How long first answers are waited for [s]."""
+"""Maximum time to wait for the first answers [s]."""
 
 
 class CanMit(CanDriver[MotorRound]):
@@ -41,35 +41,35 @@ class CanMit(CanDriver[MotorRound]):
         self._motors = settings.motors(arm.joints)
         self._sign, self._zero = np.array(settings.sign, float), np.array(settings.zero)
         self._to_torque, self._to_current = self._scales()
-        self._found: list[MotorData] = []
+        self._motor_data: list[MotorData] = []
         self._attempts, self._resting = [0] * arm.dof, Resting(arm.dof)
 
     def open(self) -> Info:
         return self._open(self.settings.dead_man)
 
     def open_to_read(self) -> Info:
-        """Without a dead-man, which would switch off what another program left on."""
+        """Open without a dead-man function, which would switch off motors that another program left on."""
         return self._open(None)
 
     @property
     def sent_to_read(self) -> str:
-        asked = "questions for states and registers" if DAMIAO in self._families else ""
+        questions = "questions for states and registers" if DAMIAO in self._families else ""
         limp = "commands with zero gains (T-Motor)" if T_MOTOR in self._families else ""
-        return " and ".join(filter(None, (asked, limp)))
+        return " and ".join(filter(None, (questions, limp)))
 
     @property
     def risk_of_reading(self) -> str:
-        """T-Motor has no question that is not a command."""
+        """Risk that T-Motor motors go limp, because they answer only to commands."""
         if T_MOTOR not in self._families:
             return ""
         names = [motor.name for motor in self._motors if motor.family is T_MOTOR]
         return (
             f"{', '.join(names)}: T-Motor sends its state only when commanded, here with zero gains. A motor "
-            "that is off stays off; one that another program left on goes limp: an arm without brakes drops"
+            "that is off stays off; a motor left on by another program goes limp: an arm without brakes drops"
         )
 
     def states(self) -> tuple[str, ...]:
-        """A T-Motor without fault does not report whether it is on."""
+        """State of each motor; empty for a T-Motor without fault, which does not report whether it is on."""
         return tuple(
             error_text(motor.family, state.error)
             or (("on" if state.error == ON else "off") if motor.family is DAMIAO else "")
@@ -90,7 +90,7 @@ class CanMit(CanDriver[MotorRound]):
     def _open(self, dead_man: float | None) -> Info:
         bus = self._open_bus()
         try:
-            self._found = [
+            self._motor_data = [
                 set_up(bus, motor, dead_man) if motor.family.registers else MotorData()
                 for motor in self._motors
             ]
@@ -100,10 +100,10 @@ class CanMit(CanDriver[MotorRound]):
             self.close()
             raise
         scales = self._to_current, self._to_torque
-        return info_of(self.settings, self._motors, self._found, self._round.state, *scales)
+        return info_of(self.settings, self._motors, self._motor_data, self._round.state, *scales)
 
     def arm_drives(self) -> None:
-        """Switch on with zero gains, then hold each joint where it stands."""
+        """Switch on with zero gains, then hold each joint at its position."""
         talk = self._opened()
         self._begin_commands(talk)
         self._level, self._attempts, self._armed = 0, [0] * self.arm.dof, True
@@ -123,7 +123,7 @@ class CanMit(CanDriver[MotorRound]):
                 raise NotReady(why)
             self._cycles(talk, 1)
             for joint in range(self.arm.dof):
-                self._lead_on(talk, joint)
+                self._request_enabling(talk, joint)
         talk.watching = True
 
     def held(self) -> np.ndarray | None:
@@ -132,11 +132,11 @@ class CanMit(CanDriver[MotorRound]):
         return np.array(self._opened().target) * self._sign + self._zero
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK holds the position that was last commanded, OFF switches the motors off.
+        """Stop the motors: QUICK holds the last commanded position, OFF switches them off.
 
-        A held joint is braked by its damper and carried by its spring. Damping alone would let an arm sink
-        under its weight, with nothing to end it. Where a joint was last seen is no goal: a wrong measurement
-        would set it in motion.
+        The damper of a held joint brakes it, and the spring carries it. With damping alone, an arm would sink
+        under its weight. The last measured position is not the goal: a wrong measurement would set the joint
+        in motion.
         """
         talk = self._round
         if talk is None or not self._armed or level <= max(self._level, StopLevel.BRAKE):
@@ -150,7 +150,7 @@ class CanMit(CanDriver[MotorRound]):
         talk.cycle(self._patience)
 
     def _scales(self) -> tuple[np.ndarray, np.ndarray]:
-        """Torque and current per what is answered, each shape (n,); NaN where unknown."""
+        """Torque and current per unit of an answer's effort, each of shape (n,); NaN where unknown."""
         constant = np.array(self.settings.torque_constant)
         constant[constant == 0.0] = np.nan
         ampere = np.array(self.settings.current_range) > 0.0
@@ -160,7 +160,7 @@ class CanMit(CanDriver[MotorRound]):
         )
 
     def _read_all(self, talk: MotorRound) -> None:
-        """Wait until every motor has answered once. Raises LinkLost if one does not."""
+        """Wait until every motor has answered once. Raises LinkLost if a motor does not."""
         self._begin(talk)
         end, silent = time.monotonic() + ANSWERS, list(self._motors)
         while silent and time.monotonic() < end:
@@ -169,14 +169,14 @@ class CanMit(CanDriver[MotorRound]):
                 motor for motor, state in zip(self._motors, talk.state, strict=True) if state is UNKNOWN
             ]
         if silent:
-            one = silent[0]
+            first = silent[0]
             raise LinkLost(
-                f"{one.name} does not answer on identifier 0x{one.master:03X}. Check its power, ids, masters "
-                "and bitrate, and the termination of the bus"
+                f"{first.name} does not answer on identifier 0x{first.master:03X}. Check its power, ids, "
+                "masters and bitrate, and the termination of the bus"
             )
 
-    def _lead_on(self, talk: MotorRound, joint: int) -> None:
-        """Send a motor what leads towards following: zero gains, on, and to stay where it is."""
+    def _request_enabling(self, talk: MotorRound, joint: int) -> None:
+        """Choose a motor's next request until it follows: zero gains, switch on, hold the position."""
         motor, state = self._motors[joint], talk.state[joint]
         if talk.request[joint] is Request.COMMAND or not talk.fresh[joint]:
             return
@@ -206,7 +206,7 @@ class CanMit(CanDriver[MotorRound]):
         why = error_text(motor.family, state.error) or "it stays off"
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"
 
-    def _aim(self, talk: MotorRound, command: Command) -> None:
+    def _set_target(self, talk: MotorRound, command: Command) -> None:
         position = (command.position - self._zero) * self._sign
         velocity = command.velocity * self._sign
         positions, velocities = position.tolist(), velocity.tolist()
@@ -218,7 +218,7 @@ class CanMit(CanDriver[MotorRound]):
                 return
         talk.target, talk.velocity = positions, velocities
 
-    def _look(self, talk: MotorRound) -> None:
+    def _check_answers(self, talk: MotorRound) -> None:
         pass
 
     def _measured(self, talk: MotorRound) -> dict[str, np.ndarray]:
@@ -238,9 +238,9 @@ class CanMit(CanDriver[MotorRound]):
     def _stopped(self, talk: MotorRound) -> bool:
         return True
 
-    def _part(self, talk: MotorRound) -> None:
-        """Motors that are to hold must not miss the host; the others get their old time-out back."""
+    def _detach(self, talk: MotorRound) -> None:
+        """Switch the timeout off for motors that must hold; restore the old timeout of the others."""
         held = self._armed and self._level < StopLevel.OFF
-        for motor, found in zip(self._motors, self._found, strict=True):
-            if found.timeout is not None and self._bus is not None:
-                leave(self._bus, motor, 0 if held else found.timeout)
+        for motor, motor_data in zip(self._motors, self._motor_data, strict=True):
+            if motor_data.timeout is not None and self._bus is not None:
+                leave(self._bus, motor, 0 if held else motor_data.timeout)

@@ -1,8 +1,8 @@
-"""The frame of the MIT mini-cheetah motors, which Damiao, T-Motor (CubeMars) and others took over.
+"""Frame of the MIT mini-cheetah motors, which Damiao, T-Motor (CubeMars) and others have adopted.
 
-One frame asks a motor for a torque, kp (position - measured) + kd (velocity - measured) + torque, and is
-answered by one with what is measured; all in whole numbers of 12 or 16 bits over a range that motor and host
-must agree on.
+A frame commands a torque, kp (position - measured) + kd (velocity - measured) + torque, and the motor answers
+with its measurements. All values are integers of 12 or 16 bits over a range that motor and host must agree
+on.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ ENABLE, DISABLE, CLEAR = (b"\xff" * 7 + bytes([last]) for last in (0xFC, 0xFD, 0
 
 
 class Ranges(NamedTuple):
-    """Largest position [rad], velocity [rad/s], and torque [N m] or current [A] in a frame, either way."""
+    """Largest magnitude of position [rad], velocity [rad/s], and torque [N m] or current [A] in a frame."""
 
     position: float
     velocity: float
@@ -23,7 +23,7 @@ class Ranges(NamedTuple):
 
 
 class Family(NamedTuple):
-    """A maker, and whether settings of its motors can be read and written over the bus."""
+    """A maker, and whether the registers of its motors can be read and written over the bus."""
 
     name: str
     registers: bool
@@ -49,9 +49,17 @@ MODELS: dict[str, tuple[Family, Ranges]] = {
 
 
 class Motor(NamedTuple):
-    """A motor: its name in messages, identifiers of its commands and answers, and their ranges.
+    """A motor on the bus.
 
-    Its gains are in [N m/rad] and [N m s/rad].
+    Attributes:
+        name: Name in messages.
+        number: Identifier of its commands.
+        master: Identifier of its answers.
+        family: Maker of the motor.
+        commanded: Ranges of its commands.
+        answered: Ranges of its answers.
+        kp: Stiffness [N m/rad].
+        kd: Damping [N m s/rad].
     """
 
     name: str
@@ -65,9 +73,9 @@ class Motor(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a motor answers, at its output: its maker's error code, and what is measured.
+    """Answer of a motor: the maker's error code, and measurements at the output.
 
-    Position is in [rad], velocity in [rad/s], torque in [N m] or [A], temperature in [degC], NaN if not sent.
+    Position is in [rad], velocity in [rad/s], torque in [N m] or [A], temperature in [degC]; NaN if not sent.
     """
 
     error: int
@@ -78,38 +86,38 @@ class State(NamedTuple):
 
 
 def raw(value: float, low: float, high: float, bits: int) -> int:
-    """The whole number nearest to a value; values beyond the range become its ends."""
+    """Integer nearest to a value; values outside the range become its ends."""
     most = (1 << bits) - 1
     return min(max(round((value - low) / (high - low) * most), 0), most)
 
 
 def real(number: int, low: float, high: float, bits: int) -> float:
-    """The value of a whole number."""
+    """Value of an integer in a frame."""
     return low + number * (high - low) / ((1 << bits) - 1)
 
 
 def pack(
     ranges: Ranges, position: float, velocity: float, kp: float, kd: float, torque: float = 0.0
 ) -> bytes:
-    """The frame of a command, in the units of `Ranges`; the gains are in [N m/rad] and [N m s/rad]."""
+    """Encode a command, in the units of `Ranges`; the gains are in [N m/rad] and [N m s/rad]."""
     return with_motion(ranges, position, velocity, gains(ranges, kp, kd, torque))
 
 
 def gains(ranges: Ranges, kp: float, kd: float, torque: float = 0.0) -> int:
-    """The last 36 bits of a command, as in `pack`: what does not change from cycle to cycle."""
+    """Encode gains and torque, the last 36 bits of a command, which do not change from cycle to cycle."""
     number = raw(kp, 0.0, KP, 12) << 12 | raw(kd, 0.0, KD, 12)
     return number << 12 | raw(torque, -ranges.torque, ranges.torque, 12)
 
 
 def with_motion(ranges: Ranges, position: float, velocity: float, last: int) -> bytes:
-    """The frame of a command that ends with what `gains` gave."""
+    """Encode a command whose last 36 bits come from `gains`."""
     number = raw(position, -ranges.position, ranges.position, 16) << 12
     number |= raw(velocity, -ranges.velocity, ranges.velocity, 12)
     return (number << 36 | last).to_bytes(8, "big")
 
 
 def unpack(ranges: Ranges, family: Family, data: bytes) -> State | None:
-    """Content of an answer, its first byte aside; None for what is none.
+    """Decode an answer, except its identifier; None if it is not an answer.
 
     Damiao: identifier and error share the first byte, temperatures of the power stage and of the rotor are
     the last two. T-Motor: the identifier has the first byte, and newer firmware adds temperature and error.
@@ -130,12 +138,12 @@ def unpack(ranges: Ranges, family: Family, data: bytes) -> State | None:
 
 
 def answering(family: Family, data: bytes) -> int:
-    """The identifier in an answer: all of the first byte, with Damiao the lower half of it."""
+    """Identifier in an answer: the first byte, or its lower half for Damiao."""
     return data[0] & 0x0F if family is DAMIAO else data[0]
 
 
 OFF, ON = 0, 1
-"""Damiao's codes that are no errors."""
+"""Codes of Damiao that are not errors."""
 ERRORS = {
     DAMIAO: {
         5: "encoder", 6: "parameters", 8: "over-voltage", 9: "under-voltage", 10: "over-current",
@@ -149,7 +157,7 @@ ERRORS = {
 
 
 def error_text(family: Family, code: int) -> str:
-    """An error in words; empty for none."""
+    """Description of an error; empty without an error."""
     if code == OFF or (family is DAMIAO and code == ON):
         return ""
     return f"error {code} ({ERRORS[family].get(code, 'unknown')})"

@@ -1,4 +1,4 @@
-"""The cyclic part of motors with the MIT frame: to each a command, which is the question, and its answer."""
+"""Cyclic part of motors with the MIT frame: each motor answers its command."""
 
 import time
 from enum import Enum
@@ -15,7 +15,7 @@ from .mit_frame import DAMIAO, Family, Motor, State, answering, error_text
 
 
 class Request(Enum):
-    """What a motor is sent in a cycle; it answers to all of it."""
+    """Request to a motor in a cycle; it answers every request."""
 
     LISTEN = "send your state"
     LIMP = "zero gains"
@@ -26,19 +26,19 @@ class Request(Enum):
 
 
 SATURATED = 1.0 - 1e-6
-"""Share of its range at which a position is the end of the scale, and not measured [-]."""
+"""Fraction of its range from which on a position is the end of the scale, not a measurement [-]."""
 UNKNOWN = State(0, *[float("nan")] * 4)
-"""Before the first answer."""
+"""State before the first answer."""
 
 
 class MotorRound(CanRound):
-    """Commands to the motors and their answers, at their outputs and with their signs.
+    """Commands to the motors and their answers, at the outputs of the motors and with their signs.
 
     Attributes:
-        request: What each is sent from now on.
-        state: Last answer of each.
-        target: Commanded position of each [rad].
-        velocity: Commanded velocity of each [rad/s].
+        request: Request that each motor is sent from now on.
+        state: Last answer of each motor.
+        target: Commanded position of each motor [rad].
+        velocity: Commanded velocity of each motor [rad/s].
         watching: Whether an error is a fault.
     """
 
@@ -59,7 +59,7 @@ class MotorRound(CanRound):
         self._commands = {motor.number: motor.name for motor in motors if motor.number not in masters}
 
     def cycle(self, patience: float) -> int:
-        """A motor measures when it is reached by its question."""
+        """Run a cycle as in `CanRound`; a motor measures when its request arrives."""
         to_ask = self._ask()
         now = host_time()
         self._bus.send_frames(
@@ -99,7 +99,7 @@ class MotorRound(CanRound):
 
     def _take(self, joint: int, state: State) -> None:
         if abs(state.position) >= SATURATED * self._motors[joint].answered.position:
-            state = self._at_the_end(joint, state)
+            state = self._without_position(joint, state)
         before, self.state[joint] = self.state[joint], state
         self._answered(joint)
         family = self._motors[joint].family
@@ -115,8 +115,8 @@ class MotorRound(CanRound):
         else:
             self.report(f"{self._names[joint]}: {text or ('on' if state.error else 'off or no error')}")
 
-    def _at_the_end(self, joint: int, state: State) -> State:
-        """The state without its position, which is the end of the scale."""
+    def _without_position(self, joint: int, state: State) -> State:
+        """Remove a position at the end of the scale from a state."""
         if np.isfinite(self.state[joint].position) or self.state[joint] is UNKNOWN:
             self.report(
                 f"{self._names[joint]}: its position of {state.position:.4g} rad is the end of its range; "

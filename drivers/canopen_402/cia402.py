@@ -1,4 +1,4 @@
-"""CiA 402, the profile of drives on CANopen: objects, states, words and codes, as facts without a bus.
+"""CiA 402, the device profile of drives on CANopen: objects, states, words and codes, without a bus.
 
 From CiA 301 and CiA 402 (IEC 61800-7-201). Multi-byte values are little-endian.
 """
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Entry:
-    """A value in a drive's object dictionary; its form is that of `struct`, its name for messages."""
+    """A value in a drive's object dictionary; `form` is its `struct` format, `name` is for messages."""
 
     index: int
     sub: int
@@ -21,7 +21,7 @@ class Entry:
 
     @property
     def mapping(self) -> int:
-        """How a PDO's mapping names this entry: index, sub-index and length in bits."""
+        """This entry in the mapping of a PDO: index, sub-index and length in bits."""
         return self.index << 16 | self.sub << 8 | 8 * struct.calcsize(self.form)
 
 
@@ -59,7 +59,7 @@ SUPPORTED_MODES = Entry(0x6502, 0, "<I", "supported modes")
 CYCLIC_POSITION = 8
 """Mode of operation: cyclic synchronous position, in which the host interpolates."""
 PROFILE = 402
-"""Lower half of the device type of a drive."""
+"""Device profile of a drive, the lower half of its device type."""
 
 NMT, SYNC = 0x000, 0x080
 """Identifiers of network management and of SYNC."""
@@ -80,12 +80,12 @@ STATES = {
     (0x4F, 0x0F): "fault reaction",
     (0x4F, 0x08): "fault",
 }
-"""Bits of the statusword that count, and how they are set -> state."""
+"""Mask and value of the statusword -> state."""
 ENABLED, FAULT, STOPPING = "operation enabled", "fault", "quick stop active"
 
 SHUT_DOWN, SWITCH_ON, ENABLE = 0x06, 0x07, 0x0F
 QUICK_STOP, NO_VOLTAGE, RESET_FAULT = 0x02, 0x00, 0x80
-"""Controlwords; RESET_FAULT acts when its bit rises."""
+"""Controlwords; RESET_FAULT acts on the rising edge of its bit."""
 TOWARDS_ENABLED = {
     "switch-on disabled": SHUT_DOWN,
     "ready to switch on": SWITCH_ON,
@@ -93,7 +93,7 @@ TOWARDS_ENABLED = {
     ENABLED: ENABLE,
     STOPPING: ENABLE,
 }
-"""State -> controlword that leads on; in the others there is nothing to do but wait, or to reset a fault."""
+"""State -> controlword of the next transition; in other states, wait or reset the fault."""
 
 VOLTAGE = 0x0010
 """Bit of the statusword: the power stage has its supply."""
@@ -117,21 +117,21 @@ KINDS = {
 
 
 def state(statusword: int) -> str:
-    """The state of a drive by its statusword."""
+    """State of a drive, from its statusword."""
     for (mask, value), name in STATES.items():
         if statusword & mask == value:
             return name
-    return "a state that CiA 402 does not know"
+    return "a state that CiA 402 does not define"
 
 
 def error_text(code: int) -> str:
-    """An error code in words."""
+    """Description of an error code."""
     text = EMERGENCIES.get(code) or KINDS.get(code >> 8) or KINDS.get(code >> 8 & 0xF0, "unknown")
     return f"0x{code:04X} ({text})"
 
 
 def period_of(cycle: float) -> tuple[int, int] | None:
-    """Value and power of ten, value * 10**power = cycle [s], as a drive takes its interpolation time."""
+    """Interpolation time of a cycle [s] as value and power of ten; None if a drive cannot represent it."""
     for power in (-3, -4, -5):
         value = round(cycle / 10.0**power)
         if 0 < value < 256 and abs(value * 10.0**power - cycle) < 1e-9:

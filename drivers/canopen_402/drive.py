@@ -1,4 +1,4 @@
-"""One drive's object dictionary over SDO, with our errors, and which object measures its motor's effort."""
+"""Object dictionary of one drive over SDO, and the object that measures its current or torque."""
 
 import struct
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from . import cia402 as c
 from .cia402 import DEVICE_NAME, Entry
 
 TRIES = 3
-"""How often an answer is asked for."""
+"""Number of attempts to get an answer."""
 ANSWER = 0.3
-"""How long one is waited for [s]."""
+"""Maximum time to wait for an answer [s]."""
 ABSENT = (0x06020000, 0x06090011)
-"""What a drive aborts with where it has no such object, or no such sub-index of it."""
+"""SDO abort codes of a drive that has no such object, or no such sub-index."""
 
 
 class Refused(NotReady):
-    """A drive aborted the transfer: `why` in its words, `absent` whether for want of the object."""
+    """A drive aborted the transfer: `why` is its reason, `absent` whether it has no such object."""
 
     def __init__(self, text: str, error: SdoAbortedError) -> None:
         super().__init__(text)
@@ -29,7 +29,7 @@ class Refused(NotReady):
 
 
 class Drive:
-    """What can be read from a drive and written to it; nothing is ever stored beyond the next power-off."""
+    """Reads values from a drive and writes them; nothing is stored beyond the next power-off."""
 
     def __init__(self, node: canopen.RemoteNode, name: str) -> None:
         self.name = name
@@ -37,7 +37,10 @@ class Drive:
         self._sdo.RESPONSE_TIMEOUT = ANSWER
 
     def read(self, entry: Entry) -> int:
-        """The value. Raises NotReady if the drive refuses or has no such object, LinkLost if it is silent."""
+        """Read a value.
+
+        Raises NotReady if the drive refuses or has no such object, LinkLost if it does not answer.
+        """
         try:
             data = self._upload(entry)
         except Refused as refusal:
@@ -49,21 +52,21 @@ class Drive:
         return int(struct.unpack(entry.form, data[:size])[0])
 
     def look_up(self, entry: Entry) -> int | None:
-        """The value; None where the drive refuses or has no such object. Raises LinkLost."""
+        """Read a value; None if the drive refuses or has no such object. Raises LinkLost."""
         try:
             return self.read(entry)
         except NotReady:
             return None
 
     def size(self, entry: Entry) -> int | None:
-        """Bytes of an object's value; None without such an object, 0 without a value now. Raises LinkLost."""
+        """Size of an object [bytes]; None without such an object, 0 without a value now. Raises LinkLost."""
         try:
             return len(self._upload(entry))
         except Refused as refusal:
             return None if refusal.absent else 0
 
     def text(self, entry: Entry = DEVICE_NAME) -> str:
-        """A text; empty where the drive has none. Raises LinkLost."""
+        """Read a text; empty if the drive has none. Raises LinkLost."""
         try:
             data = self._upload(entry)
         except Refused:
@@ -71,31 +74,34 @@ class Drive:
         return "".join(c for c in data.decode("ascii", "replace") if c.isprintable()).strip()
 
     def write(self, entry: Entry, value: int) -> None:
-        """Write a value. Raises as `read`."""
+        """Write a value. Raises the errors of `read`."""
         data = struct.pack(entry.form, value)
         for attempt in range(1, TRIES + 1):
             try:
                 return self._sdo.download(entry.index, entry.sub, data)
             except SdoAbortedError as error:
                 raise self._refused(entry, f"refuses {entry} := {value}", error) from error
-            except Exception as error:  # what noise on the bus makes of an answer has no common type
+            except Exception as error:  # an answer that noise has damaged raises errors of any type
                 if attempt == TRIES:
                     raise LinkLost(self._silent(f"{entry} := {value}", error)) from error
 
     def set(self, entry: Entry, value: int) -> None:
-        """See to it that a value is there: written and read back, or there already. Raises as `read`."""
+        """Ensure that an object has a value: write it and read it back. Raises the errors of `read`.
+
+        A drive may refuse to write a value that it already has.
+        """
         try:
             self.write(entry, value)
-        except Refused:  # what can only be read may be right as it is
+        except Refused:  # a read-only object may already have the value
             if self.look_up(entry) != value:
                 raise
             return
-        found = self.read(entry)
-        if found != value:
-            raise NotReady(f"{self.name} was set to {entry} := {value} and still has {found}")
+        actual = self.read(entry)
+        if actual != value:
+            raise NotReady(f"{self.name} was set to {entry} := {value} and still has {actual}")
 
     def offer(self, entry: Entry, value: int) -> str:
-        """As `set`, for a value that not every drive takes; gives why it did not, empty if it did."""
+        """Set a value that not every drive takes; returns why it was refused, empty if it was taken."""
         try:
             self.set(entry, value)
         except NotReady as error:
@@ -108,19 +114,19 @@ class Drive:
                 return self._sdo.upload(entry.index, entry.sub)
             except SdoAbortedError as error:
                 raise self._refused(entry, f"refuses to read {entry}", error) from error
-            except Exception as error:  # likewise
+            except Exception as error:  # as in `write`
                 if attempt == TRIES:
                     raise LinkLost(self._silent(str(entry), error)) from error
         raise AssertionError("the last try returns or raises")
 
-    def _refused(self, entry: Entry, what: str, error: SdoAbortedError) -> Refused:
+    def _refused(self, entry: Entry, refusal: str, error: SdoAbortedError) -> Refused:
         absent = error.code in ABSENT
-        return Refused(f"{self.name} has no {entry}" if absent else f"{self.name} {what}: {error}", error)
+        return Refused(f"{self.name} has no {entry}" if absent else f"{self.name} {refusal}: {error}", error)
 
-    def _silent(self, what: str, error: Exception) -> str:
+    def _silent(self, request: str, error: Exception) -> str:
         return (
-            f"{self.name} does not answer when asked for {what}: {error}. Check its power, node number and "
-            "bitrate, and the termination of the bus"
+            f"{self.name} does not answer when asked for {request}: {error}. Check its power, node number "
+            "and bitrate, and the termination of the bus"
         )
 
 
@@ -133,20 +139,23 @@ TYPES = {
     "uint32": "<I",
     "float32": "<f",
 }
-"""Types of an object that can be mapped -> as `struct` writes them."""
+"""Type of an object that can be mapped -> `struct` format."""
 FIRST, LAST = 0x2000, 0x9FFF
-"""Index of the objects of makers and of profiles; those before them are of communication."""
+"""Range of indices of manufacturer and profile objects; lower ones belong to communication."""
 STEP = 1e-3
-"""Step of 0x6075 [A] and of 0x6076 [N m]."""
-ADVICE = "Set current_object to what its maker has, such as '0x30D1:2 int32', and current_scale [A per count]"
+"""Unit of 0x6075 [A] and of 0x6076 [N m]."""
+ADVICE = "Set current_object to its maker's object, such as '0x30D1:2 int32', and current_scale [A per count]"
 
 
 @dataclass(frozen=True)
 class EffortSettings:
-    """What a user sets of one drive's current and torque; 0 for what the drive has.
+    """Settings of one drive's current and torque; 0 uses the value in the drive.
 
-    `scale` is [A per count] of the current's object. Rated current [A] and torque, at the motor [N m], are
-    what a thousand counts mean.
+    Attributes:
+        current: Object that measures the current.
+        scale: Current per count of this object [A].
+        rated_current: Current of 1000 counts [A].
+        rated_torque: Motor torque of 1000 counts [N m].
     """
 
     current: c.Entry
@@ -156,9 +165,13 @@ class EffortSettings:
 
 
 class Effort(NamedTuple):
-    """Object that measures a motor's effort; `unit` is [A] or, at the motor, [N m] a count.
+    """Object that measures the current or torque of a motor.
 
-    Facts explain that later; warnings are a sentence each.
+    Attributes:
+        entry: The object.
+        unit: Current [A] or motor torque [N m] per count.
+        fact: Explanation of object and unit, for the recording.
+        warnings: Warnings, a sentence each.
     """
 
     entry: c.Entry
@@ -168,7 +181,7 @@ class Effort(NamedTuple):
 
 
 class Words(NamedTuple):
-    """How messages call a quantity, its unit, the setting of its rated value, and what may be set instead."""
+    """Words for a quantity in messages: name, unit, setting of its rated value, and what to set instead."""
 
     name: str
     unit: str
@@ -181,9 +194,9 @@ TORQUE_WORDS = Words("torque", "N m", "rated_torque", "rated_torque [N m, of the
 
 
 def read_object(text: str, name: str) -> c.Entry:
-    """The object that "index:sub type" names, such as "0x30D1:2 int32", which measures what `name` says.
+    """Parse "index:sub type", such as "0x30D1:2 int32", as the object that measures `name`.
 
-    Raises BadSettings if the text is of another form, or the object is none that can be in a PDO.
+    Raises BadSettings if the text has another form, or the object cannot be in a PDO.
     """
     place, _, kind = text.strip().partition(" ")
     index, _, sub = place.partition(":")
@@ -204,10 +217,10 @@ def read_object(text: str, name: str) -> c.Entry:
 def effort_kind(
     drives: Sequence[Drive], wishes: Sequence[EffortSettings], kind: str
 ) -> tuple[str, list[str]]:
-    """What all drives have an object of, "current" or "torque", and the facts about it.
+    """Effort that all drives can measure, "current" or "torque", and warnings about the choice.
 
-    With "auto", torque is used where a drive has no current object. Raises NotReady, with what to set, if one
-    has neither.
+    With "auto", torque is used if a drive has no current object. Raises NotReady, with what to set, if a
+    drive has neither.
     """
     if kind != "auto":
         return kind, []
@@ -224,11 +237,11 @@ def effort_kind(
         return "torque", [f"{drive.name} has no {current}: {c.TORQUE} is recorded of all joints instead"]
     if poorer is drive:
         raise NotReady(f"{drive.name} has neither {current} nor {c.TORQUE}. {ADVICE}")
-    raise NotReady(f"{drive.name} has no {current}, {poorer.name} no {c.TORQUE} in its stead. {ADVICE}")
+    raise NotReady(f"{drive.name} has no {current}, and {poorer.name} has no {c.TORQUE} instead. {ADVICE}")
 
 
 def find_effort(drive: Drive, wanted: EffortSettings, kind: str) -> Effort:
-    """The object of a drive that measures "current" or "torque", and its unit.
+    """Find the object of a drive that measures "current" or "torque", and its unit.
 
     Raises NotReady, with what to set, if there is none, it has another size, or its meaning is unknown, and
     LinkLost if the drive does not answer.
@@ -248,23 +261,23 @@ def _require_object(drive: Drive, entry: c.Entry, advice: str) -> None:
         raise NotReady(f"{drive.name} has no {entry}. {advice}")
     if size not in (0, expected):
         raise NotReady(
-            f"{drive.name} answers {size} bytes for {entry}, its type here has {expected}. Set the type in "
-            "current_object that the drive's manual names"
+            f"{drive.name} answers {size} bytes for {entry}, its type here has {expected}. Set "
+            "current_object to the type in the drive's manual"
         )
 
 
-def _in_thousandths(drive: Drive, entry: c.Entry, rating: c.Entry, own: float, words: Words) -> Effort:
-    """An object in thousandths of a rated value, which is set, or read from the drive."""
+def _in_thousandths(drive: Drive, entry: c.Entry, rating: c.Entry, setting: float, words: Words) -> Effort:
+    """Effort in thousandths of a rated value, which is set by the user or read from the drive."""
     value = drive.look_up(rating)
-    stated = STEP * (value or 0)
-    if not own and not stated:
+    stored = STEP * (value or 0)
+    if not setting and not stored:
         lacking = f"has no {rating}" if value is None else f"has {rating} = 0"
         raise NotReady(
-            f"{drive.name} {lacking}, in thousandths of which its {words.name} is. Set {words.instead}, "
+            f"{drive.name} {lacking}, but its {words.name} is in thousandths of that. Set {words.instead}, "
             "or commission the drive with its maker's tool"
         )
-    rated, source = (own, words.setting) if own else (stated, f"0x{rating.index:04X}")
-    differs = own and stated and abs(own - stated) > STEP
-    warning = f"{drive.name} has {stated:g} {words.unit} in {rating}; {words.setting} = {own:g} is used"
+    rated, source = (setting, words.setting) if setting else (stored, f"0x{rating.index:04X}")
+    differs = setting and stored and abs(setting - stored) > STEP
+    warning = f"{drive.name} has {stored:g} {words.unit} in {rating}; {words.setting} = {setting:g} is used"
     fact = f"{entry}, in thousandths of {rated:g} {words.unit} ({source})"
     return Effort(entry, 1e-3 * rated, fact, (warning,) if differs else ())

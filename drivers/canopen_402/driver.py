@@ -1,8 +1,8 @@
-"""CiA 402 drives on a CAN bus, in cyclic synchronous position: the host interpolates and owns the clock.
+"""CiA 402 drives on a CAN bus in cyclic synchronous position mode: the host interpolates and keeps the clock.
 
-Drives are found and set up with `canopen`; from then on there are raw frames only (`canopen_frames`). Each
-cycle the targets are sent, then SYNC, at which every drive takes its target and measures, then the
-measurements are waited for. Nothing is ever stored in a drive beyond its next power-off.
+Drives are found and set up with `canopen`; from then on, only raw frames are used (`frames`). In each cycle
+the host sends the targets, then SYNC, at which every drive takes its target and measures, and waits for the
+measurements. Nothing is stored in a drive beyond its next power-off.
 """
 
 import time
@@ -21,13 +21,13 @@ from .settings import BEATS, RANGE, CanopenSettings, require_sound
 from .setup import DriveData
 
 ENABLING = 5.0
-"""How long drives may take to be enabled [s]; brakes take part of it."""
+"""Maximum time to enable the drives, including their brakes [s]."""
 REACTIONS = {1: "fault", 2: "switch-off", 3: "quick stop"}
-"""What a drive does when the host is silent, by 0x6007."""
+"""Value of 0x6007 -> reaction of a drive to a silent host."""
 
 
 class Canopen402(CanDriver[Frames]):
-    """CiA 402 drives, cyclic synchronous position."""
+    """CiA 402 drives in cyclic synchronous position mode."""
 
     Settings = CanopenSettings
     settings: CanopenSettings
@@ -43,18 +43,18 @@ class Canopen402(CanDriver[Frames]):
         self._resting = Resting(arm.dof)
 
     def open(self) -> Info:
-        """Set all drives up and start the network; motors stay without power."""
+        """Set up all drives and start the network; motors stay without power."""
         s = self.settings
         bus = self._open_bus()
         try:
             self._network = DriveNetwork(bus, s, self._names)
-            made = self._network.set_up_all(self.arm)
+            setup = self._network.set_up_all(self.arm)
         except BaseException:
             self.close()
             raise
-        self._kind = made.kind
-        unit = np.array([one.unit for one in made.efforts]) * np.array(s.sign)
-        self._unit = unit if made.kind == "current" else unit * np.array(s.gear)
+        self._kind = setup.kind
+        unit = np.array([effort.unit for effort in setup.efforts]) * np.array(s.sign)
+        self._unit = unit if setup.kind == "current" else unit * np.array(s.gear)
         self._round = Frames(
             bus,
             s.nodes,
@@ -62,27 +62,27 @@ class Canopen402(CanDriver[Frames]):
             s.host_node,
             s.dead_man / BEATS,
             s.heartbeat,
-            [one.entry for one in made.efforts],
-            [one.beats for one in made.found],
+            [effort.entry for effort in setup.efforts],
+            [drive.beats for drive in setup.drives],
         )
-        return self._info(made)
+        return self._info(setup)
 
     def arm_drives(self) -> None:
-        """From any state to operation enabled, holding where each joint stands."""
+        """Bring all drives from any state to operation enabled, holding their positions."""
         frames = self._opened()
         self._begin_commands(frames)
         self._level, self._resting = 0, Resting(self.arm.dof)
         end = time.monotonic() + ENABLING
         while not (frames.commanding and _all_enabled(frames)):
             self._cycles(frames, 1)
-            self._see_rest(frames)
+            self._record_positions(frames)
             if frames.fault or time.monotonic() > end:
                 why = frames.fault or self._not_enabled(frames)
                 self.stop(StopLevel.OFF)
                 raise NotReady(why)
             if all(status >= 0 for status in frames.status):
                 self._armed = True
-                self._lead_on(frames)
+                self._request_enabling(frames)
 
     def held(self) -> np.ndarray | None:
         if not self._armed:
@@ -95,12 +95,12 @@ class Canopen402(CanDriver[Frames]):
         return "SYNC, and the set-up of a run over SDO; no controlword and no target"
 
     def states(self) -> tuple[str, ...]:
-        """By the last statusword, in the words of CiA 402."""
+        """State of each drive by its last statusword, in the terms of CiA 402."""
         frames = self._opened()
         return tuple("" if word < 0 else c.state(word) for word in frames.status)
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK is a quick stop by 0x605A, OFF takes the voltage away."""
+        """Stop the drives: QUICK is a quick stop by 0x605A, OFF disables the voltage."""
         frames = self._round
         if frames is None or not frames.commanding or level <= max(self._level, StopLevel.BRAKE):
             return
@@ -108,29 +108,29 @@ class Canopen402(CanDriver[Frames]):
         word = c.QUICK_STOP if level == StopLevel.QUICK else c.NO_VOLTAGE
         frames.control = [word] * self.arm.dof
         frames.send()
-        frames.synchronise()
+        frames.synchronize()
 
-    def _info(self, made: SetUp) -> Info:
-        s, found = self.settings, made.found
-        guarded = all(one.guarded for one in found)
+    def _info(self, setup: SetUp) -> Info:
+        s, drives = self.settings, setup.drives
+        guarded = all(drive.guarded for drive in drives)
         return Info(
             cycle=s.cycle,
             clock="host",
-            signals=("position", made.kind),
+            signals=("position", setup.kind),
             dead_man=f"{REACTIONS[s.abort_connection]} {s.dead_man:g} s after the host's last heartbeat "
             "(0x1016 and 0x6007 read back)"
             if guarded
             else "",
-            settings=self._explain(made),
+            settings=self._explain(setup),
             warnings=(
-                *made.warnings,
-                *(text for one in found for text in one.warnings),
-                *self._suspicious_positions(found),
+                *setup.warnings,
+                *(text for drive in drives for text in drive.warnings),
+                *self._suspicious_positions(drives),
             ),
         )
 
-    def _suspicious_positions(self, found: list[DriveData]) -> list[str]:
-        position = self.settings.from_counts(np.array([one.position for one in found]))
+    def _suspicious_positions(self, drives: list[DriveData]) -> list[str]:
+        position = self.settings.from_counts(np.array([drive.position for drive in drives]))
         lower, upper = self.arm.position_lower, self.arm.position_upper
         return [
             f"{name} stands at {position[joint]:.4f} rad, beyond its limits {lower[joint]:.4f} to "
@@ -139,7 +139,7 @@ class Canopen402(CanDriver[Frames]):
             if not lower[joint] <= position[joint] <= upper[joint]
         ]
 
-    def _explain(self, made: SetUp) -> dict[str, str]:
+    def _explain(self, setup: SetUp) -> dict[str, str]:
         s = self.settings
         meaning = {
             "current": f"amperes {s.ampere}, of the object and by the scale beside each joint",
@@ -149,19 +149,19 @@ class Canopen402(CanDriver[Frames]):
             "bus": s.bus,
             "time of a sample": "when SYNC was handed to the bus; on a wire it follows the targets, and "
             f"drives measure up to {1e3 * s.behind:.2f} ms later",
-            made.kind: meaning[made.kind],
+            setup.kind: meaning[setup.kind],
         }
-        for name, one, scale, zero in zip(self._names, made.found, self._per_radian, s.zero, strict=True):
-            explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(one.facts)}"
+        for name, drive, scale, zero in zip(self._names, setup.drives, self._per_radian, s.zero, strict=True):
+            explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(drive.facts)}"
         return explained
 
-    def _see_rest(self, frames: Frames) -> None:
+    def _record_positions(self, frames: Frames) -> None:
         position = self._position(frames)
         for joint in np.flatnonzero(frames.fresh):
             self._resting.add(int(joint), float(position[joint]))
 
-    def _lead_on(self, frames: Frames) -> None:
-        """Send each drive the word that leads towards enabled, and to stay where it is until then."""
+    def _request_enabling(self, frames: Frames) -> None:
+        """Choose the controlword of each drive's next transition, with its resting position as the target."""
         if not all(map(self._resting.known, range(self.arm.dof))):
             return
         counts = self.settings.to_counts(np.array([self._resting.position(j) for j in range(self.arm.dof)]))
@@ -169,9 +169,9 @@ class Canopen402(CanDriver[Frames]):
             state = frames.state(joint)
             if state != c.ENABLED or not frames.commanding:
                 frames.target[joint] = round(counts[joint])
-            if state == c.FAULT:  # what resets it is the rising bit
-                again = frames.control[joint] == c.RESET_FAULT
-                frames.control[joint] = c.NO_VOLTAGE if again else c.RESET_FAULT
+            if state == c.FAULT:  # the rising edge resets it
+                bit_is_set = frames.control[joint] == c.RESET_FAULT
+                frames.control[joint] = c.NO_VOLTAGE if bit_is_set else c.RESET_FAULT
             else:
                 frames.control[joint] = c.TOWARDS_ENABLED.get(state, frames.control[joint])
         frames.commanding = True
@@ -198,15 +198,15 @@ class Canopen402(CanDriver[Frames]):
             "safe-torque-off inputs closed?"
         )
 
-    def _aim(self, frames: Frames, command: Command) -> None:
+    def _set_target(self, frames: Frames, command: Command) -> None:
         where = zip(command.position.tolist(), self._zero, self._per_radian, strict=True)
         counts = [(position - zero) * scale for position, zero, scale in where]
-        if all(abs(count) < RANGE - 1 for count in counts):  # not so for what is not a number
+        if all(abs(count) < RANGE - 1 for count in counts):  # false for NaN
             frames.target = [round(count) for count in counts]
         elif not frames.fault:
-            frames.fail(f"a command that is no position: {command.position}")
+            frames.fail(f"a command is not a position: {command.position}")
 
-    def _look(self, frames: Frames) -> None:
+    def _check_answers(self, frames: Frames) -> None:
         if _all_enabled(frames):
             return
         for joint, status in enumerate(frames.status):
@@ -228,8 +228,8 @@ class Canopen402(CanDriver[Frames]):
     def _stopped(self, frames: Frames) -> bool:
         return not any(map(_enabled, frames.status))
 
-    def _part(self, frames: Frames) -> None:
-        """Leave drives that no longer miss the host, and a quiet bus."""
+    def _detach(self, frames: Frames) -> None:
+        """Make the drives no longer expect the host's heartbeat, and leave a quiet bus."""
         for joint in range(self.arm.dof):
             frames.write_unanswered(joint, c.CONSUMER_HEARTBEAT, 0)
         time.sleep(0.02)

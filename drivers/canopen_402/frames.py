@@ -1,4 +1,4 @@
-"""The cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, and what else drives send."""
+"""Cyclic part of CiA 402 over CANopen: targets, SYNC, measurements, emergencies and heartbeats."""
 
 import math
 import struct
@@ -11,51 +11,51 @@ from ..host_clock import host_time
 from . import cia402 as c
 
 STOOD = "<Hi"
-"""First in TPDO1: statusword, position. Beside them is what the motor works, where it has at most two bytes;
-else that is alone in TPDO2."""
+"""Beginning of TPDO1: statusword, position. An effort of at most two bytes follows; a longer one is in
+TPDO2."""
 COMMANDED = struct.Struct("<Hi")
 """RPDO1: controlword, target position."""
 EMERGENCY = struct.Struct("<HB5x")
-"""Emergency: error code, error register, five bytes of the manufacturer's."""
+"""Emergency: error code, error register, five manufacturer-specific bytes."""
 STOOD_PART, EFFORT_PART = 1, 2
 """Bits for TPDO1 and TPDO2, the parts of an answer."""
 LONGEST = 8
-"""Bytes of data in a frame at most."""
+"""Maximum number of data bytes in a frame."""
 LOST = 3.5
-"""Heartbeats that must be missing in a row before a node counts as lost."""
+"""Number of consecutive missing heartbeats after which a node counts as lost."""
 
 
 def beside(effort: c.Entry) -> bool:
-    """Whether there is room for an effort in TPDO1, beside statusword and position."""
+    """Whether an effort fits into TPDO1, beside statusword and position."""
     return struct.calcsize(STOOD + effort.form[1:]) <= LONGEST
 
 
 def measured_sizes(effort: c.Entry) -> list[int]:
-    """Bytes of data of each frame with which a drive sends what it measures."""
+    """Number of data bytes of each frame with a drive's measurements."""
     sizes = [struct.calcsize(STOOD), struct.calcsize(effort.form)]
     return [sum(sizes)] if beside(effort) else sizes
 
 
 class Frames(CanRound):
-    """Frames to the drives and from them, in their own units.
+    """Frames to the drives and from them, in the units of the drives.
 
     Args:
-        bus: Open.
-        nodes: Number of each.
-        names: For messages.
-        host: Number under which the host's heartbeat is sent.
-        beat: Time between these [s].
-        heartbeat: Time between the drives' [s].
-        efforts: Object of each that measures its motor's effort.
-        beating: Whether each sends a heartbeat.
+        bus: Open CAN bus.
+        nodes: Node number of each drive.
+        names: Names of the drives, for messages.
+        host: Node number of the host's heartbeat.
+        beat: Time between heartbeats of the host [s].
+        heartbeat: Time between heartbeats of a drive [s].
+        efforts: Object of each drive that measures current or torque.
+        beating: Whether each drive sends a heartbeat.
 
     Attributes:
-        control: Controlword of each; sent once `commanding`.
-        target: Counts of each.
+        control: Controlword of each drive; sent once `commanding`.
+        target: Target position of each drive [counts].
         commanding: Whether controlwords and targets are sent.
-        status: Statusword of each; -1 before the first.
-        position: Counts of each at the last SYNC that it answered.
-        effort: Counts of each effort, likewise.
+        status: Statusword of each drive; -1 before the first.
+        position: Position of each drive at the last SYNC that it answered [counts].
+        effort: Effort of each drive at the same SYNC [counts].
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Frames(CanRound):
         self._alive = self._all_alive()
 
     def cycle(self, patience: float) -> int:
-        """Targets, then SYNC, which makes them valid and everybody measure."""
+        """Send targets, then SYNC, at which all drives take their targets and measure."""
         self.send()
         self._ask()
         self._missing = list(self._parts)
@@ -111,7 +111,7 @@ class Frames(CanRound):
         return now
 
     def send(self) -> None:
-        """Controlwords and targets, once they are to be sent, and the host's heartbeat when it is due."""
+        """Send controlwords and targets while `commanding`, and the host's heartbeat when it is due."""
         if not self.commanding:
             return
         pack = COMMANDED.pack
@@ -121,14 +121,14 @@ class Frames(CanRound):
             self._next_beat = time.monotonic() + self._beat_time
             self._bus.send_frames(self._beat)
 
-    def synchronise(self) -> None:
-        """A SYNC out of turn, which makes valid what was sent."""
+    def synchronize(self) -> None:
+        """Send an additional SYNC, at which the drives take what was sent."""
         self._answers.add_question()
         self._missing = list(self._parts)
         self._bus.send_frames(self._sync)
 
     def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
-        """Write a value to a drive by SDO without waiting for an answer: for when the drive may be absent."""
+        """Write a value by SDO without waiting for an answer, because the drive may be absent."""
         data = struct.pack(entry.form, value)
         head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
         self._bus.send_frames([(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0"))])
@@ -158,10 +158,10 @@ class Frames(CanRound):
         if len(data) != form.size:
             return
         before = self.status[joint]
-        self.status[joint], self.position[joint], *rest = form.unpack(data)
-        if rest:
-            self.effort[joint] = rest[0]
-        self._came(joint, STOOD_PART)
+        self.status[joint], self.position[joint], *effort = form.unpack(data)
+        if effort:
+            self.effort[joint] = effort[0]
+        self._complete_part(joint, STOOD_PART)
         if self.status[joint] != before:
             self._status_changed(joint, max(before, 0))
 
@@ -169,10 +169,10 @@ class Frames(CanRound):
         form = self._effort_form[joint]
         if len(data) == form.size:
             (self.effort[joint],) = form.unpack(data)
-            self._came(joint, EFFORT_PART)
+            self._complete_part(joint, EFFORT_PART)
 
-    def _came(self, joint: int, part: int) -> None:
-        """A drive has answered once all of its measuring PDOs are there."""
+    def _complete_part(self, joint: int, part: int) -> None:
+        """Count a drive as answered once all of its measuring PDOs are there."""
         self._missing[joint] &= ~part
         if not self._missing[joint]:
             self._answered(joint)
@@ -206,7 +206,7 @@ class Frames(CanRound):
             self.fail(f"{self._names[joint]}: is {word} on the network, no longer operational")
 
     def _all_alive(self) -> list[float]:
-        """Time of the last message of each; one without heartbeat is missed where it is stale, not here."""
+        """Time of the last heartbeat of each drive; infinite for a drive without heartbeat."""
         return [self.received if beats else math.inf for beats in self._beating]
 
     def _check_heartbeats(self) -> None:
@@ -215,4 +215,4 @@ class Frames(CanRound):
         oldest = min(self._alive)
         if time.monotonic() - oldest > self._lost_after:
             joint = self._alive.index(oldest)
-            self.fail(f"{self._names[joint]}: its heartbeat is lost, for {self._lost_after:g} s nothing came")
+            self.fail(f"{self._names[joint]}: its heartbeat is lost, none came for {self._lost_after:g} s")

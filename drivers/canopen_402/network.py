@@ -1,4 +1,4 @@
-"""All drives of an arm over `canopen`: set up, started, and asked what is wrong with them."""
+"""All drives of an arm over `canopen`: set-up, start, and error codes."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -18,22 +18,26 @@ from .setup import DriveData, DriveSettings, inspect, require_not_enabled, set_u
 
 
 class SetUp(NamedTuple):
-    """Drives once they are set up: "current" or "torque" of all, its source and the data of each.
+    """Drives of an arm after set-up.
 
-    Warnings are of no single drive, a sentence each.
+    Attributes:
+        kind: Effort that all drives measure, "current" or "torque".
+        efforts: Object of each drive that measures it.
+        drives: Data of each drive.
+        warnings: Warnings that concern the whole arm, a sentence each.
     """
 
     kind: str
     efforts: list[Effort]
-    found: list[DriveData]
+    drives: list[DriveData]
     warnings: list[str]
 
 
 class DriveNetwork:
-    """The drives as their SDO servers show them.
+    """The drives, through their SDO servers.
 
-    A thread of canopen's reads the bus within `set_up_all` and `error_of`, and only there; it has the
-    scheduling of the caller. At other times the bus is the caller's.
+    A thread of canopen reads the bus only during `set_up_all` and `error_of`, with the scheduling of the
+    caller. At other times, the caller may use the bus.
     """
 
     def __init__(self, bus: CanBus, settings: CanopenSettings, names: Sequence[str]) -> None:
@@ -44,28 +48,28 @@ class DriveNetwork:
             self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary()))
 
     def set_up_all(self, arm: Arm) -> SetUp:
-        """Set all drives up and start them; nothing moves and nothing is powered.
+        """Set up all drives and start them; nothing moves and nothing is powered.
 
-        Raises NotReady if a drive does not take what it must, LinkLost if one does not answer.
+        Raises NotReady if a drive refuses a required setting, LinkLost if a drive does not answer.
         """
         with self._reading():
-            with suppress(LinkLost):  # absent, or stopped: then it is not enabled, and is asked again
+            with suppress(LinkLost):  # an absent or stopped drive is not enabled, and is asked again
                 for joint in range(arm.dof):
                     require_not_enabled(self._drive(joint))
             for node in self._settings.nodes:
                 self._network[node].nmt.state = "PRE-OPERATIONAL"
             drives = [self._drive(joint) for joint in range(arm.dof)]
-            found = [inspect(drive) for drive in drives]
+            data = [inspect(drive) for drive in drives]
             wishes = self._settings.efforts
             kind, warnings = effort_kind(drives, wishes, self._settings.effort)
             efforts = [find_effort(d, wanted, kind) for d, wanted in zip(drives, wishes, strict=True)]
             for joint, drive in enumerate(drives):
-                set_up(drive, self._settings_of(arm, joint), efforts[joint], found[joint])
-            self._start([one.beats for one in found])
-        return SetUp(kind, efforts, found, warnings)
+                set_up(drive, self._settings_of(arm, joint), efforts[joint], data[joint])
+            self._start([drive_data.beats for drive_data in data])
+        return SetUp(kind, efforts, data, warnings)
 
     def error_of(self, joint: int) -> str:
-        """Why a drive is in fault, by its own account."""
+        """Error code of a drive in fault, in words."""
         try:
             with self._reading():
                 return f"0x603F is {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
@@ -95,7 +99,7 @@ class DriveNetwork:
         return DriveSettings(s.nodes[joint], s, window or None, limits)
 
     def _start(self, beating: Sequence[bool]) -> None:
-        """Start all, and see by their heartbeats that all take part."""
+        """Start all drives, and check by their heartbeats that they are operational."""
         for node in self._settings.nodes:
             self._network[node].nmt.state = "OPERATIONAL"
         for name, node, beats in zip(self._names, self._settings.nodes, beating, strict=True):
@@ -104,9 +108,9 @@ class DriveNetwork:
             try:
                 manager = cast(canopen.RemoteNode, self._network[node]).nmt
                 state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
-                if state != "OPERATIONAL":  # a heartbeat that was under way before the command
+                if state != "OPERATIONAL":  # this heartbeat may have been sent before the command
                     state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
-            except Exception as error:  # canopen's own, of no common type
+            except Exception as error:  # canopen raises errors of any type
                 raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
             if state != "OPERATIONAL":
                 raise NotReady(f"{name} was set operational and is {state.lower()}")

@@ -1,4 +1,4 @@
-"""What a user sets of CiA 402 drives, whether it fits together, and what their counts mean."""
+"""Settings of CiA 402 drives: their consistency, and the conversion of counts."""
 
 import math
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ from .drive import EffortSettings, read_object
 from .frames import COMMANDED, measured_sizes
 
 BEATS = 8
-"""Heartbeats that the host sends within the time after which drives miss them."""
+"""Number of heartbeats that the host sends within the dead-man time of the drives."""
 RANGE = 2**31
-"""Counts that a position can have at most, either way."""
+"""Limit of the magnitude of a position [counts]."""
 
 
 @dataclass(frozen=True)
 class CanopenSettings(CanSettings):
-    """How the drives are reached, and what their units mean."""
+    """Addresses, units and safety functions of the drives."""
 
     nodes: tuple[int, ...] = setting(..., "node number", low=1, high=126)
     counts: tuple[float, ...] = setting(
@@ -34,24 +34,24 @@ class CanopenSettings(CanSettings):
     zero: tuple[float, ...] = setting(0.0, "position of the joint at count zero", unit="rad")
     effort: str = setting(
         "auto",
-        "what is measured besides position; auto is current, or torque 0x6077 where a drive has no current",
+        "signal measured besides position; auto is current, or torque 0x6077 if a drive has no current",
         choices=("auto", "current", "torque"),
     )
     current_object: tuple[str, ...] = setting("0x6078:0 int16", "object of the current, as 'index:sub type'")
     current_scale: tuple[float, ...] = setting(
         0.0,
-        "what a count of that object means; 0 for a thousandth of rated current",
+        "current per count of that object; 0 for a thousandth of rated current",
         unit="A per count",
         low=0.0,
         high=1e3,
     )
     rated_current: tuple[float, ...] = setting(
-        0.0, "rated current of the motor; 0 for what 0x6075 has", unit="A", low=0.0, high=1e4
+        0.0, "rated current of the motor; 0 for the value in 0x6075", unit="A", low=0.0, high=1e4
     )
     rated_torque: tuple[float, ...] = setting(
-        0.0, "rated torque of the motor; 0 for what 0x6076 has", unit="N m", low=0.0, high=1e5
+        0.0, "rated torque of the motor; 0 for the value in 0x6076", unit="N m", low=0.0, high=1e5
     )
-    ampere: str = setting("rms", "what the drive's maker means by amperes", choices=("rms", "peak", "dc"))
+    ampere: str = setting("rms", "definition of amperes by the drive's maker", choices=("rms", "peak", "dc"))
     host_node: int = setting(127, "node number of the host's heartbeat", low=1, high=127)
     dead_man: float = setting(
         0.2, "silence of the host after which drives stop by themselves", unit="s", low=0.01, high=2.0
@@ -70,9 +70,11 @@ class CanopenSettings(CanSettings):
         3, "0x6007, when the host is silent: 3 quick stop, 2 switch off, 1 fault", low=1, high=3
     )
     following_error: tuple[float, ...] = setting(
-        0.0, "window 0x6065; 0 leaves the drive's", unit="rad", low=0.0, high=10.0
+        0.0, "following error window 0x6065; 0 keeps the drive's", unit="rad", low=0.0, high=10.0
     )
-    following_time: float = setting(0.02, "how long it may be exceeded", unit="s", low=0.0, high=10.0)
+    following_time: float = setting(
+        0.02, "time for which the following error may exceed it", unit="s", low=0.0, high=10.0
+    )
     write_limits: bool = setting(False, "write the arm's position limits to 0x607D")
 
     @property
@@ -90,30 +92,30 @@ class CanopenSettings(CanSettings):
 
     @property
     def frames(self) -> list[int]:
-        """Targets, SYNC, measurements."""
+        """Number of data bytes of each frame in a cycle: targets, SYNC, measurements."""
         objects = [c.TORQUE if self.effort == "torque" else wanted.current for wanted in self.efforts]
         measured = [size for entry in objects for size in measured_sizes(entry)]
         return [COMMANDED.size] * len(self.nodes) + [0] + measured
 
     @property
     def efforts(self) -> list[EffortSettings]:
-        """What is set of each drive's current and torque."""
+        """Settings of each drive's current and torque."""
         objects = [read_object(text, "current") for text in self.current_object]
         return list(map(EffortSettings, objects, self.current_scale, self.rated_current, self.rated_torque))
 
     @property
     def beats(self) -> float:
-        """Heartbeats on the bus, the drives' and the host's [1/s]."""
+        """Rate of heartbeats of drives and host on the bus [1/s]."""
         return len(self.nodes) / self.heartbeat + BEATS / self.dead_man
 
     @property
     def behind(self) -> float:
-        """Time until a SYNC that is handed over behind the targets is through a wire, at most [s]."""
+        """Maximum time until a SYNC that is sent after the targets has passed the wire [s]."""
         return bus_load(self.frames[: len(self.nodes) + 1], 1.0, self.bitrate)
 
 
 def require_sound(s: CanopenSettings, arm: Arm) -> None:
-    """Raise BadSettings where the settings fit neither each other, nor the arm, nor the bus."""
+    """Raise BadSettings if the settings do not fit each other, the arm or the bus."""
     numbers = [*s.nodes, s.host_node]
     twice = {number for number in numbers if numbers.count(number) > 1}
     if twice:
@@ -121,8 +123,8 @@ def require_sound(s: CanopenSettings, arm: Arm) -> None:
     for name, wanted in zip(arm.joints, s.efforts, strict=True):
         if wanted.scale and wanted.rated_current:
             raise BadSettings(
-                f"{name}: current_scale and rated_current are both set; either of them gives what a count of "
-                "current is. Leave one at 0"
+                f"{name}: current_scale and rated_current are both set, but each of them defines a count of "
+                "current. Leave one at 0"
             )
     if c.period_of(s.cycle) is None:
         raise BadSettings(

@@ -1,4 +1,4 @@
-"""Set-up of one CiA 402 drive for cyclic synchronous position: all that is written is read back."""
+"""Set-up of one CiA 402 drive for cyclic synchronous position; every written value is read back."""
 
 import time
 from dataclasses import dataclass, field
@@ -13,23 +13,23 @@ from .settings import CanopenSettings
 INVALID = 0x80000000
 """Bit of a PDO's identifier that switches the PDO off."""
 NO_REMOTE = 0x40000000
-"""Bit of a PDO's identifier that is the drive's own business: the PDO cannot be asked for."""
+"""Bit of a PDO's identifier that forbids remote requests; it keeps the drive's value."""
 SYNCHRONOUS = 1
 """Transmission type: with every SYNC."""
 MODE_READS = 20
-"""How often a drive is asked again whether it is in the mode that was set, every 10 ms."""
+"""Number of further reads of the mode, every 10 ms, until the drive has changed it."""
 SHOWN = 3
-"""Old errors that are reported."""
+"""Maximum number of old errors in a warning."""
 SPARE_TPDOS = (0x1801, 0x1802, 0x1803)
-"""TPDOs that are switched off; the first is switched on again where an effort needs one of its own."""
+"""TPDOs that are switched off; the first is switched on again if an effort needs a separate TPDO."""
 SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
-"""RPDOs by which frames of others could command the drive."""
+"""RPDOs through which other devices could command the drive."""
 
 
 class DriveSettings(NamedTuple):
-    """What one drive is to be set to, besides what is set for all.
+    """Settings of one drive, besides the common `settings`.
 
-    Window and limits (lowest, highest position) are in counts; None leaves the drive's own.
+    Window and limits (lowest, highest position) are in counts; None keeps the drive's values.
     """
 
     node: int
@@ -40,11 +40,14 @@ class DriveSettings(NamedTuple):
 
 @dataclass
 class DriveData:
-    """Data of a drive: its position in counts, facts that explain the measurement later, and warnings.
+    """Data of a drive.
 
     Attributes:
         guarded: Whether it is verified that the drive stops by itself when the host falls silent.
         beats: Whether the drive sends a heartbeat.
+        position: Position at set-up [counts].
+        facts: Facts that explain the measurements later.
+        warnings: Warnings, a sentence each.
     """
 
     guarded: bool = False
@@ -55,46 +58,46 @@ class DriveData:
 
 
 def inspect(drive: Drive) -> DriveData:
-    """Ask a drive what it is; of what is old in it only the error history is cleared.
+    """Read the identity, state and position of a drive, and clear its error history.
 
-    Raises NotReady if it is no such drive or in use elsewhere, LinkLost if it does not answer.
+    Raises NotReady if it is not a CiA 402 drive or in use elsewhere, LinkLost if it does not answer.
     """
-    found = DriveData()
-    _identify(drive, found)
-    _check_state(drive, found)
-    found.position = drive.read(c.POSITION)
-    return found
+    data = DriveData()
+    _identify(drive, data)
+    _check_state(drive, data)
+    data.position = drive.read(c.POSITION)
+    return data
 
 
-def set_up(drive: Drive, wanted: DriveSettings, effort: Effort, found: DriveData) -> None:
-    """Set a pre-operational drive up, and add to its data; nothing moves and nothing is powered.
+def set_up(drive: Drive, wanted: DriveSettings, effort: Effort, data: DriveData) -> None:
+    """Set up a pre-operational drive, and add to its data; nothing moves and nothing is powered.
 
-    Raises NotReady if it does not take what it must, LinkLost if it does not answer.
+    Raises NotReady if it refuses a required setting, LinkLost if it does not answer.
     """
-    found.facts.append(effort.fact)
-    found.warnings += effort.warnings
-    _set_mode(drive, found)
-    _set_cycle(drive, wanted, found)
-    _set_guard(drive, wanted, found)
-    _set_limits(drive, wanted, found)
-    _map_pdos(drive, wanted, effort.entry, found)
+    data.facts.append(effort.fact)
+    data.warnings += effort.warnings
+    _set_mode(drive, data)
+    _set_cycle(drive, wanted, data)
+    _set_guard(drive, wanted, data)
+    _set_limits(drive, wanted, data)
+    _map_pdos(drive, wanted, effort.entry, data)
 
 
-def _identify(drive: Drive, found: DriveData) -> None:
+def _identify(drive: Drive, data: DriveData) -> None:
     profile = drive.read(c.DEVICE_TYPE) & 0xFFFF
     if profile != c.PROFILE:
         raise NotReady(f"{drive.name} has device profile {profile}; drives have {c.PROFILE} (CiA 402)")
     for entry in (c.VENDOR, c.PRODUCT, c.REVISION, c.SERIAL):
         value = drive.look_up(entry)
         if value is not None:
-            found.facts.append(f"{entry.name} 0x{value:08X}")
+            data.facts.append(f"{entry.name} 0x{value:08X}")
     name = drive.text()
     if name:
-        found.facts.append(f"'{name}'")
+        data.facts.append(f"'{name}'")
 
 
 def require_not_enabled(drive: Drive) -> None:
-    """Raise NotReady where a drive follows another controller, whose network must not be restarted.
+    """Raise NotReady if a drive follows another controller, whose network must not be restarted.
 
     Raises LinkLost if it does not answer.
     """
@@ -102,22 +105,22 @@ def require_not_enabled(drive: Drive) -> None:
     if c.state(word) == c.ENABLED:
         raise NotReady(
             f"{drive.name} is in {c.ENABLED} already (statusword 0x{word:04X}): another controller moves it. "
-            "Stop that one first"
+            "Stop that controller first"
         )
 
 
-def _check_state(drive: Drive, found: DriveData) -> None:
+def _check_state(drive: Drive, data: DriveData) -> None:
     require_not_enabled(drive)
     state = c.state(drive.read(c.STATUSWORD))
     if state == c.FAULT:
         code = drive.look_up(c.ERROR_CODE)
         why = "" if code is None else f" {c.error_text(code)}"
-        found.warnings.append(f"{drive.name} was in fault{why}; it is reset when the drives are armed")
-    _read_history(drive, found)
+        data.warnings.append(f"{drive.name} was in fault{why}; it is reset when the drives are armed")
+    _read_history(drive, data)
 
 
-def _read_history(drive: Drive, found: DriveData) -> None:
-    """Report old errors and clear them, so that those of the next run are its own."""
+def _read_history(drive: Drive, data: DriveData) -> None:
+    """Report old errors and clear them, so that later errors belong to the next run."""
     count = drive.look_up(c.ERROR_COUNT)
     if not count:
         return
@@ -125,14 +128,14 @@ def _read_history(drive: Drive, found: DriveData) -> None:
     entries = [c.Entry(c.ERROR_COUNT.index, place, "<I", "old error") for place in places]
     codes = [c.error_text(code & 0xFFFF) for code in map(drive.look_up, entries) if code is not None]
     errors = "1 error" if count == 1 else f"{count} errors"
-    found.warnings.append(f"{drive.name} had {errors} in its history, now cleared: {', '.join(codes)}")
+    data.warnings.append(f"{drive.name} had {errors} in its history, now cleared: {', '.join(codes)}")
     try:
         drive.write(c.ERROR_COUNT, 0)
     except NotReady as error:
-        found.warnings.append(str(error))
+        data.warnings.append(str(error))
 
 
-def _set_mode(drive: Drive, found: DriveData) -> None:
+def _set_mode(drive: Drive, data: DriveData) -> None:
     modes = drive.look_up(c.SUPPORTED_MODES)
     if modes is not None and not modes >> (c.CYCLIC_POSITION - 1) & 1:
         raise NotReady(
@@ -148,56 +151,58 @@ def _set_mode(drive: Drive, found: DriveData) -> None:
         raise NotReady(f"{drive.name} was set to mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
 
 
-def _set_cycle(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
-    """Set the time of the drive from target to target: 0x60C2, or 0x1006 where it takes that instead."""
+def _set_cycle(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
+    """Set the time between targets: 0x60C2, or 0x1006 if the drive takes that instead."""
     if drive.look_up(c.SYNC_ID) not in (None, c.SYNC):
         drive.set(c.SYNC_ID, c.SYNC)
     refused = ""
     known = drive.look_up(c.SYNC_PERIOD) is not None
     if known:
         refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wanted.settings.cycle))
-        found.warnings += filter(None, [refused])
+        data.warnings += filter(None, [refused])
     if drive.size(c.PERIOD_VALUE) is None:
-        found.warnings.append(
-            f"{drive.name} has no {c.PERIOD_VALUE}: it must know by itself that targets come every "
-            f"{1e3 * wanted.settings.cycle:g} ms{', or by 0x1006' * (known and not refused)}"
+        data.warnings.append(
+            f"{drive.name} has no {c.PERIOD_VALUE}: with its maker's tool, set its time between targets to "
+            f"{1e3 * wanted.settings.cycle:g} ms{', unless it uses 0x1006' * (known and not refused)}"
         )
         return
     period = c.period_of(wanted.settings.cycle)
-    assert period is not None  # the driver has seen to that
+    assert period is not None  # checked by `require_sound`
     for entry, value in zip((c.PERIOD_VALUE, c.PERIOD_POWER), period, strict=True):
         drive.set(entry, value)
 
 
-def _set_guard(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
-    """Make the drive stop by itself when the host dies, and return whether it will."""
+def _set_guard(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
+    """Make the drive stop by itself when the host falls silent, and record whether it will."""
     missing = [
         drive.offer(
             c.CONSUMER_HEARTBEAT, wanted.settings.host_node << 16 | round(1e3 * wanted.settings.dead_man)
         ),
         drive.offer(c.ABORT_CONNECTION, wanted.settings.abort_connection),
     ]
-    found.guarded = not any(missing)
-    if not found.guarded:
+    data.guarded = not any(missing)
+    if not data.guarded:
         why = f"{', '.join(filter(None, missing))}: nothing makes it stop by itself when this computer dies"
         if wanted.settings.require_dead_man:
-            raise NotReady(f"{why}. Set require_dead_man = false to go on, with a hand on the emergency stop")
-        found.warnings.insert(0, why)
+            raise NotReady(
+                f"{why}. Set require_dead_man = false to continue, with a hand on the emergency stop"
+            )
+        data.warnings.insert(0, why)
     stops = [
         drive.offer(c.QUICK_STOP_OPTION, wanted.settings.quick_stop),
         drive.offer(c.FAULT_REACTION, wanted.settings.fault_reaction),
     ]
-    found.warnings += filter(None, stops)
+    data.warnings += filter(None, stops)
     silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wanted.settings.heartbeat))
-    found.beats = not silent
+    data.beats = not silent
     if silent:
-        found.warnings.append(f"{silent}: only by its measurements is it known to be there")
+        data.warnings.append(f"{silent}: only its measurements show that it is there")
 
 
-def _set_limits(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
+def _set_limits(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
     if wanted.following_window is not None:
         _set_or_advise(drive, c.FOLLOWING_WINDOW, wanted.following_window, "following_error = 0")
-        found.warnings += filter(
+        data.warnings += filter(
             None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wanted.settings.following_time))]
         )
     if wanted.limits is not None:
@@ -208,17 +213,17 @@ def _set_limits(drive: Drive, wanted: DriveSettings, found: DriveData) -> None:
 def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> None:
     why = drive.offer(entry, value)
     if why:
-        raise NotReady(f"{why}. Set {without} to go on without")
+        raise NotReady(f"{why}. Set {without} to continue without it")
 
 
-def _map_pdos(drive: Drive, wanted: DriveSettings, effort: c.Entry, found: DriveData) -> None:
+def _map_pdos(drive: Drive, wanted: DriveSettings, effort: c.Entry, data: DriveData) -> None:
     for index in SPARE_TPDOS:
         _switch_off(drive, index)
     for index in SPARE_RPDOS:
         try:
             _switch_off(drive, index)
         except NotReady as refusal:
-            found.warnings.append(f"{refusal}: frames of others with that identifier command it")
+            data.warnings.append(f"{refusal}: frames of others with that identifier command it")
     _map(drive, 0x1400, 0x1600, c.RPDO1 + wanted.node, (c.CONTROLWORD, c.TARGET))
     if beside(effort):
         _map(drive, 0x1800, 0x1A00, c.TPDO1 + wanted.node, (c.STATUSWORD, c.POSITION, effort))
@@ -236,17 +241,19 @@ def _switch_off(drive: Drive, communication: int) -> None:
         drive.set(switch, value | INVALID)
 
 
-def _map(drive: Drive, communication: int, mapping: int, identifier: int, what: tuple[c.Entry, ...]) -> None:
+def _map(
+    drive: Drive, communication: int, mapping: int, identifier: int, values: tuple[c.Entry, ...]
+) -> None:
     switch = c.Entry(communication, 1, "<I", "identifier of a PDO")
     others = drive.read(switch) & NO_REMOTE
     drive.write(switch, INVALID | others | identifier)
     drive.set(c.Entry(communication, 2, "<B", "transmission type"), SYNCHRONOUS)
     count = c.Entry(mapping, 0, "<B", "number of values in a PDO")
     drive.write(count, 0)
-    for place, entry in enumerate(what, 1):
+    for place, entry in enumerate(values, 1):
         try:
             drive.set(c.Entry(mapping, place, "<I", "value in a PDO"), entry.mapping)
-        except Refused as refusal:  # what it has not, or cannot map, is the entry
+        except Refused as refusal:  # the drive has no such entry, or cannot map it
             raise NotReady(f"{drive.name} takes {entry} into no PDO: {refusal.why}") from refusal
-    drive.set(count, len(what))
+    drive.set(count, len(values))
     drive.set(switch, others | identifier)

@@ -1,7 +1,7 @@
 """Dynamixel servos with protocol 2.0 (X series, MX with firmware 2.0) on a serial port.
 
-A cycle is one write: the goals of all servos, and the question for current, velocity and position of all.
-Each servo watches the bus: when nothing comes for a while, it stops, holds, and takes no goals until reset.
+Each cycle is one write: the goals of all servos, and the question for current, velocity and position of all.
+Each servo has a bus watchdog: if nothing arrives for a while, it stops, holds, and ignores goals until reset.
 """
 
 from collections.abc import Sequence
@@ -24,22 +24,22 @@ from .health import DynamixelHealth, ServoData, current_units, find, require_hea
 from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
 
 WARM_EVERY = 100
-"""Temperatures are read in every so many cycles."""
+"""Number of cycles between two readings of the temperatures."""
 
 
 @dataclass(frozen=True)
 class DynamixelSettings(ServoSettings):
     """Settings of an arm of Dynamixel servos."""
 
-    operating_mode: str = setting("position", "in which the servos are", choices=tuple(registers.MODES))
+    operating_mode: str = setting("position", "operating mode of the servos", choices=tuple(registers.MODES))
     current_unit: tuple[float, ...] = setting(
-        0.0, "current of a count; 0 looks it up by model", unit="A", low=0.0, high=1.0
+        0.0, "current per count; 0 looks it up by model", unit="A", low=0.0, high=1.0
     )
     fast_sync_read: str = setting(
         "auto", "whether all servos answer in one packet, which is shorter", choices=("auto", "on", "off")
     )
     watchdog: float = setting(
-        0.1, "silence after which servos stop by themselves; 0 for never", unit="s", low=0.0, high=2.54
+        0.1, "silence after which servos stop by themselves; 0 disables it", unit="s", low=0.0, high=2.54
     )
 
 
@@ -59,22 +59,22 @@ class Dynamixel(ServoDriver):
 
     def _set_up(self, bus: ServoBus) -> Info:
         settings, warnings = self.settings, list[str]()
-        found = find(bus, settings.baudrate)
-        bus.settle(registers.STATUS_LEVEL, [2] * self.arm.dof)
+        servos = find(bus, settings.baudrate)
+        bus.set_checked(registers.STATUS_LEVEL, [2] * self.arm.dof)
         self._reset_watchdog(bus, warnings)
         self._shutdown = bus.read(registers.SHUTDOWN)
         require_healthy(bus, self._shutdown)
         self._require_mode(bus)
         self._set_return_delay(bus)
         for register in (registers.PROFILE_ACCELERATION, registers.PROFILE_VELOCITY):
-            bus.settle(register, [0] * self.arm.dof)  # else each servo would smooth the motion by itself
-        self._current_unit = current_units(bus, found, settings.current_unit)
+            bus.set_checked(register, [0] * self.arm.dof)  # else each servo would smooth the motion by itself
+        self._current_unit = current_units(bus, servos, settings.current_unit)
         self._ampere = np.where(self._current_unit > 0.0, self._current_unit, np.nan)
         self._allowed = self._goals_allowed(bus)
-        self._choose_reading(bus, found)
-        warnings += self._warnings(bus, found)
+        self._choose_reading(bus, servos)
+        warnings += self._warnings(bus, servos)
         return self._info(
-            bus, self._signals(), warnings, self._dead_man(found), **self._identities(bus, found)
+            bus, self._signals(), warnings, self._dead_man(servos), **self._identities(bus, servos)
         )
 
     def _require_mode(self, bus: ServoBus) -> None:
@@ -87,23 +87,23 @@ class Dynamixel(ServoDriver):
         bus.require(register, registers.MODES[name], advice)
 
     def _reset_watchdog(self, bus: ServoBus, warnings: list[str]) -> None:
-        """See that it takes its value, and leave it off until the drives are armed."""
+        """Check that the watchdog takes its value, and leave it off until the drives are armed."""
         tripped = [
             bus.names[s]
-            for s, is_ in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True)
-            if is_ == TRIPPED
+            for s, value in zip(bus.servos, bus.read(registers.WATCHDOG), strict=True)
+            if value == TRIPPED
         ]
         if tripped:
             warnings.append(f"the bus watchdog had stopped {', '.join(tripped)} before; it was reset")
         self._guard(bus)
         self._unguard(bus)
 
-    def _choose_reading(self, bus: ServoBus, found: Sequence[ServoData]) -> None:
-        """Whether the answers come joined, and whether there is time for temperatures."""
-        asked = self.settings.fast_sync_read
-        self._joined = asked == "on" or (asked == "auto" and all(joins_answers(*one) for one in found))
+    def _choose_reading(self, bus: ServoBus, servos: Sequence[ServoData]) -> None:
+        """Decide whether servos join their answers, and whether there is time for temperatures."""
+        choice = self.settings.fast_sync_read
+        self._joined = choice == "on" or (choice == "auto" and all(joins_answers(*s) for s in servos))
         if self._joined and not _all_answer(bus, self._ask(MEASURED.itemsize)):
-            if asked == "on":
+            if choice == "on":
                 raise NotReady(
                     "the servos do not answer a fast sync read; X430 and X540 know it from firmware 45, X330 "
                     'from 46. Try fast_sync_read = "auto", or new firmware'
@@ -111,7 +111,7 @@ class Dynamixel(ServoDriver):
             self._joined = False
         longest = self._shortest_cycle(self._traffic(self._ask(WARM.itemsize)), self.settings.baudrate)
         self._cool, self._warm = (
-            [self._ask(what.itemsize, more) for more in range(LENGTHS)] for what in (MEASURED, WARM)
+            [self._ask(record.itemsize, more) for more in range(LENGTHS)] for record in (MEASURED, WARM)
         )
         self._has_time = longest <= self.settings.cycle
 
@@ -119,25 +119,27 @@ class Dynamixel(ServoDriver):
         current = ["current"] * bool(np.any(self._current_unit))
         return ("position", "velocity", *current, *["temperature"] * self._has_time)
 
-    def _dead_man(self, found: Sequence[ServoData]) -> str:
-        if not self._watchdog or not all(stops_in_silence(*one) for one in found):
+    def _dead_man(self, servos: Sequence[ServoData]) -> str:
+        if not self._watchdog or not all(stops_in_silence(*servo) for servo in servos):
             return ""
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _warnings(self, bus: ServoBus, found: Sequence[ServoData]) -> list[str]:
+    def _warnings(self, bus: ServoBus, servos: Sequence[ServoData]) -> list[str]:
         warnings = []
         if not np.all(self._current_unit):
             warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
         if not self._watchdog:
-            warnings.append("without bus watchdog servos go on to their last goal when the computer dies")
+            warnings.append(
+                "without bus watchdog, servos keep moving to their last goal if this computer falls silent"
+            )
         unstopped = [
-            bus.names[s] for s, one in zip(bus.servos, found, strict=True) if not stops_in_silence(*one)
+            bus.names[s] for s, servo in zip(bus.servos, servos, strict=True) if not stops_in_silence(*servo)
         ]
         if self._watchdog and unstopped:
             warnings.append(
-                f"the bus watchdog of {', '.join(unstopped)} may trip and not stop the servo, as has been "
-                "reported of its firmware. Try firmware 52 or newer, and pull the plug once to see"
+                f"the bus watchdog of {', '.join(unstopped)} may trip without stopping the servo, as was "
+                "reported of its firmware. Try firmware 52 or newer, and unplug the cable once to test it"
             )
         if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
             warnings.append(
@@ -146,13 +148,13 @@ class Dynamixel(ServoDriver):
             )
         return warnings
 
-    def _identities(self, bus: ServoBus, found: Sequence[ServoData]) -> dict[str, str]:
-        servos = (
-            f"{servo} {model_name(one.model)} firmware {one.firmware}"
-            for servo, one in zip(bus.servos, found, strict=True)
+    def _identities(self, bus: ServoBus, servos: Sequence[ServoData]) -> dict[str, str]:
+        texts = (
+            f"{servo} {model_name(servo_data.model)} firmware {servo_data.firmware}"
+            for servo, servo_data in zip(bus.servos, servos, strict=True)
         )
         return {
-            "servos": ", ".join(servos),
+            "servos": ", ".join(texts),
             "current_unit": " ".join(f"{unit:g}" for unit in self._current_unit),
             "fast_sync_read": "on" if self._joined else "off",
         }
@@ -164,7 +166,10 @@ class Dynamixel(ServoDriver):
         return Goals(-furthest, furthest)
 
     def _ask(self, length: int, more: int = 0) -> Reading:
-        """More are asked for in front: behind the temperature servos have nothing, and refuse to read it."""
+        """Question for the measurements, with `more` bytes before them.
+
+        Servos have no registers after the temperature, and refuse to read there.
+        """
         ask = packets.fast_sync_read if self._joined else packets.sync_read
         return ask(registers.FIRST - more, length + more, self.settings.ids)
 
@@ -193,7 +198,7 @@ class Dynamixel(ServoDriver):
         super()._begin()
         self._health = DynamixelHealth(self._opened()[0], self._shutdown, host_time())
 
-    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+    def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
 
     def _to_register(self, counts: np.ndarray) -> list[int]:
@@ -203,14 +208,14 @@ class Dynamixel(ServoDriver):
         return numbers.astype(float)
 
     def _guard(self, bus: ServoBus) -> bytes:
-        """The watchdog counts from here; it may trip before the first cycle, in which it is reset once."""
+        """Start the watchdog; it may trip before the first cycle, which therefore resets it once."""
         off, on = [0] * self.arm.dof, [self._watchdog] * self.arm.dof
-        bus.settle(registers.WATCHDOG, off)
-        bus.settle(registers.WATCHDOG, on)
+        bus.set_checked(registers.WATCHDOG, off)
+        bus.set_checked(registers.WATCHDOG, on)
         return bus.packet(registers.WATCHDOG, off) + bus.packet(registers.WATCHDOG, on)
 
     def _unguard(self, bus: ServoBus) -> None:
-        bus.settle(registers.WATCHDOG, [0] * self.arm.dof)
+        bus.set_checked(registers.WATCHDOG, [0] * self.arm.dof)
 
 
 def _all_answer(bus: ServoBus, reading: Reading) -> bool:

@@ -1,4 +1,4 @@
-"""Whether Dynamixel servos are fit for a run, and during it whether one has stopped itself."""
+"""Health of Dynamixel servos: whether they are fit for a run, and whether one has stopped itself."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,20 +13,20 @@ from .registers import BAUDRATES, HARDWARE_ERROR, MODELS, TORQUE, TRIPPED, WATCH
 
 
 class ServoData(NamedTuple):
-    """Data of a servo: number of its model, a key of `MODELS` if it is known, and version of its firmware."""
+    """Data of a servo: model number, which is a key of `MODELS` if known, and firmware version."""
 
     model: int
     firmware: int
 
 
 def find(bus: ServoBus, baudrate: int) -> list[ServoData]:
-    """All servos, in the order of the joints. Raises LinkLost if some do not answer."""
-    data = bus.find(baudrate, BAUDRATES)
-    return [ServoData(int.from_bytes(one[:2], "little"), one[2]) for one in data]
+    """Find all servos, in the order of the joints. Raises LinkLost if some do not answer."""
+    answers = bus.find(baudrate, BAUDRATES)
+    return [ServoData(int.from_bytes(data[:2], "little"), data[2]) for data in answers]
 
 
 def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
-    """Raise NotReady where a servo has an error for which it switches its torque off."""
+    """Raise NotReady if a servo has an error for which it switches its torque off."""
     for servo, bits, mask in zip(bus.servos, bus.read(HARDWARE_ERROR), shutdown, strict=True):
         if bits & mask:
             raise NotReady(
@@ -35,31 +35,31 @@ def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
             )
 
 
-def current_units(bus: ServoBus, found: Sequence[ServoData], given: Sequence[float]) -> np.ndarray:
-    """[A] a count, shape (n,), as given or else by model; zero for servos that measure none.
+def current_units(bus: ServoBus, servos: Sequence[ServoData], units: Sequence[float]) -> np.ndarray:
+    """Current per count [A], shape (n,), as set or else by model; zero for servos that measure none.
 
-    Raises BadSettings for an unknown model if no unit is given.
+    Raises BadSettings for an unknown model if no unit is set.
     """
-    for servo, one, unit in zip(bus.servos, found, given, strict=True):
-        if not unit and one.model not in MODELS:
+    for servo, (model, _), unit in zip(bus.servos, servos, units, strict=True):
+        if not unit and model not in MODELS:
             raise BadSettings(
-                f"{bus.names[servo]} is of model {one.model}, whose unit of current is not known. Look under "
-                "its register 126 in the manual and set current_unit"
+                f"{bus.names[servo]} is of model {model}, whose unit of current is not known. Look up its "
+                "register 126 in the manual and set current_unit"
             )
-    return np.array([unit or MODELS[one.model].current_unit for one, unit in zip(found, given, strict=True)])
+    return np.array([unit or MODELS[s.model].current_unit for s, unit in zip(servos, units, strict=True)])
 
 
 GAP = 50_000_000
-"""A servo without an answer for so long may have been stopped or have lost its power [ns]."""
+"""Time without an answer after which a servo may have been stopped or have lost its power [ns]."""
 
 AGAIN = 100
-"""As long as a servo has hardware errors, they are looked at in every so many cycles."""
+"""Number of cycles after which lasting hardware errors are read again."""
 
 
 class DynamixelHealth:
-    """What the answers contain besides the measurements.
+    """Detects from alerts and gaps in the answers that servos have stopped themselves.
 
-    `shutdown` are the bits of hardware errors for which each servo switches its torque off; times are in
+    `shutdown` contains the bits of hardware errors for which each servo switches its torque off; times are in
     [ns].
     """
 
@@ -71,7 +71,7 @@ class DynamixelHealth:
     def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
         """Why servos have stopped themselves; empty if none has, or if it is not known yet.
 
-        At most one question is asked in a cycle: the loop must come round. Warnings of servos are added to
+        A cycle asks at most one question, so that the loop is not delayed. Warnings of servos are added to
         `events`. Raises LinkLost if the port is gone.
         """
         self._note_gaps(answers, now)
@@ -79,17 +79,17 @@ class DynamixelHealth:
         return self._gap_reason(armed) if alerts is None else self._errors(alerts, events)
 
     def _new_alerts(self, answers: Sequence[Status | None]) -> set[int] | None:
-        """Places of servos with an alert, where their errors are to be looked at; else None."""
+        """Places of servos with an alert if their errors must be read; else None."""
         alerts = {place for place in self._alerts if answers[place] is None}
         alerts |= {p for p, answer in enumerate(answers) if answer is not None and answer.error & ALERT}
         self._looks += 1
         return None if alerts == self._alerts and not (alerts and self._looks % AGAIN == 0) else alerts
 
     def _errors(self, alerts: set[int], events: list[str]) -> str:
-        """Errors for which a servo switches its torque off are a fault."""
+        """Read hardware errors; an error for which a servo switches its torque off is a fault."""
         faults = []
         for place, bits in enumerate(self._bus.peek(HARDWARE_ERROR)):
-            if bits is None:  # it is asked again when its alert comes again
+            if bits is None:  # it is read again when its alert comes again
                 alerts.discard(place)
                 continue
             name, stops = self._name(place), bits & self._shutdown[place]
@@ -108,7 +108,7 @@ class DynamixelHealth:
                 self._answered[place] = now
 
     def _gap_reason(self, armed: bool) -> str:
-        """Servos that were silent may have been stopped by their watchdog, or have lost their power."""
+        """Why a servo was silent: its watchdog has stopped it, or it has lost its power; else empty."""
         if not armed or self._gap < GAP:
             self._gap = 0
             return ""

@@ -2,8 +2,8 @@
 
     FF FF FD 00 | id | length (2) | instruction | parameters | CRC (2)
 
-The length counts from the instruction on. FF FF FD never occurs behind the length: it is written FF FF FD FD
-there. An answer has the instruction 55, and an error before its parameters.
+The length counts from the instruction on. FF FF FD never occurs after the length: byte stuffing makes it
+FF FF FD FD. An answer has the instruction 55, and an error before its parameters.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,18 +18,18 @@ ALERT = 0x80
 """Bit of the error byte: the register of hardware errors is not zero."""
 
 ERRORS = {
-    1: "result fail: the servo could not do what was asked",
-    2: "instruction: the servo does not know it",
+    1: "result fail: the servo could not execute the instruction",
+    2: "instruction: the servo does not support it",
     3: "CRC: the servo received a wrong checksum",
     4: "data range: a value does not fit its register",
     5: "data length: fewer data than the register has",
     6: "data limit: a value is beyond the limits of its register",
     7: "access: the register cannot be read or written now",
 }
-"""Meanings of the other bits of the error byte, which are a number; it is 0 where there is none."""
+"""Meanings of the error number, which is in the other bits of the error byte; 0 means no error."""
 
 _AROUND = 11
-"""Bytes of an answer without data."""
+"""Length of an answer without data [bytes]."""
 
 
 def _crc_table() -> tuple[int, ...]:
@@ -44,11 +44,11 @@ def _crc_table() -> tuple[int, ...]:
 
 _TABLE = _crc_table()
 _BEFORE = tuple((checksum << 8 & 0xFF00) ^ _TABLE[checksum >> 8] for checksum in _TABLE)
-"""Checksum of each byte with a zero behind it: two bytes are taken at once, which halves the time."""
+"""Checksum of each byte followed by a zero: processing two bytes at once halves the time."""
 
 
 def crc(data: bytes, before: int = 0) -> int:
-    """Checksum: polynomial 0x8005, from zero, nothing reflected. `before`: that of what goes before."""
+    """CRC with polynomial 0x8005, initial value zero, not reflected; `before` is that of preceding bytes."""
     value, odd, table, table_before = before, len(data) % 2, _TABLE, _BEFORE
     for byte in data[:odd]:
         value = (value << 8 & 0xFF00) ^ table[value >> 8 ^ byte]
@@ -58,14 +58,14 @@ def crc(data: bytes, before: int = 0) -> int:
 
 
 def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
-    """Any instruction, or any answer."""
+    """Encode an instruction or an answer."""
     stuffed = parameters.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     body = HEADER + bytes([servo, *(len(stuffed) + 3).to_bytes(2, "little"), instruction]) + stuffed
     return body + crc(body).to_bytes(2, "little")
 
 
 def ping(servo: int) -> Reading:
-    """Is this servo there? The data are its model (2 bytes) and firmware (1 byte)."""
+    """Ask whether a servo is there; the data are its model (2 bytes) and firmware (1 byte)."""
     return Reading(packet(servo, PING), (servo,), _AROUND + 3, 3, partial(parse, length=3))
 
 
@@ -77,7 +77,7 @@ def sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
 
 
 def fast_sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
-    """The same, but the answers are joined to a single packet, each servo sending its part."""
+    """Ask several servos for the same registers; their answers are parts of a single packet."""
     request = packet(EVERYBODY, FAST_SYNC_READ, _registers(address, length) + bytes(servos))
     size = 8 + len(servos) * (4 + length)
     parse_joined = partial(parse_fast, length=length, count=len(servos))
@@ -85,14 +85,14 @@ def fast_sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
 
 
 def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
-    """Write the same registers, of the same length, of several servos, which do not answer."""
+    """Write the same registers of several servos, which do not answer."""
     length = len(next(iter(values.values())))
     blocks = b"".join(bytes([servo]) + value for servo, value in values.items())
     return packet(EVERYBODY, SYNC_WRITE, _registers(address, length) + blocks)
 
 
 def refusal(error: int) -> str:
-    """Meaning of an error byte with an error number; empty where it has none."""
+    """Meaning of an error byte with an error number; empty without an error number."""
     number = error & ~ALERT
     meaning = f"error {number} ({ERRORS.get(number, 'unknown')})" if number else ""
     return f"{meaning} and a hardware error" if number and error & ALERT else meaning
@@ -101,8 +101,8 @@ def refusal(error: int) -> str:
 def parse(data: bytes, length: int) -> Parsed:
     """Find answers with this many bytes of data each; other bytes are skipped.
 
-    An answer with an error number has no data: a servo that could not do what was asked sends none, or bytes
-    that are no measurement.
+    An answer with an error number has no data: a servo that could not execute the instruction sends none, or
+    bytes that are not measurements.
     """
     statuses: list[Status] = []
     broken, start = 0, 0
@@ -130,9 +130,9 @@ def _status(answer: bytes, length: int) -> Status | None:
 
 
 def parse_fast(data: bytes, length: int, count: int) -> Parsed:
-    """Answers joined to a packet; those before the place where it breaks are whole.
+    """Parse answers in a joined packet; the answers before a break are valid.
 
-    Every servo puts the checksum of all that was sent so far behind its part. Nothing is stuffed.
+    Every servo appends the checksum of all bytes so far to its part. There is no byte stuffing.
     """
     begin, check = _begin_of_joined(length, count)
     start = data.find(begin)
@@ -147,8 +147,8 @@ def parse_fast(data: bytes, length: int, count: int) -> Parsed:
             return Parsed(statuses, 0)
         check, checked = crc(data[checked:end], check), end
         if check.to_bytes(2, "little") != mark:
-            rest = count - len(statuses)
-            return Parsed(statuses, rest if len(data) >= place + rest * (4 + length) else 0)
+            missing = count - len(statuses)
+            return Parsed(statuses, missing if len(data) >= place + missing * (4 + length) else 0)
         statuses.append(Status(part[1], part[0], b"" if part[0] & ~ALERT else part[2:]))
         place = end + 2
     return Parsed(statuses, 0)
@@ -156,7 +156,7 @@ def parse_fast(data: bytes, length: int, count: int) -> Parsed:
 
 @cache
 def _begin_of_joined(length: int, count: int) -> tuple[bytes, int]:
-    """What stands before the parts of joined answers, and its checksum."""
+    """Bytes before the parts of joined answers, and their checksum."""
     begin = HEADER + bytes([EVERYBODY, *(1 + count * (4 + length)).to_bytes(2, "little"), STATUS])
     return begin, crc(begin)
 

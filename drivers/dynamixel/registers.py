@@ -1,7 +1,7 @@
 """Registers, units and models of Dynamixel X servos, and of MX servos with firmware 2.0.
 
-The numbers are the manufacturer's. Models without a unit of current have in its place a load that is computed
-from the voltage they apply.
+The numbers are from the manufacturer. Models without a unit of current have a load in its place, computed
+from the applied voltage.
 """
 
 from typing import NamedTuple
@@ -11,19 +11,19 @@ import numpy as np
 from ..servo.servo_line import Register
 
 BAUDRATES = (57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
-"""What X servos can be set to [bit/s]."""
+"""Baud rates that X servos support [bit/s]."""
 
 MODES = {"position": 3, "extended": 4, "current_position": 5}
 """Operating modes in which a servo follows a position."""
 
 FURTHEST = 256 * 4096 - 1
-"""Largest goal, either way, of the modes of several turns [counts]."""
+"""Largest magnitude of a goal in multi-turn modes [counts]."""
 
 VELOCITY_UNIT = 0.229 * 2.0 * np.pi / 60.0
-"""[rad/s] a count."""
+"""Velocity per count [rad/s]."""
 
 WATCHDOG_UNIT = 0.02
-"""[s] a count."""
+"""Time per count of the watchdog [s]."""
 
 RETURN_DELAY = Register(9, 1, "return delay")
 MODE = Register(11, 1, "operating mode")
@@ -50,7 +50,7 @@ MEASURED = np.dtype([("current", "<i2"), ("velocity", "<i4"), ("position", "<i4"
 """Registers 126 to 135, read in every cycle."""
 
 WARM = np.dtype([*MEASURED.descr, ("plan", "V8"), ("voltage", "<u2"), ("temperature", "u1")])
-"""Registers 126 to 146, read now and then."""
+"""Registers 126 to 146, read in some cycles."""
 
 _HARDWARE = ("input voltage", "hall sensor", "overheating", "encoder", "electrical shock", "overload")
 
@@ -62,7 +62,7 @@ def hardware_errors(bits: int) -> str:
 
 
 class Model(NamedTuple):
-    """A servo's name, as printed on it, and unit of its current [A a count]; zero where it measures none."""
+    """Printed name of a servo, and its current per count [A]; zero if it measures none."""
 
     name: str
     current_unit: float
@@ -87,24 +87,24 @@ MODELS: dict[int, Model] = {
 }  # fmt: skip
 
 _JOINED_FROM = {"330": 46, "430": 45, "540": 45}
-"""Firmware from which servos of a size join their answers to one packet."""
+"""Size of a servo -> first firmware that joins answers to one packet."""
 
 
 def joins_answers(number: int, firmware: int) -> bool:
-    """Whether a servo knows the fast sync read."""
+    """Whether a servo supports the fast sync read."""
     name = MODELS[number].name if number in MODELS else ""
     sizes = [since for size, since in _JOINED_FROM.items() if size in name and not name.startswith("2")]
     return bool(sizes) and firmware >= sizes[0]
 
 
 def stops_in_silence(number: int, firmware: int) -> bool:
-    """Whether the bus watchdog can be relied upon.
+    """Whether the bus watchdog is reliable.
 
-    With firmware 51 it was reported, and the maker saw it too, that all X330 go on after theirs has tripped.
+    With firmware 51, all X330 keep moving after their watchdog has tripped, as users and the maker reported.
     """
     return not (number in MODELS and "330" in MODELS[number].name and firmware <= 51)
 
 
 def model_name(number: int) -> str:
-    """What a servo is called, or its number."""
+    """Name of a model, or its number if unknown."""
     return MODELS[number].name if number in MODELS else f"model {number}"

@@ -1,7 +1,7 @@
 """Feetech STS and SMS servos on a serial port.
 
-A cycle is one write: the goals of all servos, and the question for position, velocity, temperature and
-current of all. No way is known to have them stop by themselves when the computer falls silent.
+Each cycle is one write: the goals of all servos, and the question for position, velocity, temperature and
+current of all. These servos have no known way to stop by themselves when the computer falls silent.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from ..settings import setting
 from . import packet as packets
 
 BAUDRATES = (38_400, 57_600, 115_200, 250_000, 500_000, 1_000_000)
-"""What the servos can be set to [bit/s]."""
+"""Baud rates that the servos support [bit/s]."""
 
 MODEL = Register(3, 2, "model number")
 RETURN_DELAY = Register(7, 1, "return delay")
@@ -42,23 +42,23 @@ MEASURED = np.dtype(
         ("between", "V5"), ("current", "<u2")
     ]
 )  # fmt: skip
-"""Registers 56 to 70, read in every cycle; bit 15 is the sign of the first two and of the current."""
+"""Registers 56 to 70, read in every cycle."""
 
 SIGNED = ("position", "velocity", "current")
-"""Those of them."""
+"""Measurements whose bit 15 is the sign."""
 
 FINE, FULL_SPEED, NO_CURRENT = 4, 8, 32
-"""Bits of the phase: velocity in counts a second and not in fifties; a goal velocity of 0 is the fastest;
-a bridge that measures no current."""
+"""Bits of the phase: velocity in counts per second instead of 50 counts per second; a goal velocity of 0 is
+the fastest; a bridge that measures no current."""
 
 FASTEST = {True: 3400, False: 68}
-"""Goal velocity where 0 means to stand still, for fine and coarse units [counts/s], [50 counts/s]."""
+"""Goal velocity of servos for which 0 is standstill, in fine and coarse units [counts/s], [50 counts/s]."""
 
 FURTHEST = 30719
-"""Largest goal, either way, of servos without position limits [counts]."""
+"""Largest magnitude of a goal of servos without position limits [counts]."""
 
 ALARMS = ("voltage", "encoder", "overheating", "overcurrent", "", "overload")
-"""What the bits of the error byte mean."""
+"""Meanings of the bits of the error byte."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class FeetechSettings(ServoSettings):
 
     current_unit: tuple[float, ...] = setting(6.5e-3, "current of a count", unit="A", low=1e-6, high=1.0)
     acceleration: int = setting(
-        254, "with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
+        254, "acceleration with which servos follow their goals", unit="100 counts/s^2", low=0, high=254
     )
 
 
@@ -90,9 +90,9 @@ class Feetech(ServoDriver):
             [(1.0 if phase & FINE else 50.0) * 2.0 * np.pi / turn
              for phase, turn in zip(phases, settings.counts_per_turn, strict=True)]
         )  # fmt: skip
-        bus.settle(ACCELERATION, [settings.acceleration] * n)
-        bus.settle(GOAL_TIME, [0] * n)
-        bus.settle(
+        bus.set_checked(ACCELERATION, [settings.acceleration] * n)
+        bus.set_checked(GOAL_TIME, [0] * n)
+        bus.set_checked(
             GOAL_VELOCITY, [0 if phase & FULL_SPEED else FASTEST[bool(phase & FINE)] for phase in phases]
         )
         self._unloading = bus.read(UNLOADING)
@@ -109,7 +109,8 @@ class Feetech(ServoDriver):
 
     def _warnings(self) -> list[str]:
         warnings = [
-            "these servos go on to their last goal when the computer dies: no way is known to stop them"
+            "these servos keep moving to their last goal if this computer falls silent: they cannot stop by "
+            "themselves"
         ]
         if not self._measures.all():
             warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
@@ -135,8 +136,8 @@ class Feetech(ServoDriver):
         super()._begin()
         self._reported = [0] * self.arm.dof
 
-    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
-        """Alarms; those on which a servo is set to give way are a fault."""
+    def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        """Report alarms; an alarm for which a servo is set to switch its torque off is a fault."""
         faults = []
         for place, answer in enumerate(answers):
             if answer is None or answer.error == self._reported[place]:
@@ -157,7 +158,7 @@ class Feetech(ServoDriver):
 
 
 def _signed(numbers: np.ndarray) -> np.ndarray:
-    """Numbers whose bit 15 is their sign."""
+    """Decode numbers whose bit 15 is the sign."""
     size = (numbers & 0x7FFF).astype(float)
     return np.where(numbers & 0x8000, -size, size)
 
@@ -168,7 +169,7 @@ def _alarms(bits: int) -> str:
 
 
 def _goals_allowed(bus: ServoBus) -> Goals:
-    """What the servos take; where both limits are zero, they have none."""
+    """Range of goals of the servos; a servo whose limits are both zero has no limits."""
     lowest, highest = np.array(bus.read(LOWEST)), np.array(bus.read(HIGHEST))
     free = (lowest == 0) & (highest == 0)
     return Goals(np.where(free, -FURTHEST, lowest), np.where(free, FURTHEST, highest))

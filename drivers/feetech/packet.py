@@ -2,8 +2,8 @@
 
     FF FF | id | length | instruction | parameters | checksum
 
-The length counts from the instruction on. The checksum is the inverted sum of all behind the header. An
-answer has its error where the instruction would be. Nothing is stuffed: FF FF can occur in the data.
+The length counts from the instruction on. The checksum is the inverted sum of all bytes after the header. An
+answer has its error in place of the instruction. There is no byte stuffing: FF FF can occur in the data.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,22 +16,22 @@ EVERYBODY = 0xFE
 PING, SYNC_READ, SYNC_WRITE = 0x01, 0x82, 0x83
 
 _AROUND = 6
-"""Bytes of an answer without data."""
+"""Length of an answer without data [bytes]."""
 
 
 def checksum(body: bytes) -> int:
-    """Of all behind the header."""
+    """Checksum of all bytes after the header."""
     return ~sum(body) & 0xFF
 
 
 def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
-    """Any instruction, or with its error for the instruction any answer."""
+    """Encode an instruction, or an answer with its error in place of the instruction."""
     body = bytes([servo, len(parameters) + 2, instruction]) + parameters
     return HEADER + body + bytes([checksum(body)])
 
 
 def ping(servo: int) -> Reading:
-    """Is this servo there? There are no data."""
+    """Ask whether a servo is there; the answer has no data."""
     return Reading(packet(servo, PING), (servo,), _AROUND, 0, partial(parse, length=0))
 
 
@@ -43,19 +43,19 @@ def sync_read(address: int, length: int, servos: Sequence[int]) -> Reading:
 
 
 def sync_write(address: int, values: Mapping[int, bytes]) -> bytes:
-    """Write the same registers, of the same length, of several servos, which do not answer."""
+    """Write the same registers of several servos, which do not answer."""
     length = len(next(iter(values.values())))
     blocks = b"".join(bytes([servo]) + value for servo, value in values.items())
     return packet(EVERYBODY, SYNC_WRITE, bytes([address, length]) + blocks)
 
 
 def refusal(error: int) -> str:
-    """Nothing: the bits of an error are alarms, and the data of such an answer are measurements."""
+    """Empty: the error bits are alarms, and the data of such an answer are valid measurements."""
     return ""
 
 
 def parse(data: bytes, length: int) -> Parsed:
-    """Answers with so many bytes of data each; what is no answer is passed over."""
+    """Parse answers with `length` bytes of data each; other bytes are skipped."""
     statuses: list[Status] = []
     broken, start, size = 0, 0, _AROUND + length
     while (start := data.find(HEADER, start)) >= 0 and len(data) >= start + size:

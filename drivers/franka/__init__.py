@@ -1,1 +1,1 @@
-"""Franka Research 3 through the FCI: the maker's library in a process of its own, 1 kHz, joint positions."""
+"""Franka Research 3 through the FCI: the maker's library in a separate process, 1 kHz, joint positions."""

@@ -1,8 +1,8 @@
-"""Franka Research 3: a process of its own talks to the FCI at 1 kHz, this is the loop's side of it.
+"""Franka Research 3: a separate process talks to the FCI at 1 kHz; this driver exchanges messages with it.
 
-The controller's clock is the only one. Commands are held back by some milliseconds, so that the controller
-is given one each millisecond even where this program is late. How late the arm is then is between commands
-and positions only, and in no measurement.
+The controller keeps the only clock. Commands are held back by some milliseconds, so that the controller gets
+one every millisecond even if this program is late. The resulting delay of the arm is between commands and
+positions only, and does not affect the measurements.
 """
 
 import time
@@ -22,11 +22,11 @@ from .settings import FrankaSettings, info_of
 from .target_stream import CYCLE, JOINTS
 
 SILENCE = 5
-"""Cycles without a state after which a sample is marked; fewer are a busy network."""
+"""Number of cycles without a state after which a sample is stale; a busy network causes fewer."""
 LOST = 1.5
-"""Time without a state after which waiting makes no sense [s]: the library reports it after one second."""
+"""Time without a state after which the link is lost [s]; the library reports it after one second."""
 MOST = 100
-"""States that wait at most while commands are taken; before the first, only the newest counts."""
+"""Maximum number of queued states once commands are sent; before, only the newest state counts."""
 REPORTED = ("robot_mode", "error")
 """Parts of the controller's state whose changes are events."""
 
@@ -90,7 +90,7 @@ class Franka(Driver):
         return (self._mode,) * JOINTS
 
     def arm_drives(self) -> None:
-        """See that the controller holds the arm; where it does, the motion will begin."""
+        """Check that the controller holds the arm, and store the held position, where the motion begins."""
         record = self._opened().state()
         self._require_ready(record)
         self._held, self._armed = record["q_d"].copy(), True
@@ -99,11 +99,11 @@ class Franka(Driver):
         return self._held
 
     def exchange(self, command: Command | None) -> Sample:
-        """Of each state in turn, also of those that came while this program was late.
+        """Return a sample of each state in turn, including states that came while this program was late.
 
-        For a state that was lost there is a sample without a measurement, whose command goes out: the
-        controller takes one for each of its milliseconds. `lateness` is by how much a state is looked at
-        later after its time stamp than the quickest one.
+        A lost state gives a sample without a measurement, whose command is sent: the controller takes a
+        command for each of its milliseconds. `lateness` is the delay from a state's time stamp to its
+        processing, minus the shortest such delay.
         """
         link = self._flow()
         if self._next is None and not self._receive(link):
@@ -140,7 +140,7 @@ class Franka(Driver):
         return link
 
     def _receive(self, link: FciLink) -> bool:
-        """Take the next state; whether there is one."""
+        """Take the next state; returns whether there is one."""
         quiet = time.monotonic() - self._heard
         link.forget(keep=1 if self._target is None else MOST)
         self._next = link.next(max(SILENCE * CYCLE - quiet, CYCLE))
@@ -148,12 +148,12 @@ class Franka(Driver):
             return False
         self._heard = time.monotonic()
         holes = max(self._samples.cycles(int(self._next["time"])) - 1, 0)
-        # More than are held back cannot be made up for: the arm has been stopped.
+        # A gap longer than the buffer cannot be bridged: the arm has been stopped.
         self._holes = holes if self._target is not None and holes * CYCLE < self.settings.buffer else 0
         return True
 
     def _commanded(self, command: Command | None) -> bool:
-        """Hand a command over, or the last one again; whether it is a new one."""
+        """Send a command, or the last one again; returns whether a new command was sent."""
         if not self._armed or self._stopped or self._fault:
             return False
         position = self._target if command is None else command.position
@@ -169,7 +169,7 @@ class Franka(Driver):
         return "the motion was ended at the controller" if int(record["motion"]) == ENDED else ""
 
     def _silent(self) -> Sample:
-        """A sample of nothing, so that monitors may decide. Raises LinkLost after too long."""
+        """Sample without a measurement, so that monitors can decide. Raises LinkLost after too long."""
         quiet = time.monotonic() - self._heard
         if quiet > LOST:
             raise LinkLost(
@@ -184,9 +184,9 @@ class Franka(Driver):
         return self._link
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK brakes within the controller's limits and ends the motion; OFF ends it at once.
+        """Stop the arm: QUICK decelerates within the controller's limits; OFF ends the motion at once.
 
-        The controller then brakes as hard as it can and holds: the FCI cannot take the torque away.
+        After OFF the controller brakes as hard as it can and holds: the FCI cannot switch the torque off.
         """
         if level >= StopLevel.QUICK and self._link is not None:
             self._stopped = True

@@ -1,4 +1,4 @@
-"""The driver's end: starts the process that talks to the controller, and exchanges messages with it."""
+"""Link to the process that talks to the controller: starts it and exchanges messages with it."""
 
 import importlib.util
 import os
@@ -19,18 +19,18 @@ from .settings import FrankaSettings
 from .target_stream import CYCLE
 
 READ = 1 << 12
-"""Bytes of the longest message."""
+"""Maximum length of a message [bytes]."""
 PACKAGE = "pylibfranka"
 LEAVING = 5.0
-"""How long the process is given to stop the arm and end [s]."""
+"""Maximum time for the process to stop the arm and end [s]."""
 
 
 class FciLink:
-    """A running process.
+    """A running process that talks to the controller.
 
     Attributes:
         version: Version of the library.
-        fault: Why commands are not taken any more; empty while they are.
+        fault: Why commands are no longer taken; empty while they are.
 
     Raises MissingPackage without the maker's library, LinkLost without a connection, NotReady if the
     controller refuses.
@@ -46,7 +46,13 @@ class FciLink:
         self._socket.setblocking(False)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", f"{__package__}.fci_process", str(theirs.fileno()), *_words(settings)],
+                [
+                    sys.executable,
+                    "-m",
+                    f"{__package__}.fci_process",
+                    str(theirs.fileno()),
+                    *_arguments(settings),
+                ],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -57,27 +63,27 @@ class FciLink:
         finally:
             theirs.close()
         try:
-            self._until(lambda: bool(self.version), "no connection to the controller")
+            self._wait_until(lambda: bool(self.version), "no connection to the controller")
         except BaseException:
             self.close()
             raise
 
-    def _until(self, found: Callable[[], bool], missing: str) -> None:
+    def _wait_until(self, condition: Callable[[], bool], missing: str) -> None:
         end = time.monotonic() + self._patience
-        while not found():
+        while not condition():
             if time.monotonic() > end:
                 raise LinkLost(f"driver franka: {self._where}: {missing} in {self._patience:g} s")
             self._receive(end - time.monotonic())
 
     def state(self) -> np.void:
-        """The controller's state now. Raises LinkLost if none comes."""
+        """Request the controller's present state. Raises LinkLost if none comes."""
         self._records.clear()
         self.send(ASK)
-        self._until(lambda: bool(self._records), "no state of the controller")
+        self._wait_until(lambda: bool(self._records), "no state of the controller")
         return self._records.pop()
 
     def send(self, message: bytes) -> bool:
-        """Hand a message over; whether it went out."""
+        """Send a message; returns whether it was sent."""
         try:
             self._socket.send(message)
         except OSError:
@@ -85,14 +91,14 @@ class FciLink:
         return True
 
     def next(self, patience: float) -> np.void | None:
-        """The oldest state not taken yet; None if none comes in time [s]. Raises LinkLost."""
+        """Take the oldest state; None if none comes within `patience` [s]. Raises LinkLost."""
         self._receive(0.0)
         if not self._records:
             self._receive(patience)
         return self._records.popleft() if self._records else None
 
     def forget(self, keep: int = 0) -> None:
-        """Let states go that nobody has taken, but for the newest few."""
+        """Discard queued states except the newest `keep`."""
         self._receive(0.0)
         while len(self._records) > keep:
             self._records.popleft()
@@ -101,7 +107,7 @@ class FciLink:
         try:
             select.select([self._socket], [], [], max(patience, 0.0))
             while True:
-                with suppress(ConnectionResetError):  # what the process has sent before is still there
+                with suppress(ConnectionResetError):  # messages sent before the reset can still be read
                     self._take(self._socket.recv(READ))
         except BlockingIOError:
             return
@@ -115,7 +121,7 @@ class FciLink:
         elif kind == READY:
             self.version = body.decode()
         elif kind == FAULT:
-            self.fault = self.fault or _in_words(body.decode("utf-8", "replace"))
+            self.fault = self.fault or _describe_stop(body.decode("utf-8", "replace"))
         elif kind == FATAL:
             raise self._refusal(body.decode("utf-8", "replace").removeprefix("libfranka: "))
         else:
@@ -128,7 +134,7 @@ class FciLink:
         if "ncompatible" in text:
             return NotReady(
                 f"driver franka: {text.split('.')[0]}. pylibfranka drives an FR3 with system 5.9 or newer; "
-                "a Panda (system 4) it does not"
+                "a Panda (system 4) is not supported"
             )
         if "realtime" in text.lower():
             return NotReady(f"driver franka: {text} Try `real_time = false`, or a real-time kernel")
@@ -145,15 +151,15 @@ class FciLink:
             self._process.wait()
 
 
-def _words(settings: FrankaSettings) -> list[str]:
+def _arguments(settings: FrankaSettings) -> list[str]:
     held_back = max(round(settings.buffer / CYCLE), 1)
-    switches = [str(int(one)) for one in (settings.real_time, settings.recover)]
-    numbers = [str(one) for one in (settings.collision_torque, settings.collision_force)]
+    switches = [str(int(switch)) for switch in (settings.real_time, settings.recover)]
+    numbers = [str(number) for number in (settings.collision_torque, settings.collision_force)]
     return [settings.address, str(held_back), switches[0], *numbers, switches[1]]
 
 
-def _in_words(text: str) -> str:
-    """Why the arm was stopped; libfranka's texts have the names of errors in them."""
+def _describe_stop(text: str) -> str:
+    """Why the arm was stopped, from the names of errors in a text of libfranka."""
     names = error_names(text)
     if names:
         return f"the controller has stopped the arm: {explained(names)}"

@@ -1,6 +1,6 @@
 """Messages between driver and process: a byte for the kind, then a record or a text.
 
-What the controller of an FR3 reports of itself, in words, and why it cannot be commanded.
+The module also describes the state that the controller of an FR3 reports, and why it cannot be commanded.
 """
 
 import re
@@ -16,15 +16,15 @@ ROBOT_MODE = {
     0: "other", 1: "idle", 2: "move", 3: "guiding", 4: "reflex", 5: "user stopped", 6: "error recovery",
 }  # fmt: skip
 READY_MODES, REFLEX = (1, 2), 4
-"""In which the arm can be moved."""
+"""Robot modes in which the arm can be moved, and the mode after a reflex."""
 TRY = {
     0: "unlock the joints and activate FCI in Desk",
-    3: "let go of the guiding button, and choose Execution",
-    4: "look why it came, then recover it in Desk, or by `recover = true`",
+    3: "release the guiding button, and choose Execution",
+    4: "find its cause, then recover it in Desk, or by `recover = true`",
     5: "release the user stop (external activation device)",
     6: "wait, and begin again",
 }
-"""What to do, by robot mode."""
+"""Robot mode -> what to do."""
 
 ERRORS = (
     "joint_position_limits_violation", "cartesian_position_limits_violation",
@@ -52,56 +52,56 @@ ERRORS = (
     "joint_via_motion_generator_planning_joint_limit_violation", "base_acceleration_initialization_timeout",
     "base_acceleration_invalid_reading",
 )  # fmt: skip
-"""Names of libfranka's, in its order; a state has the number of the first that is so, counted from one."""
+"""Names of errors in the order of libfranka; a state has the number of the first active one, from 1."""
 HELP = {
     "joint_reflex": "a torque is beyond the collision threshold: free the arm, or plan a slower motion, or "
     "raise `collision_torque`",
     "cartesian_reflex": "a force at the hand is beyond the collision threshold: free the arm, or raise "
     "`collision_force`",
-    "communication_constraints_violation": "20 commands in a row came too late: a cable of its own, no power "
-    "saving, a real-time kernel",
+    "communication_constraints_violation": "20 commands in a row came too late: use a dedicated cable, no "
+    "power saving, a real-time kernel",
     "joint_position_limits_violation": "guide it back by hand, and plan within the limits",
     "joint_velocity_violation": "plan a slower motion, or `--speed`",
     "power_limit_violation": "plan a slower motion, or `--speed`",
     "self_collision_avoidance_violation": "plan with the arm's geometry, see docs/trajectories.md",
-    "instability_detected": "is the load that is set in Desk what hangs on the flange?",
-    "tau_J_range_violation": "is the load that is set in Desk what hangs on the flange?",
+    "instability_detected": "does the load that is set in Desk match the one on the flange?",
+    "tau_J_range_violation": "does the load that is set in Desk match the one on the flange?",
     "joint_move_in_wrong_direction": "the joint was left beyond its limit: guide it back by hand",
 }
-"""What an error means and what to try, where that is known."""
+"""Error -> meaning and what to try."""
 BY_COMMANDS = "the commands were not smooth enough for the controller: plan with less jerk"
-"""Of errors of the motion generator."""
+"""Meaning of errors of the motion generator."""
 
 MODE, ERROR = 0, 1
-"""Where these two stand in the state."""
+"""Indices of robot mode and error in the state."""
 STATE: Mapping[str, Mapping[int, str]] = {
     "robot_mode": ROBOT_MODE,
     "error": {0: "none", **{number: name for number, name in enumerate(ERRORS, 1)}},
     "success_rate": {},
     **{f"{name}{joint}": {} for name in ("tau_J_d", "theta", "dtheta") for joint in range(1, JOINTS + 1)},
 }
-"""What is recorded of the controller's state, and what its codes mean."""
+"""Recorded parts of the controller's state -> meanings of their codes."""
 
 
 def error_names(text: str) -> list[str]:
-    """Names in what libfranka prints of errors, whatever else it says."""
+    """Names of errors in a text of libfranka."""
     return [name for name in re.findall(r"\w+", text) if name in ERRORS]
 
 
 def error_code(text: str) -> int:
-    """Number of the first error in such a text; 0 for none."""
+    """Number of the first error in a text of libfranka; 0 without an error."""
     names = error_names(text)
     return ERRORS.index(names[0]) + 1 if names else 0
 
 
 def explained(names: list[str]) -> str:
-    """Errors, and what to try against the first."""
+    """List of errors, and what to try against the first."""
     advice = HELP.get(names[0], BY_COMMANDS if "motion_generator" in names[0] else "see Desk")
     return f"{', '.join(names)}: {advice}"
 
 
 def mode_of(record: np.void) -> int:
-    """The robot mode in a record."""
+    """Robot mode in a record."""
     return int(record["state"][MODE])
 
 
@@ -115,14 +115,14 @@ def obstacle(record: np.void) -> str:
 
 
 ASK, FLOW, TARGET, STOP, OFF = b"A", b"F", b"C", b"Q", b"O"
-"""To the process: send one state; send all from now on; a command, seven float64 [rad]; stop the arm; end the
-motion at once, whatever the arm does."""
+"""Messages to the process: send one state; send all states from now on; a command, seven float64 [rad]; stop
+the arm; end the motion at once, whatever the arm does."""
 READY, SEEN, FAULT, FATAL = b"R", b"S", b"X", b"E"
-"""From it: connected, with the library's version; a state; why commands are not taken any more; why it has
-ended."""
+"""Messages from the process: connected, with the library's version; a state; why commands are no longer
+taken; why the process has ended."""
 
 IDLE, FOLLOWING, STOPPING, ENDED = range(4)
-"""Of the motion, in a state."""
+"""Phase of the motion in a record."""
 
 RECORD = np.dtype(
     [
@@ -136,30 +136,30 @@ RECORD = np.dtype(
         ("motion", "<i8"),
     ]
 )
-"""A state of the controller: what libfranka's `RobotState` calls them, in radians and newton metres; `state`
-has the names of `STATE`."""
+"""A state of the controller, with the names of libfranka's `RobotState`, in radians and newton meters;
+`state` contains the parts in `STATE`."""
 VECTORS = ("q", "dq", "q_d", "tau_J")
 
 
 def target(position: np.ndarray) -> bytes:
-    """A command, shape (7,) [rad]."""
+    """Encode a command, shape (7,) [rad]."""
     return TARGET + np.asarray(position, "<f8").tobytes()
 
 
 def read_target(body: bytes) -> np.ndarray:
-    """Its position, shape (7,) [rad]."""
+    """Decode the position of a command, shape (7,) [rad]."""
     return np.frombuffer(body, "<f8", JOINTS)
 
 
 def record(**fields: Any) -> bytes:
-    """A state as a message."""
-    one = np.zeros(1, RECORD)
+    """Encode a state as a message."""
+    state = np.zeros(1, RECORD)
     for name, value in fields.items():
-        one[name] = value
-    return SEEN + one.tobytes()
+        state[name] = value
+    return SEEN + state.tobytes()
 
 
 def read_record(body: bytes) -> np.void:
-    """A state. Raises ValueError if it is none."""
-    found: np.void = np.frombuffer(body, RECORD)[0]
-    return found
+    """Decode a state. Raises ValueError for another length."""
+    state: np.void = np.frombuffer(body, RECORD)[0]
+    return state

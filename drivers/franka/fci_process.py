@@ -1,8 +1,8 @@
-"""The process that talks to the controller: one state and one command a millisecond, by the maker's library.
+"""Process that talks to the controller through the maker's library: one state and one command a millisecond.
 
-The library may wait without end, or end the process where a motion cannot be ended; in a process of its own
-neither takes the run with it. When the driver's process dies, this one stops the arm; when this one dies, the
-controller does, 20 ms later.
+The library may block forever, or end the process if a motion cannot be ended; in a separate process, neither
+ends the run. If the driver's process dies, this process stops the arm; if this process dies, the controller
+stops the arm 20 ms later.
 """
 
 import gc
@@ -22,9 +22,9 @@ from .fci_messages import error_code, read_target, record
 from .target_stream import CYCLE, JOINTS, TargetStream
 
 READ = 1 << 12
-"""Bytes of the longest message."""
+"""Maximum length of a message [bytes]."""
 FORCES, USUAL = 6, 100.0
-"""Number of forces and torques at the hand; threshold of what is left at zero beside one that is not."""
+"""Number of forces and torques at the hand; threshold that replaces a zero if the other is set."""
 REFUSED = (
     fci.FrankaException, fci.CommandException, fci.ControlException, fci.NetworkException,
     fci.InvalidOperationException, fci.RealtimeException,
@@ -32,7 +32,7 @@ REFUSED = (
 
 
 class FciProcess:
-    """Serves one driver; so many commands wait before the first is given out."""
+    """Serves one driver; `held_back` commands must wait before the first is sent to the controller."""
 
     def __init__(self, link: socket.socket, address: str, held_back: int, real_time: bool) -> None:
         self._link, self._held_back = link, held_back
@@ -46,7 +46,7 @@ class FciProcess:
         self._tell(m.READY, fci.__version__.encode())
 
     def prepare(self, torque: float, force: float, recover: bool) -> None:
-        """Thresholds of collisions, and recovery from a reflex; zero and false leave them."""
+        """Set collision thresholds, where zero changes nothing, and recover from a reflex if requested."""
         if torque or force:
             torques, forces = [torque or USUAL] * JOINTS, [force or USUAL] * FORCES
             self._robot.set_collision_behavior(torques, torques, forces, forces)
@@ -54,7 +54,7 @@ class FciProcess:
             self._robot.automatic_error_recovery()
 
     def run(self) -> None:
-        """Until the driver has gone and the arm is at rest."""
+        """Run until the driver has disconnected and the arm is at rest."""
         while not self._ended or self._control is not None:
             state = self._read()
             self._listen(state)
@@ -118,12 +118,12 @@ class FciProcess:
             self._stream.stop(reason)
 
     def _let_go(self) -> None:
-        """End the motion without a way to rest: the controller brakes as hard as it can."""
+        """End the motion at once: the controller brakes as hard as it can."""
         if self._control is not None:
             self._control, self._motion = None, m.ENDED
 
     def _command(self, state: Any) -> None:
-        """Give out what belongs to this millisecond; what a lost state would have had is left out."""
+        """Send the command of this millisecond; commands of lost states are skipped."""
         assert self._stream is not None
         now = self._robot_time(state)
         cycles = max(round((now - self._time) / CYCLE), 1)
@@ -164,11 +164,11 @@ class FciProcess:
             motion=self._motion,
             **{name: getattr(state, name) for name in m.VECTORS},
         )
-        with suppress(OSError):  # a driver that does not look misses some
+        with suppress(OSError):  # a driver that does not read misses states
             self._link.send(message)
 
     def _tell(self, kind: bytes, text: bytes) -> None:
-        """Report something, which waits where the driver does not look: unlike states, it is not lost."""
+        """Report a text, which waits until the driver reads it: unlike a state, it is not lost."""
         self._untold.append(kind + text)
         self._tell_untold()
 
@@ -180,7 +180,7 @@ class FciProcess:
 
 
 def main() -> None:
-    """With a socket, the address, and settings, as `fci_link` starts it."""
+    """Run the process with the arguments from `fci_link`: a socket, the address, and settings."""
     link = socket.socket(fileno=int(sys.argv[1]))
     link.setblocking(False)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -195,7 +195,7 @@ def main() -> None:
     except REFUSED as error:
         with suppress(OSError):
             link.send(m.FATAL + str(error).encode())
-        # An ordinary end would let the library wait for a controller that does not answer.
+        # On a normal exit, the library would wait for a controller that does not answer.
         os._exit(1)
 
 

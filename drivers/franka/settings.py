@@ -15,41 +15,47 @@ from .target_stream import CYCLE, LOWER, UPPER, VELOCITY
 class FrankaSettings:
     """Settings of a Franka controller."""
 
-    address: str = setting(..., "of the controller's shop floor network, such as 172.16.0.2")
+    address: str = setting(..., "address of the controller's shop floor network, such as 172.16.0.2")
     buffer: float = setting(
         0.02,
-        "by which commands are held back: what this computer may be late by without a stop",
+        "time by which commands are held back: a delay of this computer up to this does not stop the arm",
         unit="s",
         low=0.002,
         high=0.5,
     )
     collision_torque: float = setting(
         0.0,
-        "of any joint, above which is a reflex; 0 as the controller has it",
+        "torque of any joint above which the arm stops by a reflex; 0 keeps the controller's",
         unit="N m",
         low=0.0,
         high=100.0,
     )
     collision_force: float = setting(
-        0.0, "at the hand, likewise; 0 as the controller has it", unit="N", low=0.0, high=200.0
+        0.0,
+        "force at the hand above which the arm stops by a reflex; 0 keeps the controller's",
+        unit="N",
+        low=0.0,
+        high=200.0,
     )
     recover: bool = setting(False, "recover the arm from a reflex before a run, without asking")
     real_time: bool = setting(False, "refuse a computer without a real-time kernel")
-    wait: float = setting(10.0, "for the connection and for answers", unit="s", low=0.1, high=60.0)
+    wait: float = setting(
+        10.0, "time to wait for the connection and for answers", unit="s", low=0.1, high=60.0
+    )
 
 
 SIGNALS = ("position", "velocity", "torque")
 SLOW = 0.03
-"""Delay of commands from which on the monitors of a run may take it for an error [s]."""
+"""Delay of commands above which the monitors of a run may treat it as a tracking error [s]."""
 
 
 def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -> Info:
-    """All that explains the measurement later, and what to warn about now."""
+    """Metadata that explain the measurements later, and warnings."""
     warnings = _wider(arm)
     if settings.buffer > SLOW:
         warnings.append(
-            f"buffer is {settings.buffer:g} s: the arm follows later than that, which `--tracking` may take "
-            "for an error"
+            f"buffer is {settings.buffer:g} s: the arm follows later than that, which `--tracking` may treat "
+            "as an error"
         )
     torque, force = settings.collision_torque, settings.collision_force
     thresholds = f"torque {torque:g} N m, force {force:g} N; 0 is 100"
@@ -57,8 +63,8 @@ def info_of(settings: FrankaSettings, version: str, record: np.void, arm: Arm) -
         cycle=CYCLE,
         clock="controller",
         signals=SIGNALS,
-        dead_man=f"a process of its own stops the arm after {settings.buffer:g} s without a command; "
-        "the controller does 20 ms after the last command of that process",
+        dead_man=f"a separate process stops the arm after {settings.buffer:g} s without a command; the "
+        "controller stops it 20 ms after the last command of that process",
         settings={
             "controller": settings.address,
             "library": f"pylibfranka {version}",
@@ -78,8 +84,8 @@ def _wider(arm: Arm) -> list[str]:
         "velocity": arm.velocity > VELOCITY,
     }
     return [
-        f"the robot file allows more {name} of {', '.join(np.array(arm.joints)[which])} than the controller: "
-        "a motion beyond that is stopped"
-        for name, which in wider.items()
-        if which.any()
+        f"the robot file allows more {name} of {', '.join(np.array(arm.joints)[joints])} than the "
+        "controller: a motion beyond its limits is stopped"
+        for name, joints in wider.items()
+        if joints.any()
     ]

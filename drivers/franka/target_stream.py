@@ -1,9 +1,8 @@
-"""Target stream: commands held back for a while and given out one each millisecond, or a stop.
+"""Target stream: commands that are held back and sent one per millisecond, or a stop.
 
-The controller takes a stream without holes only: a command that is missing or comes twice is a jump of its
-velocity. What the loop's computer is late by is taken from those that are held back. A command beyond one of
-the controller's limits, as published for system 5.9 and later, is a reflex of the arm; here it is found
-before it is sent.
+The controller needs a stream without gaps: a missing or repeated command is a jump of the velocity. Commands
+that are held back bridge delays of the host. A command that exceeds a limit of the controller, as published
+for system 5.9 and later, would trigger a reflex of the arm; it is detected here before it is sent.
 """
 
 from collections import deque
@@ -16,33 +15,34 @@ CYCLE = 0.001
 """Time between commands [s]."""
 LOWER = np.array([-2.9007, -1.8361, -2.9007, -3.077, -2.8763, 0.4398, -3.0508])
 UPPER = np.array([2.9007, 1.8361, 2.9007, -0.1169, 2.8763, 4.6216, 3.0508])
-"""Positions [rad]."""
+"""Position limits [rad]."""
 VELOCITY = np.array([2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26])
-"""Far from the ends [rad/s]."""
+"""Velocity limits far from the position limits [rad/s]."""
 END_DECELERATION = np.array([6.0, 2.585, 3.5, 4.0, 17.0, 5.5, 17.0])
 END_VELOCITY = np.array([0.652, 0.25, 0.2005, 0.3542, 0.5738, 0.4885, 0.4592])
-"""Near an end a joint may be as fast as this deceleration [rad/s^2] stops before it, less this [rad/s]."""
+"""Velocity limit near a position limit: the velocity from which this deceleration [rad/s^2] stops the joint
+in time, minus this velocity [rad/s]."""
 ACCELERATION = 10.0
-"""Of every joint [rad/s^2]."""
+"""Acceleration limit of every joint [rad/s^2]."""
 JERK = 5000.0
-"""Of every joint [rad/s^3]."""
+"""Jerk limit of every joint [rad/s^3]."""
 ROUNDING = 1e-3
-"""What is left to both sides' arithmetic, in the unit of the limit; as in the maker's own checks."""
+"""Tolerance for rounding, in the unit of the limit, as in the maker's checks."""
 
 
-def fastest(way: np.ndarray) -> np.ndarray:
-    """Speed that is allowed so far before an end [rad], shape (n,) [rad/s]."""
-    near = np.sqrt(np.maximum(2.0 * END_DECELERATION * way, 0.0)) - END_VELOCITY
-    return np.clip(near, 0.0, VELOCITY)
+def fastest(distance: np.ndarray) -> np.ndarray:
+    """Velocity limits at a distance to the position limits [rad], shape (n,) [rad/s]."""
+    limit = np.sqrt(np.maximum(2.0 * END_DECELERATION * distance, 0.0)) - END_VELOCITY
+    return np.clip(limit, 0.0, VELOCITY)
 
 
 class LimitCheck:
-    """Looks at each command of a stream with one each millisecond, which begins at rest.
+    """Checks each command of a stream with one command per millisecond, which begins at rest.
 
     Attributes:
-        position: Last that was taken, shape (n,) [rad].
-        velocity: Velocity of the commands there [rad/s].
-        acceleration: Acceleration of the commands there [rad/s^2].
+        position: Last accepted position, shape (n,) [rad].
+        velocity: Velocity of the commands at this position, shape (n,) [rad/s].
+        acceleration: Acceleration of the commands at this position, shape (n,) [rad/s^2].
     """
 
     def __init__(self, start: np.ndarray) -> None:
@@ -50,51 +50,51 @@ class LimitCheck:
         self.velocity, self.acceleration = np.zeros(len(start)), np.zeros(len(start))
 
     def look(self, position: np.ndarray) -> str:
-        """Take a command; or what is beyond a limit in it, in words, and it is not taken."""
+        """Check a command; returns which limit it exceeds, or an empty text if it is accepted."""
         velocity = (position - self.position) / CYCLE
         acceleration = (velocity - self.velocity) / CYCLE
         jerk = (acceleration - self.acceleration) / CYCLE
-        way = np.where(velocity > 0.0, UPPER - position, position - LOWER)
+        distance = np.where(velocity > 0.0, UPPER - position, position - LOWER)
         for words, value, limit, unit in (
             ("position", np.maximum(position - UPPER, LOWER - position), np.zeros(JOINTS), "rad beyond"),
-            ("velocity", np.abs(velocity), fastest(way), "rad/s"),
+            ("velocity", np.abs(velocity), fastest(distance), "rad/s"),
             ("acceleration", np.abs(acceleration), np.full(JOINTS, ACCELERATION), "rad/s^2"),
             ("jerk", np.abs(jerk), np.full(JOINTS, JERK), "rad/s^3"),
         ):
-            beyond = ~(value <= limit + ROUNDING)  # what is no number is beyond
+            beyond = ~(value <= limit + ROUNDING)  # true for NaN
             if beyond.any():
                 joint = int(np.argmax(beyond))
                 return (
-                    f"joint {joint + 1}: commanded {words} is {value[joint]:.4g} {unit}, the controller "
-                    f"takes {limit[joint]:.4g}"
+                    f"joint {joint + 1}: commanded {words} is {value[joint]:.4g} {unit}, limit of the "
+                    f"controller {limit[joint]:.4g}"
                 )
         self.position, self.velocity, self.acceleration = np.array(position), velocity, acceleration
         return ""
 
 
 SHARE = 0.95
-"""Of the limits, so that rounding does not matter [-]."""
+"""Fraction of the limits that a stop uses, so that rounding does not matter [-]."""
 SHORTEST, LONGEST = 0.01, 2.0
-"""Of stops [s]; within the longest, twice the speed of any joint ends."""
+"""Shortest and longest duration of a stop [s]; the longest stops twice the velocity of any joint."""
 LONGER = 1.1
-"""Of a trial, over the one before."""
+"""Ratio of the durations of successive trials [-]."""
 
 
 def stopping(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """Positions at each of the next milliseconds until the arm rests, shape (t, n) [rad].
+    """Positions in each of the next milliseconds until the arm rests, shape (t, n) [rad].
 
-    Speed is the cubic of time that begins with this velocity [rad/s] and acceleration [rad/s^2] and ends with
-    neither; all joints take as long as the slowest needs.
+    The velocity is the cubic of time that begins with this velocity [rad/s] and acceleration [rad/s^2] and
+    ends at zero for both; all joints take as long as the slowest joint.
     """
     seconds = SHORTEST
-    while seconds < LONGEST and not _inside(velocity, acceleration, seconds):
+    while seconds < LONGEST and not _keeps_limits(velocity, acceleration, seconds):
         seconds *= LONGER
     time = np.arange(1, round(seconds / CYCLE) + 1)[:, None] * CYCLE
-    return position + _way(velocity, acceleration, time, len(time) * CYCLE)
+    return position + _displacement(velocity, acceleration, time, len(time) * CYCLE)
 
 
-def _inside(velocity: np.ndarray, acceleration: np.ndarray, seconds: float) -> bool:
-    """Whether a stop of that length keeps the limits: acceleration is a parabola, jerk a straight line."""
+def _keeps_limits(velocity: np.ndarray, acceleration: np.ndarray, seconds: float) -> bool:
+    """Whether a stop of this duration keeps the limits: acceleration is a parabola, jerk a straight line."""
     square, cube = _coefficients(velocity, acceleration, seconds)
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = np.nan_to_num(-square / (3.0 * cube), posinf=0.0, neginf=0.0)
@@ -109,29 +109,38 @@ def _inside(velocity: np.ndarray, acceleration: np.ndarray, seconds: float) -> b
 def _coefficients(
     velocity: np.ndarray, acceleration: np.ndarray, seconds: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the square and the cube of time in the velocity."""
+    """Coefficients of the square and the cube of time in the velocity."""
     square = -(3.0 * velocity + 2.0 * acceleration * seconds) / seconds**2
     cube = (2.0 * velocity + acceleration * seconds) / seconds**3
     return square, cube
 
 
-def _way(velocity: np.ndarray, acceleration: np.ndarray, time: np.ndarray, seconds: float) -> np.ndarray:
+def _displacement(
+    velocity: np.ndarray, acceleration: np.ndarray, time: np.ndarray, seconds: float
+) -> np.ndarray:
     square, cube = _coefficients(velocity, acceleration, seconds)
-    way: np.ndarray = velocity * time + acceleration * time**2 / 2 + square * time**3 / 3 + cube * time**4 / 4
-    return way
+    displacement: np.ndarray = (
+        velocity * time + acceleration * time**2 / 2 + square * time**3 / 3 + cube * time**4 / 4
+    )
+    return displacement
 
 
 class Step(NamedTuple):
-    """What the controller is given next: a position, shape (n,) [rad], and whether that is the end."""
+    """Next command to the controller: a position, shape (n,) [rad], and whether it is the last."""
 
     position: np.ndarray
     finished: bool
 
 
 class TargetStream:
-    """One motion from where the controller holds the arm (n,) [rad], to rest.
+    """Commands of one motion, from the position held by the controller to rest.
 
-    So many commands are held back. `reason` is why it stops, empty while it does not.
+    Args:
+        start: Position at which the controller holds the arm, shape (n,) [rad].
+        held_back: Number of commands that are held back.
+
+    Attributes:
+        reason: Why the stream stops; empty while it does not.
     """
 
     def __init__(self, start: np.ndarray, held_back: int) -> None:
@@ -142,18 +151,18 @@ class TargetStream:
         self.reason = ""
 
     def add(self, position: np.ndarray) -> None:
-        """A command, shape (n,) [rad]; after a stop has begun it does not count."""
+        """Add a command, shape (n,) [rad]; it is ignored once a stop has begun."""
         self._waiting.append(position)
 
     def stop(self, reason: str) -> None:
-        """From the next step on, come to rest."""
+        """Begin to stop with the next step."""
         if self._stop is None:
             self.reason = reason
             check = self._check
             self._stop = stopping(check.position, check.velocity, check.acceleration)
 
     def next(self, cycles: int) -> Step:
-        """What belongs to now, so many cycles after the last step; those between are left out."""
+        """Command that is due `cycles` cycles after the last step; commands in between are skipped."""
         for _ in range(cycles):
             self._advance()
         if self._stop is None:

@@ -1,8 +1,8 @@
 """RSI_EthernetConfig.xml: what a KUKA controller sends, and what it expects in return.
 
-The controller reads this file, and so does the driver, from a copy: both then mean the same port, names and
-types. Telegrams name their content after the tags: `AK.A1` is attribute A1 of element AK, `DEF_AIPos` is the
-controller's own element AIPos with all axes, and a tag without a dot is an element with a text.
+The controller reads this file, and the driver reads a copy, so that both agree on the port, names and types.
+Telegrams name their content after the tags: `AK.A1` is attribute A1 of element AK, `DEF_AIPos` is the
+controller's internal element AIPos with all axes, and a tag without a dot is an element with a text.
 """
 
 import re
@@ -17,9 +17,9 @@ from ..errors import BadSettings
 TYPES = ("BOOL", "STRING", "LONG", "DOUBLE")
 INTERNAL = "INTERNAL"
 CHANNELS = 64
-"""Numbered channels in each direction."""
+"""Number of channels in each direction."""
 OWN = "DEF_"
-"""What the tags of the controller's own values begin with."""
+"""Prefix of the tags of the controller's internal values."""
 AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
 EXTERNAL_AXES = ("E1", "E2", "E3", "E4", "E5", "E6")
 
@@ -31,8 +31,8 @@ class Element:
     Attributes:
         tag: Name in the telegram.
         kind: One of `TYPES`.
-        index: Number of the channel in the RSI context; zero for the controller's own values.
-        hold: Whether the controller keeps the last value when no answer came in time (HOLDON).
+        index: Number of the channel in the RSI context; zero for the controller's internal values.
+        hold: Whether the controller keeps the last value if no answer comes in time (HOLDON).
     """
 
     tag: str
@@ -43,15 +43,15 @@ class Element:
 
 @dataclass(frozen=True)
 class RsiConfig:
-    """The whole file.
+    """Content of the file.
 
     Attributes:
-        address: Where the controller sends to: an address of this computer (IP_NUMBER).
-        port: Where it sends to.
-        sentype: What answers must call themselves (SENTYPE).
+        address: Address of this computer to which the controller sends (IP_NUMBER).
+        port: Port of this computer to which the controller sends.
+        sentype: Type that answers must have (SENTYPE).
         only_send: Whether the controller expects no answers (ONLYSEND).
-        send: From the controller.
-        receive: To the controller.
+        send: Elements that the controller sends.
+        receive: Elements that the controller receives.
         protocol: UDP; a KRC2 may also have TCP.
     """
 
@@ -64,7 +64,7 @@ class RsiConfig:
     protocol: str = "UDP"
 
     def sends(self, tag: str) -> bool:
-        """Whether a value comes: `AIPos.A1` does for DEF_AIPos too."""
+        """Whether the controller sends a value; DEF_AIPos also sends `AIPos.A1`."""
         tags = {element.tag for element in self.send}
         return tag in tags or f"{OWN}{tag.split('.')[0]}" in tags
 
@@ -83,35 +83,35 @@ def standard_config(
     torque: bool = False,
     stop: bool = True,
 ) -> RsiConfig:
-    """The configuration that suits identification best, for an address of this computer.
+    """Configuration that suits identification best.
 
     Args:
-        address: Address of this computer, in the controller's network.
-        port: Where the driver listens.
-        sentype: What its answers call themselves.
-        only_send: Whether the controller's program moves and this computer listens only.
-        torque: Whether a GEARTORQUE object is wired to channels 1 to 6 of what is sent.
-        stop: Whether channel 7 of what is received is wired to a STOP object.
+        address: Address of this computer in the controller's network.
+        port: Port on which the driver listens.
+        sentype: Type of the answers.
+        only_send: Whether the controller's program moves the arm and this computer only listens.
+        torque: Whether a GEARTORQUE object is wired to channels 1 to 6 of SEND.
+        stop: Whether channel 7 of RECEIVE is wired to a STOP object.
     """
-    own = [Element(f"{OWN}{name}", "DOUBLE") for name in ("RIst", "AIPos", "ASPos", "MACur")]
-    own.append(Element(f"{OWN}Delay", "LONG"))
+    internal = [Element(f"{OWN}{name}", "DOUBLE") for name in ("RIst", "AIPos", "ASPos", "MACur")]
+    internal.append(Element(f"{OWN}Delay", "LONG"))
     torques = (
         [Element(f"GearTorque.{axis}", "DOUBLE", k + 1) for k, axis in enumerate(AXES)] if torque else []
     )
     corrections = [Element(f"AK.{axis}", "DOUBLE", k + 1, hold=True) for k, axis in enumerate(AXES)]
     last = [Element("Stop", "BOOL", len(AXES) + 1, hold=True)] if stop else []
-    return RsiConfig(address, port, sentype, only_send, (*own, *torques), (*corrections, *last))
+    return RsiConfig(address, port, sentype, only_send, (*internal, *torques), (*corrections, *last))
 
 
 def read_config(path: Path | str) -> RsiConfig:
-    """Read a configuration file. Raises BadSettings if a controller would not take it either."""
+    """Read a configuration file. Raises BadSettings if a controller would not accept it."""
     try:
         root = ElementTree.fromstring(Path(path).read_bytes())
     except OSError as error:
         raise BadSettings(f"{path} cannot be read: {error.strerror}") from error
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise BadSettings(
-            f"{path} is no XML: {error}. Copy RSI_EthernetConfig.xml from the controller"
+            f"{path} is not XML: {error}. Copy RSI_EthernetConfig.xml from the controller"
         ) from error
     config = RsiConfig(
         address=_text(path, root, "IP_NUMBER"),
@@ -148,14 +148,15 @@ def _flag(where: str, text: str) -> bool:
     return text.upper() in ("TRUE", "1")
 
 
-def _elements(path: Path | str, root: ElementTree.Element, way: str) -> tuple[Element, ...]:
-    found = tuple(_element(f"{path}: {way}", one) for one in root.findall(f"{way}/ELEMENTS/ELEMENT"))
-    for what in ("tag", "index"):
-        names = [getattr(element, what) for element in found if getattr(element, what)]
-        twice = [name for name in names if names.count(name) > 1]
+def _elements(path: Path | str, root: ElementTree.Element, section: str) -> tuple[Element, ...]:
+    nodes = root.findall(f"{section}/ELEMENTS/ELEMENT")
+    elements = tuple(_element(f"{path}: {section}", node) for node in nodes)
+    for field in ("tag", "index"):
+        values = [getattr(element, field) for element in elements if getattr(element, field)]
+        twice = [value for value in values if values.count(value) > 1]
         if twice:
-            raise BadSettings(f"{path}: {way} has {what} {twice[0]} twice")
-    return found
+            raise BadSettings(f"{path}: {section} has {field} {twice[0]} twice")
+    return elements
 
 
 def _element(where: str, element: ElementTree.Element) -> Element:
@@ -171,22 +172,22 @@ def _element(where: str, element: ElementTree.Element) -> Element:
 
 
 def config_text(config: RsiConfig) -> str:
-    r"""The text of RSI_EthernetConfig.xml.
+    r"""Text of RSI_EthernetConfig.xml.
 
-    It goes to C:\KRC\ROBOTER\Config\User\Common\SensorInterface on a KRC4 or KRC5, under the name that
-    the ETHERNET object of the RSI context has.
+    It belongs in C:\KRC\ROBOTER\Config\User\Common\SensorInterface on a KRC4 or KRC5, under the name in the
+    ETHERNET object of the RSI context.
     """
     facts = {"IP_NUMBER": config.address, "PORT": str(config.port)}
     facts |= {"SENTYPE": config.sentype, "ONLYSEND": str(config.only_send).upper()}
     lines = ["<ROOT>", "  <CONFIG>"]
     lines += [f"    <{name}>{xml_content(text)}</{name}>" for name, text in facts.items()]
     lines += ["  </CONFIG>"]
-    for way, elements in (("SEND", config.send), ("RECEIVE", config.receive)):
-        lines += [f"  <{way}>", "    <ELEMENTS>"]
+    for section, elements in (("SEND", config.send), ("RECEIVE", config.receive)):
+        lines += [f"  <{section}>", "    <ELEMENTS>"]
         for element in elements:
             index = str(element.index) if element.index else INTERNAL
-            hold = f' HOLDON="{int(element.hold)}"' * (way == "RECEIVE")
+            hold = f' HOLDON="{int(element.hold)}"' * (section == "RECEIVE")
             tag = xml_attribute(element.tag)
             lines.append(f'      <ELEMENT TAG={tag} TYPE="{element.kind}" INDX="{index}"{hold} />')
-        lines += ["    </ELEMENTS>", f"  </{way}>"]
+        lines += ["    </ELEMENTS>", f"  </{section}>"]
     return "\n".join([*lines, "</ROOT>"]) + "\n"

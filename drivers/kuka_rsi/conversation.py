@@ -1,4 +1,4 @@
-"""Conversation: each telegram of a KUKA controller and the answer to it, over a socket for it alone."""
+"""Conversation: receives telegrams of one KUKA controller and answers them, over a UDP socket."""
 
 import errno
 import select
@@ -16,24 +16,24 @@ from .telegram import Answer
 
 LONGEST = 65535
 MOST = 256
-"""Datagrams taken at once: a full buffer of telegrams, so that a flood cannot keep the loop here."""
+"""Maximum number of datagrams read at once: a full buffer, so that a flood cannot block the loop."""
 _STAMPED = 35  # SO_TIMESTAMPNS of Linux, which Python does not name
 _TIME = struct.Struct("@ll")
 _OLDEST = 10_000_000_000
-"""A receive time longer ago than this is not accepted: the wall clock was set since [ns]."""
+"""Maximum age of a receive time [ns]; if it is older, the wall clock was set in the meantime."""
 
 
 class Link:
     """A UDP socket bound to one address of this computer, for one controller.
 
     Attributes:
-        strangers: Datagrams from other addresses, which were ignored.
-        stranger: The last of those addresses.
-        strange: What came from there last.
+        strangers: Number of datagrams from other addresses, which were ignored.
+        stranger: Last of these addresses.
+        stranger_datagram: Last of these datagrams.
 
     Raises:
-        BadSettings: An address that this computer does not have, or that is none.
-        NotReady: A port that is in use.
+        BadSettings: If this computer does not have the address, or the address is invalid.
+        NotReady: If the port is in use.
     """
 
     def __init__(self, address: str, port: int, controller: str) -> None:
@@ -41,7 +41,7 @@ class Link:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.strangers = 0
         self.stranger = ""
-        self.strange = Datagram(b"", 0, 0)
+        self.stranger_datagram = Datagram(b"", 0, 0)
         try:
             self._bind(address, port)
         except BaseException:
@@ -66,30 +66,30 @@ class Link:
             ) from error
 
     def wait(self, seconds: float) -> list[Datagram]:
-        """All that has come from the controller; waits for the first of it, but not longer."""
+        """Wait for a datagram from the controller, and return all that have arrived."""
         deadline = time.monotonic() + seconds
         while True:
-            left = max(deadline - time.monotonic(), 0.0)
-            ready, _, _ = select.select(self._waited_for, [], [], left)
-            found = self._waiting() if ready else []
-            if found or not left:
-                return found
+            remaining = max(deadline - time.monotonic(), 0.0)
+            ready, _, _ = select.select(self._waited_for, [], [], remaining)
+            datagrams = self._waiting() if ready else []
+            if datagrams or not remaining:
+                return datagrams
 
     def _waiting(self) -> list[Datagram]:
-        found = []
+        datagrams = []
         for _ in range(MOST):
             try:
                 data, extra, (address, port) = self._read()
             except BlockingIOError:
                 break
             except OSError:
-                continue  # an earlier answer was refused by the network, which is no telegram
+                continue  # the network reports that it refused an earlier answer
             if address == self._controller:
-                found.append(Datagram(data, port, _arrival(extra)))
+                datagrams.append(Datagram(data, port, _arrival(extra)))
             else:
                 self.strangers += 1
-                self.stranger, self.strange = address, Datagram(data, port, 0)
-        return found
+                self.stranger, self.stranger_datagram = address, Datagram(data, port, 0)
+        return datagrams
 
     def _read(self) -> tuple[bytes, list[tuple[int, int, bytes]], tuple[str, int]]:
         if sys.platform == "linux":
@@ -113,23 +113,28 @@ def _arrival(extra: list[tuple[int, int, bytes]]) -> int:
     now = host_time()
     for _, kind, content in extra:
         if kind == _STAMPED and len(content) >= _TIME.size:
-            seconds, rest = _TIME.unpack_from(content)
-            age = time.time_ns() - seconds * 1_000_000_000 - rest
+            seconds, nanoseconds = _TIME.unpack_from(content)
+            age = time.time_ns() - seconds * 1_000_000_000 - nanoseconds
             return now - age if 0 <= age < _OLDEST else now
     return now
 
 
 class Conversation:
-    """Receives from the controller and answers with the last corrections that were given, one an axis [deg].
+    """Receives telegrams and answers them with the present corrections, one per axis [deg].
 
-    Where answers that came too late are `counted`, their number is the last of a telegram.
+    Args:
+        link: Socket of the controller.
+        session: Session that orders the telegrams.
+        answer: Writer of answers.
+        corrections: First corrections, one per axis [deg].
+        counted: Whether the last number of a telegram counts answers that came too late.
 
     Attributes:
-        silent: Whether nothing is answered, as at first.
+        silent: Whether telegrams are not answered, as at first.
         stopping: Whether the Stop channel is set.
         refused: Whether the network did not take the last answer.
-        repeated: Whether the last answer was the one before again, since that had come too late.
-        received: When the last telegram was read [s].
+        repeated: Whether the last answer repeated the one before, which had come too late.
+        received: Time at which the last telegram was read [s].
     """
 
     def __init__(
@@ -162,9 +167,9 @@ class Conversation:
         self.correct(self._corrections)
 
     def turn(self, seconds: float) -> Fresh | None:
-        """The newest telegram, answered; None if none came in that time.
+        """Wait for a telegram, answer the newest one, and return it; None if none comes in time.
 
-        Older ones that came with it are not answered: the controller has given them up.
+        Older telegrams that arrived with it are not answered: the controller no longer waits for them.
         """
         deadline = time.monotonic() + seconds
         while True:
@@ -179,21 +184,21 @@ class Conversation:
         return fresh
 
     def count_answers(self) -> None:
-        """Answer the telegram that a simulator waits with, and all that come; stamps count answers then."""
+        """Answer the pending telegram of a simulator, and all later ones; their stamps count answers."""
         self.session.count_answers()
         self.silent = False
         if self.session.last:
             self._reply(self.session.last)
 
     def _reply(self, fresh: Fresh) -> None:
-        # A correction that was not taken, and then the next one, would be two steps in one cycle.
+        # After a correction that was not taken, the next one would be two steps in one cycle.
         self.repeated = bool(self._answered) and self._was_late(fresh) and not self.stopping
         self._answered = self._answered if self.repeated else self._head
-        whole = self._answer.complete(self._answered, fresh.telegram.stamp)
-        self.refused = not self.link.answer(whole, fresh.datagram.port)
+        data = self._answer.complete(self._answered, fresh.telegram.stamp)
+        self.refused = not self.link.answer(data, fresh.datagram.port)
 
     def _was_late(self, fresh: Fresh) -> bool:
-        """Whether the controller did not take the last answer: it counts more than were not given."""
+        """Whether the last answer came too late: the controller's count rose by more than missed cycles."""
         if not self._counted:
             return False
         before, self._late = self._late, fresh.telegram.numbers[-1]
@@ -206,12 +211,12 @@ class Conversation:
 
 
 def lateness(fresh: Fresh) -> float:
-    """How late a telegram was answered, or how late it came, whichever is more [s]."""
+    """Delay of the answer to a telegram, or of the telegram itself, whichever is larger [s]."""
     return max((host_time() - fresh.datagram.arrival) * 1e-9, fresh.late, 0.0)
 
 
 class Keeper:
-    """A thread that keeps a conversation up between exchanges; no one else uses it until `end`."""
+    """A thread that continues a conversation before the exchanges; nothing else may use it until `end`."""
 
     def __init__(self, conversation: Conversation, cycle: float) -> None:
         self._conversation, self._cycle = conversation, cycle

@@ -1,7 +1,7 @@
 """KUKA controllers by Robot Sensor Interface: the controller asks every 4 or 12 ms, the driver answers.
 
-The controller's clock is the only one. Each telegram has the axes' positions; the answer to it has how far
-they should be from where they stood when the program called RSI_MOVECORR (absolute corrections).
+The controller keeps the only clock. Each telegram contains the positions of the axes. The answer contains
+absolute corrections: the desired distances from the positions at which the program called RSI_MOVECORR.
 """
 
 import time
@@ -26,26 +26,26 @@ from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
 SILENCE, LONGER = 5, 0.02
-"""Cycles without a telegram after which a sample is marked, and longest time beyond one cycle [s]: fewer are
-a busy network, and the loop must come round."""
+"""Number of cycles without a telegram after which a sample is stale, and maximum wait beyond one cycle [s]: a
+busy network delays telegrams, but the loop must continue."""
 LOOKED_AT = 4
-"""Telegrams that are looked at before the first is answered: less than half of what any Timeout bears."""
+"""Number of telegrams checked before the first is answered: less than half of any Timeout."""
 CLOSING = 1.0
-"""How long a controller is given to end RSI after the Stop channel was set [s]."""
+"""Maximum time for a controller to end RSI after the Stop channel was set [s]."""
 USUAL_AXES = 6
-"""Of a KUKA arm, where the settings do not list them."""
+"""Number of axes of a KUKA arm if the settings do not list them."""
 ENDED = 50
-"""Cycles without a telegram after which it has."""
+"""Number of cycles without a telegram after which RSI has ended."""
 
 
 class KukaRsi(Driver):
     """One KUKA controller.
 
-    `open` waits for the first telegrams and answers none of them until the arm is known to stand still where
-    its program put it. From then on every telegram is answered, with a correction of zero that holds the arm
-    there: at first by a thread, since the controller gives up after `timeout` unanswered cycles and whoever
-    is asked to confirm a run needs longer; from the first exchange on by the exchanges. The first of them
-    probe what corrections do, and only then is it `ready`.
+    `open` waits for the first telegrams and answers none until the arm is known to stand still at its
+    programmed pose. From then on every telegram is answered with a correction of zero, which holds the arm.
+    At first a thread answers, because the controller stops after `timeout` unanswered cycles and confirming a
+    run takes longer; later the exchanges answer. The first exchanges probe the effect of corrections, and
+    then the driver is `ready`.
     """
 
     Settings = RsiSettings
@@ -82,7 +82,7 @@ class KukaRsi(Driver):
 
     @property
     def sent_to_read(self) -> str:
-        """A controller that gets no answers ends its program with an error."""
+        """Answers that hold the arm: a controller without answers ends its program with an error."""
         if not self._commanding:
             return "nothing (ONLYSEND)"
         ending = ", and Stop at the end, which ends RSI_MOVECORR" * bool(self._layout.switch)
@@ -93,10 +93,10 @@ class KukaRsi(Driver):
         return not self._config.only_send
 
     def open(self) -> Info:
-        given, config, layout = self.settings, self._config, self._layout
-        address, port = given.bind or config.address, given.port or config.port
+        settings, config, layout = self.settings, self._config, self._layout
+        address, port = settings.bind or config.address, settings.port or config.port
         talk = Conversation(
-            Link(address, port, given.controller),
+            Link(address, port, settings.controller),
             Session(TelegramReader(layout.names), round(1e3 * self._cycle)),
             Answer(config.sentype, config.receive, layout.corrections, layout.switch),
             [0.0] * len(layout.corrections),
@@ -104,7 +104,9 @@ class KukaRsi(Driver):
         )
         try:
             here = f"{address}:{port}"
-            first = first_telegrams(talk, LOOKED_AT, given.wait, given.controller, here, self._commanding)
+            first = first_telegrams(
+                talk, LOOKED_AT, settings.wait, settings.controller, here, self._commanding
+            )
             counting = talk.session.counting
             beginning = check_start(first, layout, None if counting else self._cycle, self._commanding)
             self._cycle = cycle_of(first) if counting else self._cycle
@@ -114,41 +116,42 @@ class KukaRsi(Driver):
         talk.silent = not self._commanding
         self._talk, self._keeper = talk, Keeper(talk, self._cycle)
         self._start = beginning.start
-        self._remarks = Remarks(layout, beginning, given.controller, self._commanding)
-        if self._commanding and given.probe:
+        self._remarks = Remarks(layout, beginning, settings.controller, self._commanding)
+        if self._commanding and settings.probe:
             actual = layout.columns(ACTUAL)
-            assert actual is not None  # without it there is no layout
+            assert actual is not None  # `layout_of` requires it
             room = self._lower, self._upper
-            self._probe = Probe(layout.axes, actual, self._cycle, given.timeout, *room)
+            self._probe = Probe(layout.axes, actual, self._cycle, settings.timeout, *room)
         self._samples.begin(beginning, self._cycle)
-        info = info_of(given, config, layout, self._axes, beginning)
+        info = info_of(settings, config, layout, self._axes, beginning)
         return simulated(info, self._cycle) if counting else info
 
     def find(self) -> None:
-        """Nothing, for it is the controller that begins, once a person has started it."""
+        """Do nothing: the controller begins the communication once its program is started."""
 
     def open_to_read(self) -> Info:
         info = self.open()
-        self._probe = None  # which would move the axes
+        self._probe = None  # the probe would move the axes
         return info
 
     @property
     def ready(self) -> bool:
-        """Whether it is known what the controller makes of corrections."""
+        """Whether the effect of corrections is known."""
         return self._probe is None or self._probe.done
 
     def held(self) -> np.ndarray:
         return self._axes.joints(np.asarray(self._start))
 
     def exchange(self, command: Command | None) -> Sample:
-        """A command beyond the controller's window is not sent and is a fault.
+        """Wait for a telegram and answer it with the command.
 
-        None is sent before the driver is `ready`. `lateness` is the time from the telegram's arrival to its
-        answer, or by how much the telegram itself came late after the one before, whichever is more. Where
-        no telegram came, all is stale and the command has not been sent.
+        A command outside the controller's window is not sent and is a fault. No command is sent before the
+        driver is `ready`. `lateness` is the time from the telegram's arrival to its answer, or the delay of
+        the telegram relative to the previous one, whichever is larger. Without a telegram, the sample is
+        stale and the command was not sent.
 
-        Raises BadSettings for a command where the controller expects no answers, LinkLost after no telegram
-        for as long as the controller waits for answers.
+        Raises BadSettings for a command if the controller expects no answers, LinkLost if no telegram has
+        come for as long as the controller waits for answers.
         """
         talk = self._taken_over()
         probing = None if self.ready else self._probe
@@ -167,7 +170,7 @@ class KukaRsi(Driver):
 
     @property
     def _longest(self) -> float:
-        """How long a telegram is waited for [s]."""
+        """Maximum time to wait for a telegram [s]."""
         return min(SILENCE * self._cycle, self._cycle + LONGER)
 
     def _taken_over(self) -> Conversation:
@@ -179,7 +182,7 @@ class KukaRsi(Driver):
         return self._talk
 
     def _probed(self, talk: Conversation, probe: Probe, fresh: Fresh) -> None:
-        """Go on with the probe, unless the network or the controller did not take the last answer."""
+        """Advance the probe, unless the network or the controller did not take the last answer."""
         if not (talk.refused or talk.repeated):
             probe.see(fresh)
         self._fault = self._fault or probe.fault
@@ -187,7 +190,7 @@ class KukaRsi(Driver):
             talk.correct(probe.correction.tolist())
 
     def _command(self, talk: Conversation, command: Command) -> None:
-        """Correct as commanded from the next answer on, if the controller would do it."""
+        """Correct as commanded from the next answer on, if the controller's window allows it."""
         if not self._commanding:
             raise BadSettings(
                 "driver kuka_rsi only listens (ONLYSEND is TRUE): it cannot move the arm. Let the "
@@ -197,12 +200,12 @@ class KukaRsi(Driver):
             return
         corrections = (self._axes.degrees(command.position) - self._start).tolist()
         limits = zip(self._limits[0], corrections, self._limits[1], strict=True)
-        inside = [low <= correction <= high for low, correction, high in limits]  # what is no number is not
+        inside = [low <= correction <= high for low, correction, high in limits]  # false for NaN
         if not all(inside):
             place = inside.index(False)
             self._fault = (
                 f"{self._layout.axes[place]} is commanded {corrections[place]:.4g} degrees from its start; "
-                f"the controller takes {self._lower[place]:g} to {self._upper[place]:g} (AXISCORR and "
+                f"the controller allows {self._lower[place]:g} to {self._upper[place]:g} (AXISCORR and "
                 "AXISCORRMON)"
             )
             return
@@ -228,9 +231,9 @@ class KukaRsi(Driver):
         return (*probed, *self._remarks.on(talk, fresh)) if self._remarks else probed
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK sets the Stop channel, or where there is none, answers no more; OFF answers no more.
+        """Stop the arm: QUICK sets the Stop channel, or ends the answers without one; OFF ends the answers.
 
-        What the STOP object does is set in the RSI context. A controller that gets no answers stops the arm
+        The RSI context defines the effect of the STOP object. A controller without answers stops the arm
         after `timeout` cycles with an error, and closes the brakes; until then it holds the last correction.
         """
         if self._talk is None or level < StopLevel.QUICK:
@@ -243,22 +246,22 @@ class KukaRsi(Driver):
             self._fall_silent(talk)
 
     def _give_up_probe(self, talk: Conversation) -> None:
-        """Correct nothing where it is not known yet what that does."""
+        """Set the corrections to zero if their effect is not known yet."""
         if self._probe and not self.ready:
             self._probe.give_up()
             talk.correct(self._probe.correction.tolist())
 
     def _fall_silent(self, talk: Conversation) -> None:
-        """Answer no more; a correction that may add up is not what the controller holds then."""
+        """End the answers, after one more answer if corrections may add up, so that zero is held."""
         if self._probe and not self._probe.passed:
             talk.turn(self._longest)
         talk.silent = True
 
     def close(self) -> None:
-        """Set the Stop channel until the controller's program has ended RSI, or answer no more.
+        """Set the Stop channel until the controller's program has ended RSI, or end the answers.
 
-        An arm at rest stays there either way: with a Stop channel the program goes on behind
-        RSI_MOVECORR, without one it ends in the controller's timeout.
+        An arm at rest stays at rest in both cases: with a Stop channel the program continues after
+        RSI_MOVECORR, without one it ends by the controller's timeout.
         """
         if self._talk is None:
             return

@@ -1,7 +1,7 @@
-"""Which values of telegrams belong to which joint, and how joints and a controller's axes are related.
+"""Layout of telegrams: which value belongs to which joint, and how joints and axes are related.
 
-Joints are in radians, possibly turning the other way and from another zero; axes are in degrees. Corrections
-are axes' degrees from where the arm stood.
+Joints are in radians and axes in degrees, possibly with another sign and zero. Corrections are in degrees of
+the axes, relative to the start.
 """
 
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ from .settings import RsiSettings
 
 @dataclass(frozen=True)
 class Axes:
-    """How axes and joints are related, each of shape (n,).
+    """Relation between axes and joints.
 
     Attributes:
-        sign: 1 or -1.
-        zero: Joint's position where the axis shows zero [rad].
-        ampere: Amperes in the controller's unit of current.
+        sign: Sign of the axes relative to the joints, 1 or -1, shape (n,).
+        zero: Joint positions where the axes show zero, shape (n,) [rad].
+        ampere: Amperes per unit of current of the controller, shape (n,).
     """
 
     sign: np.ndarray
@@ -29,21 +29,21 @@ class Axes:
     ampere: np.ndarray
 
     def joints(self, degrees: np.ndarray) -> np.ndarray:
-        """Positions of joints (n,) [rad] from those of axes [deg]."""
+        """Joint positions (n,) [rad] of axis positions [deg]."""
         return self.sign * np.radians(degrees) + self.zero
 
     def degrees(self, position: np.ndarray) -> np.ndarray:
-        """Positions of axes (n,) [deg] from those of joints [rad]."""
+        """Axis positions (n,) [deg] of joint positions [rad]."""
         return self.sign * np.degrees(position - self.zero)
 
     def window(self, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Limits of corrections [deg] as limits of joints' excursions, each (n,) [rad]."""
+        """Convert limits of corrections [deg] to limits of joint displacements, each (n,) [rad]."""
         ends = np.radians([self.sign * lower, self.sign * upper])
         return ends.min(axis=0), ends.max(axis=0)
 
 
 def axes_of(settings: RsiSettings) -> Axes:
-    """How axes and joints are related, as set. Raises BadSettings for currents in percent of nothing."""
+    """Relation between axes and joints. Raises BadSettings for currents in percent without i_max."""
     ampere = []
     for place, (unit, most) in enumerate(zip(settings.current_unit, settings.i_max, strict=True)):
         if unit == "percent" and not most:
@@ -56,20 +56,20 @@ def axes_of(settings: RsiSettings) -> Axes:
 
 ACTUAL, PROGRAMMED, DELAY = "AIPos", "ASPos", "Delay"
 EXTERNAL = ("EIPos", "MECur")
-"""Elements of external axes, recorded as they come: degrees or mm, and the controller's currents."""
+"""Elements of external axes, recorded in the controller's units: degrees or mm, and currents."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What is read and written for one arm.
+    """Values read and written for one arm.
 
     Attributes:
-        axes: Axes of each joint, such as A1.
-        elements: Elements with a value for each axis, in the order in which they are read.
-        external: Values of external axes, such as EIPos.E1.
+        axes: Axis of each joint, such as A1.
+        elements: Elements with a value for each axis, in reading order.
+        external: Names of values of external axes, such as EIPos.E1.
         delay: Whether the controller counts answers that came late.
         corrections: Tag of each joint's correction; empty when only listening.
-        switch: Tag of the Stop channel; empty for none.
+        switch: Tag of the Stop channel; empty without one.
     """
 
     axes: tuple[str, ...]
@@ -81,19 +81,19 @@ class Layout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All that is read of a telegram."""
-        own = tuple(f"{element}.{axis}" for element in self.elements for axis in self.axes)
-        values = own + self.external
+        """Names of all values that are read from a telegram."""
+        internal = tuple(f"{element}.{axis}" for element in self.elements for axis in self.axes)
+        values = internal + self.external
         return (*values, f"{DELAY}.D") if self.delay else values
 
     @property
     def external_columns(self) -> slice:
-        """Where the values of external axes stand among `names`."""
+        """Indices of the values of external axes in `names`."""
         first = len(self.elements) * len(self.axes)
         return slice(first, first + len(self.external))
 
     def columns(self, element: str) -> slice | None:
-        """Where an element's values stand among `names`; None if it is not sent."""
+        """Indices of the values of an element in `names`; None if it is not sent."""
         if element not in self.elements:
             return None
         first = self.elements.index(element) * len(self.axes)
@@ -101,7 +101,7 @@ class Layout:
 
 
 def layout_of(config: RsiConfig, settings: RsiSettings, joints: int) -> Layout:
-    """The layout for an arm. Raises BadSettings if the configuration has no place for what is needed."""
+    """Layout for an arm. Raises BadSettings if the configuration lacks a required value."""
     axes = _axes(settings, joints)
     where = settings.config or "the configuration"
     wanted = (ACTUAL, PROGRAMMED, settings.current_tag, settings.torque_tag)
@@ -138,15 +138,15 @@ def _axes(settings: RsiSettings, joints: int) -> tuple[str, ...]:
 def _corrections(
     config: RsiConfig, settings: RsiSettings, axes: Sequence[str], where: str
 ) -> tuple[str, ...]:
-    found = (settings.correction_tag,) if settings.correction_tag else config.corrections()
-    if len(found) != 1:
-        what = f"several corrections: {', '.join(found)}" if found else "no axis corrections"
+    candidates = (settings.correction_tag,) if settings.correction_tag else config.corrections()
+    if len(candidates) != 1:
+        problem = f"several corrections: {', '.join(candidates)}" if candidates else "no axis corrections"
         raise BadSettings(
-            f"{where} receives {what}. Set correction_tag to the one wired to AXISCORR, or add AK.A1 to "
-            "AK.A6 to RECEIVE"
+            f"{where} receives {problem}. Set correction_tag to the element wired to AXISCORR, or add AK.A1 "
+            "to AK.A6 to RECEIVE"
         )
     elements = {element.tag: element for element in config.receive}
-    tags = tuple(f"{found[0]}.{axis}" for axis in axes)
+    tags = tuple(f"{candidates[0]}.{axis}" for axis in axes)
     for tag in tags:
         element = elements.get(tag)
         if element is None or element.kind != "DOUBLE":

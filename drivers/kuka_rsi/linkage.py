@@ -1,8 +1,8 @@
 """Linkage: which axis moves when which axis is corrected.
 
-Every axis is corrected in two of a few patterns, and no two axes in the same two. An axis that moves in the
-patterns of another axis follows that axis' corrections, as it does where an output of the ETHERNET object is
-linked to the wrong input of AXISCORR. An axis that moves in more than two patterns follows several axes.
+Every axis is corrected in two patterns, and no two axes share both. An axis that moves in the patterns of
+another axis follows that axis' corrections, for example because an output of the ETHERNET object is linked to
+the wrong input of AXISCORR. An axis that moves in more than two patterns follows several axes.
 """
 
 import itertools
@@ -13,15 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 MOVED = 0.4
-"""Share of a correction from which on an axis has moved: an arm that begins to follow while the first pattern
-of the probe rises still moves by all of it when that falls."""
+"""Fraction of a correction above which an axis has moved [-]: an arm that begins to follow while the first
+pattern of the probe rises still moves by the full correction when the pattern falls."""
 OVERSHOOT = 0.8
-"""Share by which a motion may exceed its correction: a drive that must overcome friction first swings over by
-up to six tenths, and noise comes on top; an axis that follows a second correction moves by all of that."""
+"""Fraction by which a motion may exceed its correction [-]: a drive that must first overcome friction
+overshoots by up to 0.6, plus noise; an axis that follows a second correction exceeds its own by 1."""
 
 
 def pattern_table(axes: int) -> np.ndarray:
-    """Which axis is corrected in which pattern, shape (p, n): 1 in two patterns of each axis, else 0."""
+    """Patterns of corrections, shape (p, n): 1 in the two patterns of each axis, else 0."""
     count = next(count for count in itertools.count(2) if math.comb(count, 2) >= axes)
     table = np.zeros((count, axes))
     for axis, pair in enumerate(itertools.islice(itertools.combinations(range(count), 2), axes)):
@@ -31,7 +31,7 @@ def pattern_table(axes: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Linkage:
-    """What every axis did in every pattern.
+    """Motions of all axes in all patterns.
 
     Attributes:
         axes: Names of the axes.
@@ -52,7 +52,7 @@ class Linkage:
 
     @property
     def stuck(self) -> bool:
-        """Whether the only fault is that corrected axes stood still, which friction may explain."""
+        """Whether the only fault is that corrected axes did not move, which friction may explain."""
         still = (self.corrections != 0.0) & (np.abs(self.motions) <= MOVED * self.size)
         return bool(still[self._wrong].all())
 
@@ -63,7 +63,7 @@ class Linkage:
         return (np.sign(self.corrections) * self.motions)[corrected]
 
     def refusal(self) -> str:
-        """Which axes moved otherwise than corrected, and what to do about it."""
+        """Which axes did not move as corrected, and what to do about it."""
         faulty = np.flatnonzero(self._wrong.any(axis=0)).tolist()
         sources = {axis: self._source(axis) for axis in faulty}
         crossed = [
@@ -77,7 +77,7 @@ class Linkage:
                 "to the inputs of AXISCORR axis by axis"
             )
         return (
-            f"corrections of {self.size:g} degrees did not move the arm by as much: "
+            f"corrections of {self.size:g} degrees did not move the arm by this amount: "
             f"{', '.join(map(self._worst, faulty))}. Are the drives on and RSI_MOVECORR called? Are the "
             "ETHERNET object's outputs linked to AXISCORR, axis by axis? A STOP object may keep corrections "
             "from having an effect"
@@ -85,7 +85,7 @@ class Linkage:
 
     @property
     def _wrong(self) -> np.ndarray:
-        """Whether an axis moved otherwise than corrected in a pattern, shape (p, n)."""
+        """Whether an axis did not move as corrected in a pattern, shape (p, n)."""
         return ~self._alike(self.motions, self.corrections)
 
     def _alike(self, motions: np.ndarray, corrections: np.ndarray) -> np.ndarray:
@@ -94,7 +94,7 @@ class Linkage:
         return np.asarray(np.abs(motions - corrections) <= share * self.size)
 
     def _source(self, axis: int) -> int | None:
-        """Axis whose corrections this axis follows, in either direction and perhaps beside its own."""
+        """Axis whose corrections this axis follows, with either sign, possibly in addition to its own."""
         motions = self.motions[:, axis]
         for source, corrections in enumerate(self.corrections.T):
             if source == axis or not corrections.any():
@@ -105,7 +105,7 @@ class Linkage:
         return None
 
     def _worst(self, axis: int) -> str:
-        """Name of an axis, and its motion in the pattern in which it differs most from the correction."""
+        """Name of an axis, with its motion and correction in the pattern where they differ most."""
         pattern = int(np.abs(self.motions[:, axis] - self.corrections[:, axis]).argmax())
         motion, correction = self.motions[pattern, axis], self.corrections[pattern, axis]
         return f"{self.axes[axis]} ({motion:.2g} instead of {correction:.2g})"

@@ -1,11 +1,11 @@
-"""Plausibility: measurements with a new stamp that cannot be of their cycle.
+"""Plausibility: detects measurements that cannot belong to the cycle of their time stamp.
 
-A telegram may hold the measurement of the telegram before under a new stamp. An arm at rest repeats positions
-too, so a repetition counts only where it cannot be true: an axis was moving, and all positions and all motor
-currents, which are noisy, repeat to the last digit. A position may also leap further than any axis moves.
+A telegram may repeat the previous measurement under a new stamp. An arm at rest also repeats positions, so a
+repetition counts only where it cannot be true: an axis was moving, and all positions and all motor currents,
+which are noisy, repeat to the last digit. A position may also leap further than any axis can move.
 
-A single position that repeats while its axis should move is no proof: an axis that a brake or an obstacle
-holds repeats it as well. The tracking error shows it.
+A single position that repeats while its axis should move is no proof, because a brake or an obstacle can hold
+the axis. The tracking error reveals this case.
 """
 
 from collections.abc import Sequence
@@ -15,23 +15,23 @@ import numpy as np
 FASTEST = 3000.0
 """Velocity that no axis reaches [deg/s]: three times that of the last axis of KUKA's smallest arms."""
 STEPS = 10
-"""Motion in a cycle from which on an axis is moving, in steps of the positions that are sent: rounding makes
-one step of an arm at rest, and noise some."""
+"""Motion in a cycle above which an axis is moving, in steps of the sent positions: at rest, rounding causes
+one step, and noise some more."""
 ALIVE = 100
-"""Measurements in a row in which a current must have changed: by chance, fewer than one of its values in a
-hundred repeat."""
+"""Number of consecutive measurements in which a current must have changed; then less than 1 % of its values
+repeat by chance."""
 WITNESSES = 3
-"""Such currents that must all repeat: by chance they do in less than one telegram in a million. A current of
-zero is none, for a drive that is off stops its axis and repeats it."""
+"""Number of such currents that must all repeat: by chance, this happens in less than one telegram in a
+million. A current of zero does not count, because a drive that is off repeats it."""
 
 
 class Plausibility:
-    """Finds the axes whose measurement in a telegram cannot be of its cycle.
+    """Finds the axes whose measurement in a telegram cannot belong to its cycle.
 
     Args:
         axes: Names of the n axes.
         position: Columns of the measured positions [deg].
-        effort: Columns of the currents, and of the torques; None for what is not sent.
+        effort: Columns of the currents, and of the torques; None if they are not sent.
         step: Resolution of the positions [deg].
         cycle: Cycle of the controller [s].
     """
@@ -50,7 +50,7 @@ class Plausibility:
         self._columns = [columns for columns in (position, current, torque) if columns is not None]
         self._before = np.zeros(0)  # the whole measurement
         self._moving, self._changes = False, np.zeros(0)
-        self._last, self._since = np.zeros(0), np.zeros(len(axes))  # positions that are plausible
+        self._last, self._since = np.zeros(0), np.zeros(len(axes))  # plausible positions, cycles since
         self._leapt = np.zeros(len(axes), bool)
         self._repeats, self._reported = 0, 1
         self._messages: list[str] = []
@@ -77,12 +77,12 @@ class Plausibility:
         return self._leaps(position)
 
     def events(self) -> tuple[str, ...]:
-        """What was noticed since the last call, a sentence each."""
+        """Events since the last call, a sentence each."""
         messages, self._messages = tuple(self._messages), []
         return messages
 
     def _repeated(self, current: np.ndarray) -> bool:
-        """Whether a measurement that is that of the telegram before cannot be true."""
+        """Whether a measurement that repeats the previous telegram cannot be true."""
         witnesses = np.count_nonzero((self._changes >= ALIVE) & (current != 0.0))
         if not self._moving or witnesses < WITNESSES:
             return False
@@ -96,7 +96,7 @@ class Plausibility:
         return True
 
     def _leaps(self, position: np.ndarray) -> np.ndarray:
-        """Axes that are further from their last plausible position than they can be, shape (n,)."""
+        """Axes that are further from their last plausible position than they can move, shape (n,)."""
         distance = np.abs(position - self._last)
         leapt = distance > FASTEST * self._cycle * self._since + self._step
         self._moving = bool((distance[~leapt] >= STEPS * self._step).any())

@@ -1,4 +1,4 @@
-"""What is reported of a session: metadata at its beginning, then samples and remarks."""
+"""Reports of a session: metadata at its beginning, then samples and events."""
 
 from dataclasses import replace
 from typing import Any
@@ -17,14 +17,14 @@ from .settings import RsiSettings
 from .start import Beginning, warning
 
 MARGIN = 0.05
-"""By how much the reported window is narrower than the controller's [deg]: whoever uses it counts from
-where the arm was measured, which is not exactly where the controller counts from."""
+"""Margin of the reported window inside the controller's [deg]: users of the window count from the measured
+position, which differs slightly from the position from which the controller counts."""
 SHORT = 10
-"""Late answers in a row that a busy computer gives now and then [cycles]; it is KUKA's default Timeout."""
+"""Number of consecutive late answers that a busy computer may give [cycles]; it is KUKA's default Timeout."""
 
 
 def simulated(info: Info, cycle: float) -> Info:
-    """The same of a simulator that has no clock and no timeout."""
+    """Metadata of a simulator, which has neither a clock nor a timeout."""
     return replace(
         info,
         cycle=cycle,
@@ -38,7 +38,7 @@ def simulated(info: Info, cycle: float) -> Info:
 def info_of(
     settings: RsiSettings, config: RsiConfig, layout: Layout, axes: Axes, beginning: Beginning
 ) -> Info:
-    """All that explains the measurement later, and what to warn about now."""
+    """Metadata that explain the measurements later, and warnings."""
     signals = ["position"]
     signals += ["current"] if layout.columns(settings.current_tag) else []
     signals += ["torque"] if layout.columns(settings.torque_tag) else []
@@ -64,7 +64,7 @@ def info_of(
         signals=tuple(signals),
         dead_man=f"the controller stops after {settings.timeout} cycles "
         f"({settings.timeout * settings.cycle:g} s) without an answer, if that is the Timeout in its RSI "
-        "context, which cannot be asked for",
+        "context, which cannot be read",
         window_lower=window[0],
         window_upper=window[1],
         settings=explained | _commanded(settings, config, layout),
@@ -120,12 +120,12 @@ def _risks(settings: RsiSettings, layout: Layout) -> list[str]:
     if settings.timeout <= SHORT:
         risks.append(
             f"the controller stops after {settings.timeout} late answers in a row, which a busy computer "
-            "gives now and then: set Timeout of the ETHERNET object, and timeout here, to 100"
+            "may give: set Timeout of the ETHERNET object, and timeout here, to 100"
         )
     if not settings.probe:
         risks.append(
-            "what corrections do is not seen before the motion (probe is false): with RSI_ON(#RELATIVE) the "
-            "arm runs away"
+            "the effect of corrections is not probed before the motion (probe is false): with "
+            "RSI_ON(#RELATIVE) the arm runs away"
         )
     if not layout.switch:
         risks.append(
@@ -140,7 +140,7 @@ def _listed(values: object) -> str:
 
 
 class Samples(ControllerSamples):
-    """Makes the samples of one session; values that cannot be of their cycle are NaN and stale."""
+    """Creates the samples of one session; values that cannot belong to their cycle are NaN and stale."""
 
     def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
         super().__init__(len(layout.axes), len(layout.external), settings.cycle)
@@ -150,13 +150,13 @@ class Samples(ControllerSamples):
         self._plausibility: Plausibility | None = None
 
     def begin(self, beginning: Beginning, cycle: float) -> None:
-        """Look from here on whether measurements are of their cycle [s]."""
-        assert self._actual is not None  # without it there is no layout
+        """Check the plausibility of measurements from now on, for a cycle [s]."""
+        assert self._actual is not None  # `layout_of` requires it
         effort, step = (self._current, self._torque), 10.0**-beginning.decimals
         self._plausibility = Plausibility(self._names, self._actual, effort, step, cycle)
 
     def of_telegram(self, fresh: Fresh, elapsed: float, **fields: Any) -> Sample:
-        """Of a telegram, so long after the first [ms], with further fields of a sample."""
+        """Sample of a telegram, `elapsed` [ms] after the first; `fields` are further fields of the sample."""
         numbers = np.array(fresh.telegram.numbers)
         sample = self.of(
             round(1e6 * elapsed),
@@ -187,22 +187,22 @@ class Samples(ControllerSamples):
 
 
 FOLLOWS = 0.1
-"""Motion of the programmed pose from which on it is reported [deg]."""
+"""Motion of the programmed pose above which it is reported [deg]."""
 
 
 class Remarks:
-    """Reports what is worth it of each cycle, once."""
+    """Reports notable events of each cycle once."""
 
     def __init__(self, layout: Layout, beginning: Beginning, controller: str, commanding: bool) -> None:
         self._delay = beginning.delay
         self._start = np.asarray(beginning.start, float).tolist()
-        # The pose that the program holds must stand still; without corrections it is what moves.
+        # With corrections, the programmed pose must stand still; without, it is what moves the arm.
         self._programmed = layout.columns(PROGRAMMED) if commanding else None
         self._controller = controller
         self._strange = False
 
     def on(self, conversation: Conversation, fresh: Fresh | None) -> tuple[str, ...]:
-        """What happened since the last cycle; nothing but that if no telegram came."""
+        """Events since the last cycle; `fresh` is None if no telegram came."""
         events = list(conversation.session.events())
         if fresh is not None:
             events += self._late(fresh) + self._moved(fresh)

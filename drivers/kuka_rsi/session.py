@@ -1,8 +1,8 @@
-"""One session of RSI, from the controller's first telegram to its last: which telegram is the next one.
+"""Session of RSI, from the controller's first telegram to its last: selects the next telegram.
 
-Telegrams may be lost, come twice, late or in another order, or not be telegrams. Only one that is newer than
-all before is followed; what happened to the others is reported in a sentence. A clock that jumps, or another
-port, means that the controller has begun anew, from wherever the arm stood then.
+Telegrams may be lost, repeated, late, out of order or unreadable. Only a telegram that is newer than all
+before is used; the others are reported. A clock that jumps, or another port, means that the controller has
+begun a new session, from the position at that time.
 """
 
 from collections import Counter
@@ -12,20 +12,24 @@ from typing import NamedTuple
 from .telegram import Telegram, TelegramReader
 
 JUMP = 1000
-"""No sound session's clock goes further in one step, nor back at all [ms]: longer than controllers wait for
-answers (0.4 s), and than a network holds a telegram back."""
+"""Largest step of the clock within a session, forward or back [ms]: longer than controllers wait for answers
+(0.4 s), and than a network delays a telegram."""
 AGAIN = 2
-"""Times that one telegram comes again from a sender that waits for its answer; networks double them."""
+"""Number of repetitions of a telegram by a sender that waits for its answer; networks may duplicate one."""
 AWHILE = 50_000_000
-"""Time within which it does [ns]: four of the slowest cycles, in which a controller has sent others."""
+"""Minimum duration of these repetitions [ns]: four of the slowest cycles, in which a controller would have
+sent new telegrams."""
 _TURN = 1 << 32
 """The clock may count in 32 bits, which is 50 days."""
 
 
 class Datagram(NamedTuple):
-    """What came in: bytes, the sender's port, which a controller chooses anew for every session, and when.
+    """A received datagram.
 
-    The time is that at which the network card's driver had it [ns since 1970], on the clock of `host_time`.
+    Attributes:
+        data: Content.
+        port: Port of the sender, which a controller changes for every session.
+        arrival: Time of arrival at the network card's driver, by the clock of `host_time` [ns since 1970].
     """
 
     data: bytes
@@ -34,9 +38,13 @@ class Datagram(NamedTuple):
 
 
 class Fresh(NamedTuple):
-    """The newest telegram, and by how many cycles it is newer than the one before; 1 if none is missing.
+    """The newest telegram.
 
-    It is late by how much more time went by between the two than between their stamps [s].
+    Attributes:
+        telegram: Content of the telegram.
+        datagram: Datagram in which it came.
+        cycles: Number of cycles since the previous telegram; 1 if none is missing.
+        late: Time between the arrivals of both telegrams minus the time between their stamps [s].
     """
 
     telegram: Telegram
@@ -51,8 +59,8 @@ class Session:
     Attributes:
         elapsed: Time between the first telegram and the last [ms].
         restarted: Why another session has begun; empty if none has.
-        unread: The last datagram that was no telegram.
-        counting: Whether stamps count answers and times are this computer's, as with simulators.
+        unread: Last datagram that was not a telegram.
+        counting: Whether stamps count answers and times are those of this computer, as with simulators.
     """
 
     def __init__(self, reader: TelegramReader, cycle: int) -> None:
@@ -71,16 +79,16 @@ class Session:
 
     @property
     def waits(self) -> bool:
-        """Whether the same telegram comes again and again, as from one who waits for an answer."""
+        """Whether the sender repeats the same telegram because it waits for an answer."""
         return self._again >= AGAIN and self._again_for >= AWHILE
 
     def count_answers(self) -> None:
-        """From now on stamps count answers."""
+        """Treat stamps as counts of answers from now on."""
         self._cycle, self.counting = 1, True
         self._odd.clear()
 
     def take(self, datagrams: Sequence[Datagram]) -> Fresh | None:
-        """The newest telegram among what has come in; None if there is none that is newer."""
+        """Select the newest telegram among datagrams; None if none is newer than the last."""
         before = self._last
         for datagram in datagrams:
             telegram = self.reader.read(datagram.data)
@@ -97,7 +105,7 @@ class Session:
 
     def _since(self, before: Fresh, last: Fresh) -> Fresh:
         gone = _advance(before.telegram, last.telegram)
-        if abs(gone) > JUMP or gone <= 0:  # another session, with a clock of its own
+        if abs(gone) > JUMP or gone <= 0:  # another session, with another clock
             gone = self._cycle
         waited = (last.datagram.arrival - before.datagram.arrival) * 1e-9
         time = waited if self.counting else gone * 1e-3
@@ -129,14 +137,14 @@ class Session:
         )
 
     def events(self) -> tuple[str, ...]:
-        """What was odd since the last call, a sentence each."""
+        """Irregularities since the last call, a sentence each."""
         if not self._odd:
             return ()
-        events = tuple(f"{count} telegram{'s' * (count > 1)} {what}" for what, count in self._odd.items())
+        events = tuple(f"{count} telegram{'s' * (count > 1)} {fate}" for fate, count in self._odd.items())
         self._odd.clear()
         return events
 
 
 def _advance(before: Telegram, after: Telegram) -> int:
-    """Time from one stamp to another [ms]."""
+    """Time between the stamps of two telegrams [ms]."""
     return (after.time - before.time + _TURN // 2) % _TURN - _TURN // 2

@@ -1,4 +1,4 @@
-"""What a user sets of the KUKA driver, in the units of KUKA people, and whether it fits together."""
+"""Settings of the KUKA driver, in the units of KUKA controllers, and their consistency."""
 
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -10,25 +10,25 @@ from ..settings import setting
 from .config import RsiConfig, read_config, standard_config
 
 FAST, SLOW = 0.004, 0.012
-"""Cycles that controllers have [s]: RSI_ON with #IPO_FAST, and with #IPO, which is all that a KRC2 knows."""
+"""Cycles of controllers [s]: RSI_ON with #IPO_FAST, and with #IPO, the only one of a KRC2."""
 
 
 @dataclass(frozen=True)
 class RsiSettings:
     """Settings of the KUKA driver."""
 
-    controller: str = setting(..., "address of the controller; telegrams of others are ignored")
+    controller: str = setting(..., "address of the controller; telegrams from other addresses are ignored")
     config: str = setting("", "copy of the controller's RSI_EthernetConfig.xml; without it, the values below")
     bind: str = setting("", "address of this computer to listen on; by default IP_NUMBER of the config")
     port: int = setting(0, "port to listen on; by default the config's, or 49152", low=0, high=65535)
-    sentype: str = setting("", "what answers call themselves; by default the config's, or ImFree")
+    sentype: str = setting("", "type of the answers; by default the config's, or ImFree")
     log_only: bool = setting(False, "listen and never answer, as with ONLYSEND in the config")
-    generation: str = setting("KRC4", "of the controller", choices=("KRC2", "KRC4", "KRC5"))
+    generation: str = setting("KRC4", "generation of the controller", choices=("KRC2", "KRC4", "KRC5"))
     cycle: float = setting(
         FAST, "0.004 (#IPO_FAST) or 0.012 (#IPO, and any KRC2)", unit="s", low=FAST, high=SLOW
     )
     mode: str = setting("absolute", "the argument of RSI_ON", choices=("absolute", "relative"))
-    probe: bool = setting(True, "see what corrections do by at most 0.05 degrees before a motion")
+    probe: bool = setting(True, "probe the effect of corrections before a motion, by at most 0.05 degrees")
     axes: str = setting("", "axis of each joint with spaces between; by default A1 A2 ...")
     sign: tuple[float, ...] = setting(
         1.0, "-1 where an axis turns the other way than its joint", choices=(1.0, -1.0)
@@ -41,7 +41,7 @@ class RsiSettings:
         5.0, "UpperLim of the AXISCORR object", unit="deg", low=0.0, high=720.0
     )
     overall: tuple[float, ...] = setting(
-        6.0, "Max of the AXISCORRMON object; 6 also where there is none", unit="deg", low=0.0, high=720.0
+        6.0, "Max of the AXISCORRMON object; 6 also without one", unit="deg", low=0.0, high=720.0
     )  # fmt: skip
     timeout: int = setting(
         100, "Timeout of the ETHERNET object; KUKA's default is 10", unit="cycles", low=5, high=10000
@@ -60,7 +60,7 @@ class RsiSettings:
 
     @property
     def window(self) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest correction that the controller neither cuts off nor stops at, (n,) [deg]."""
+        """Smallest and largest corrections that the controller accepts unchanged, each (n,) [deg]."""
         overall = np.asarray(self.overall)
         return np.maximum(self.window_lower, -overall), np.minimum(self.window_upper, overall)
 
@@ -88,8 +88,8 @@ def config_of(settings: RsiSettings) -> RsiConfig:
     ):
         if ours and ours != theirs:
             raise BadSettings(
-                f"driver kuka_rsi: {name} is {ours}, but {settings.config} has {theirs}. The controller has "
-                "that file: change it there and here, or leave the setting out"
+                f"driver kuka_rsi: {name} is {ours}, but {settings.config} has {theirs}. The controller uses "
+                "that file: change it there and here, or omit the setting"
             )
     return config
 
@@ -99,13 +99,13 @@ def _check(settings: RsiSettings) -> None:
         ip_address(settings.controller)
     except ValueError:
         raise BadSettings(
-            f"driver kuka_rsi: controller is '{settings.controller}', which is no address; expected numbers, "
-            "such as 172.31.1.147"
+            f"driver kuka_rsi: controller is '{settings.controller}', which is not an IP address; expected "
+            "numbers, such as 172.31.1.147"
         ) from None
     if settings.mode == "relative":
         raise BadSettings(
-            "driver kuka_rsi: mode is 'relative', in which every lost telegram moves the arm away from where "
-            "it is assumed to be. Valid: absolute; call RSI_ON(#ABSOLUTE) in the program"
+            "driver kuka_rsi: mode is 'relative', in which every lost telegram moves the arm away from its "
+            "assumed position. Valid: absolute; call RSI_ON(#ABSOLUTE) in the program"
         )
     slow_only = settings.generation == "KRC2"
     if settings.cycle not in (FAST, SLOW)[slow_only:]:

@@ -1,4 +1,4 @@
-"""The first telegrams of a session: waited for, and whether the arm may be commanded from there.
+"""Start of a session: waits for the first telegrams, and checks whether the arm may be commanded.
 
 Simulators of a controller have no clock and no timeout: they wait for an answer, and count answers.
 """
@@ -17,9 +17,9 @@ from .session import Datagram, Fresh
 from .telegram import decimals
 
 PATIENCE = 1.0
-"""How long is waited before a message about it [s]."""
+"""Time to wait for a telegram before a message tells the user [s]."""
 SHOWN = 80
-"""Bytes of what cannot be used that are shown: enough to recognise a telegram."""
+"""Number of bytes shown of an unusable datagram: enough to recognize a telegram."""
 
 log = logging.getLogger(__name__)
 
@@ -27,61 +27,63 @@ log = logging.getLogger(__name__)
 def first_telegrams(
     conversation: Conversation, count: int, seconds: float, controller: str, here: str, answering: bool
 ) -> list[Fresh]:
-    """The first telegrams of a session, in a row; of a simulator that waits for answers, the first answered.
+    """Wait for the first telegrams of a session; a simulator that waits for answers is answered.
 
     Args:
-        conversation: Silent yet.
-        count: How many.
-        seconds: How long to wait for the next.
-        controller: Its address, for messages.
-        here: Address and port listened on, for messages.
+        conversation: Conversation that is still silent.
+        count: Number of consecutive telegrams, without answers.
+        seconds: Maximum time to wait for the next telegram [s].
+        controller: Address of the controller, for messages.
+        here: Address and port of this computer, for messages.
         answering: Whether a simulator may be answered.
 
     Raises:
-        NotReady: None came in time, with what came instead.
+        NotReady: If too few telegrams came in time; the message says what came instead.
     """
-    found: list[Fresh] = []
+    telegrams: list[Fresh] = []
     last = time.monotonic()
-    asked = False
-    while len(found) < count:
+    announced = False
+    while len(telegrams) < count:
         fresh = conversation.turn(min(PATIENCE, seconds))
         if fresh:
-            found.append(fresh)
+            telegrams.append(fresh)
             last = time.monotonic()
         elif answering and conversation.session.waits and not conversation.session.counting:
             conversation.count_answers()
-            found, count = [], COUNT
+            telegrams, count = [], COUNT
         elif time.monotonic() - last >= seconds:
-            raise NotReady(_what_came(conversation, len(found), seconds, controller, here))
-        elif not asked and not found:
+            raise NotReady(_describe_received(conversation, len(telegrams), seconds, controller, here))
+        elif not announced and not telegrams:
             log.warning("waiting for %s at %s: start the RSI program on the controller", controller, here)
-            asked = True
-    return found
+            announced = True
+    return telegrams
 
 
-def _what_came(conversation: Conversation, found: int, seconds: float, controller: str, here: str) -> str:
+def _describe_received(
+    conversation: Conversation, count: int, seconds: float, controller: str, here: str
+) -> str:
     session, link = conversation.session, conversation.link
-    if found and session.waits:
+    if count and session.waits:
         return (
-            f"{controller} sends one telegram again and again, as simulators do that wait for an answer, and "
-            "log_only gives none: set it to false"
+            f"{controller} repeats one telegram, as simulators do that wait for an answer, but log_only "
+            "sends no answers: set it to false"
         )
-    if found:
+    if count:
         return (
-            f"{controller} sent {found} telegram{'s' * (found > 1)} to {here} and then none for {seconds:g} "
+            f"{controller} sent {count} telegram{'s' * (count > 1)} to {here} and then none for {seconds:g} "
             "s: RSI has ended there. Look at the pendant's messages, then start the program again"
         )
     if session.unread:
         missing = ", ".join(session.reader.missing(session.unread.data)[:6]) or "numbers"
         return (
             f"{controller}:{session.unread.port} sent {_shown(session.unread)} to {here}, which lacks "
-            f"{missing}. Has the controller another configuration than this one?"
+            f"{missing}. Does the controller use another configuration?"
         )
     if link.strangers:
         return (
             f"{controller} sent nothing to {here} within {seconds:g} s, but {link.stranger}:"
-            f"{link.strange.port} sent {_shown(link.strange)}. If that is the controller, set controller to "
-            f"{link.stranger}"
+            f"{link.stranger_datagram.port} sent {_shown(link.stranger_datagram)}. If that is the "
+            f"controller, set controller to {link.stranger}"
         )
     return (
         f"nothing arrived at {here} within {seconds:g} s. Start the RSI program on {controller}. If it runs, "
@@ -95,14 +97,14 @@ def _shown(datagram: Datagram) -> str:
 
 
 COUNT = 50
-"""Telegrams that the cycle is the median of."""
+"""Number of telegrams from which the cycle is determined as a median."""
 SHORTEST, LONGEST = 0.0005, 0.1
-"""Cycles that are taken for a simulator's [s]: faster ones cannot be answered in time, slower ones are no
-motion."""
+"""Shortest and longest cycle of a simulator [s]: shorter cycles cannot be answered in time, longer ones are
+too slow for a motion."""
 
 
 def cycle_of(telegrams: Sequence[Fresh]) -> float:
-    """Time between answered telegrams [s]. Raises NotReady if nothing can be moved like that."""
+    """Time between answered telegrams [s]. Raises NotReady if it is too short or too long for a motion."""
     arrivals = np.array([fresh.datagram.arrival for fresh in telegrams])
     cycle = float(np.median(np.diff(arrivals))) * 1e-9
     if not SHORTEST <= cycle <= LONGEST:
@@ -114,7 +116,7 @@ def cycle_of(telegrams: Sequence[Fresh]) -> float:
 
 
 def warning(cycle: float) -> str:
-    """What a person should know of a run against one."""
+    """Warning about a run with a simulator."""
     return (
         "this is a simulator that waits for each answer and counts answers instead of milliseconds, not a "
         f"controller: times are this computer's, the cycle of {1e3 * cycle:g} ms is measured, and there are "
@@ -123,23 +125,23 @@ def warning(cycle: float) -> str:
 
 
 COARSE = 1
-"""Decimals that KUKA sends by default: steps of 0.1 degrees."""
+"""Number of decimals that KUKA sends by default: steps of 0.1 degrees."""
 RESTING = 0.1
-"""Motion in a few cycles of an arm at rest, at most [deg]."""
+"""Largest motion of an arm at rest in a few cycles [deg]."""
 APART = 0.5
-"""Largest distance of an arm at rest from its programmed pose [deg]; drives hold a hundredth of that."""
+"""Largest distance of an arm at rest from its programmed pose [deg]; drives hold 1 % of that."""
 
 
 @dataclass(frozen=True)
 class Beginning:
-    """Where a session begins.
+    """State at the beginning of a session.
 
     Attributes:
         start: Pose from which corrections count, shape (n,) [deg].
-        reference: Element that it was read from.
-        decimals: Decimals of positions.
-        delay: Late answers that the controller counted until then; None if it does not count.
-        simulated: Whether it is a simulator, which sends as many decimals as a number happens to need.
+        reference: Element from which the pose was read.
+        decimals: Number of decimals of positions.
+        delay: Number of late answers counted by the controller until then; None if it does not count.
+        simulated: Whether it is a simulator, whose numbers have as many decimals as they need.
     """
 
     start: np.ndarray
@@ -160,9 +162,9 @@ class Beginning:
 def check_start(
     telegrams: Sequence[Fresh], layout: Layout, cycle: float | None, commanding: bool
 ) -> Beginning:
-    """Look at least two telegrams over, of a controller with a cycle [s]; None for a simulator without one.
+    """Check the first telegrams, at least two, of a controller with a cycle [s], None for a simulator.
 
-    Raises NotReady for another cycle, or for an arm that is not where it may be commanded from.
+    Raises NotReady if the cycle differs, or if the arm moves or is not at its programmed pose.
     """
     if cycle is not None:
         _check_clock(telegrams, cycle)
@@ -197,13 +199,12 @@ def _check_rest(actual: np.ndarray, start: np.ndarray, layout: Layout) -> None:
         axis = layout.axes[int(moved.argmax())]
         raise NotReady(
             f"the arm moves: {axis} by {moved.max():.3g} degrees in {len(actual) - 1} cycles. Let the "
-            "program wait until it stands still before RSI_ON, and move by nothing but RSI_MOVECORR"
+            "program wait until it stands still before RSI_ON, and move only by RSI_MOVECORR"
         )
     apart = np.abs(actual[0] - start)
     if apart.max() > APART:
         axis = layout.axes[int(apart.argmax())]
         raise NotReady(
-            f"{axis} is {apart.max():.3g} degrees from where its program put it, limit {APART:g}: "
-            "corrections from an earlier run are still in force. Cancel the program on the controller and "
-            "start it again"
+            f"{axis} is {apart.max():.3g} degrees from its programmed pose, limit {APART:g}: corrections "
+            "from an earlier run are still in force. Cancel the program on the controller and start it again"
         )

@@ -1,8 +1,8 @@
-"""Telegrams: what a KUKA controller sends every cycle, and the answer that it expects.
+"""Telegrams that a KUKA controller sends every cycle, and the answers that it expects.
 
 They are XML in ASCII, without a declaration and not always well formed (an attribute may be called 01), so
-that they are read by patterns: one made of the first telegram, which later ones match as a whole, and where
-one does not, a slow one that takes any order. Neither raises, whatever the bytes.
+regular expressions read them. A fast pattern is made from the first telegram; a slow pattern, which allows
+any order, reads telegrams that do not match it. Neither raises for any bytes.
 """
 
 import math
@@ -16,13 +16,13 @@ from exidyn.quoting import xml_attribute
 from .config import OWN, Element
 
 STAMP = "IPOC"
-"""The controller's clock in a telegram [ms]; answers give it back unchanged."""
+"""Name of the controller's clock in a telegram [ms]; answers return it unchanged."""
 LONGEST = 8192
-"""More than any telegram has [bytes]: 64 channels and all own values are about 4000."""
+"""Maximum length of a telegram [bytes]: 64 channels and all internal values take about 4000."""
 LEARN = 100
-"""Telegrams unlike the one that was learned, after which another is: learning takes a quarter of a cycle."""
+"""Number of telegrams of another form after which a new form is learned, which takes a quarter of a cycle."""
 DECIMALS = 6
-"""Of corrections: a millionth of a degree, below what any encoder sees."""
+"""Number of decimals of corrections: a millionth of a degree, below the resolution of any encoder."""
 
 _ELEMENT = re.compile(rb'<([A-Za-z][\w.:-]*)((?:\s+[\w.:-]+\s*=\s*"[^"]*")*)\s*(?:/>|>([^<]*))')
 _ATTRIBUTE = re.compile(rb'([\w.:-]+)\s*=\s*"([^"]*)"')
@@ -33,7 +33,7 @@ _IS_NUMBER, _IS_WHOLE = re.compile(_NUMBER), re.compile(_WHOLE)
 
 
 class Telegram(NamedTuple):
-    """One telegram: its stamp IPOC, the same as a number [ms], and what was asked for, in its units."""
+    """One telegram: its stamp IPOC, the stamp as a number [ms], and the requested values in their units."""
 
     stamp: bytes
     time: int
@@ -41,7 +41,7 @@ class Telegram(NamedTuple):
 
 
 class _Value(NamedTuple):
-    """Place of a value in a telegram."""
+    """Position of a value in a telegram."""
 
     name: str
     start: int
@@ -49,7 +49,7 @@ class _Value(NamedTuple):
 
 
 class TelegramReader:
-    """Reads the same names of every telegram: `element.attribute`, `element` for its text, and the stamp."""
+    """Reads the same values of every telegram: `element.attribute`, `element` for its text, and the stamp."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._names = (*names, STAMP)
@@ -57,22 +57,22 @@ class TelegramReader:
         self._unlike = 0
 
     def read(self, data: bytes) -> Telegram | None:
-        """A telegram, or None for bytes that are none or lack a name."""
+        """Read a telegram; None for bytes that are not a telegram or lack a name."""
         texts = self._form.texts(data) if self._form else None
         texts = texts or self._search(data)
         if texts is None:
             return None
         numbers = tuple(map(float, texts[:-1]))
-        # A sum that is finite has only finite terms, at a fraction of the time.
+        # A finite sum has only finite terms; checking it takes a fraction of the time.
         return Telegram(texts[-1], int(texts[-1]), numbers) if math.isfinite(sum(numbers)) else None
 
     def missing(self, data: bytes) -> list[str]:
-        """The names that are not in a telegram."""
+        """Names that are missing in a telegram."""
         there = {value.name for value in _values(data)}
         return [name for name in self._names if name not in there]
 
     def _search(self, data: bytes) -> Sequence[bytes] | None:
-        """Texts in the order of the names; learns the form, for telegrams to come."""
+        """Find the texts in the order of the names, and learn the form for later telegrams."""
         if not _WHOLE_TELEGRAM(data):
             return None
         values = _values(data)
@@ -90,7 +90,7 @@ class TelegramReader:
 
 
 class _Form:
-    """The form of one telegram, with room for other numbers."""
+    """Form of a telegram, which matches telegrams with other numbers."""
 
     def __init__(self, data: bytes, values: Sequence[_Value], names: Sequence[str]) -> None:
         pattern, last = b"", 0
@@ -104,13 +104,13 @@ class _Form:
         self._places = tuple(order.index(name) + 1 for name in names)
 
     def texts(self, data: bytes) -> Sequence[bytes] | None:
-        """In the order of the names; None for a telegram of another form."""
+        """Texts in the order of the names; None for a telegram of another form."""
         match = self._match(data)
         return match.group(*self._places, 0)[:-1] if match else None
 
 
 def _values(data: bytes) -> list[_Value]:
-    """All attributes and texts, in the order in which they stand."""
+    """All attributes and texts in their order."""
     values: list[_Value] = []
     if len(data) > LONGEST:
         return values
@@ -126,19 +126,19 @@ def _values(data: bytes) -> list[_Value]:
 
 
 def decimals(data: bytes, element: str) -> int:
-    """Most digits behind a point among the attributes of an element; zero if it is not there."""
+    """Maximum number of decimals among the attributes of an element; zero if it is missing."""
     texts = [data[v.start : v.stop] for v in _values(data) if v.name.startswith(f"{element}.")]
     return max((len(text.partition(b".")[2]) for text in texts), default=0)
 
 
 class Answer:
-    """Writes answers: corrections and one switch; whatever else the controller expects is zero.
+    """Writes answers with corrections and one switch; all other values that the controller expects are zero.
 
     Args:
-        sentype: What the controller wants answers to call themselves.
-        receive: What it expects.
-        corrections: Tags of the corrections, in the order in which they will be given.
-        switch: Tag that is 1 when the arm should stop; empty for none.
+        sentype: Type of answers that the controller expects.
+        receive: Elements that the controller expects.
+        corrections: Tags of the corrections, in the order of `head`.
+        switch: Tag that is 1 when the arm should stop; empty without one.
     """
 
     def __init__(
@@ -158,7 +158,7 @@ class Answer:
         self._switch = switch.encode()
 
     def head(self, corrections: Sequence[float], stop: bool = False) -> bytes:
-        """All that does not depend on the telegram answered, so that it can be written before that comes."""
+        """Part of an answer that does not depend on the telegram, and can be written before it arrives."""
         return self._template % {**dict(zip(self._tags, corrections, strict=True)), self._switch: stop}
 
     def complete(self, head: bytes, stamp: bytes) -> bytes:

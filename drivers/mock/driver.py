@@ -1,7 +1,7 @@
 """Mock: a simulated arm with drives, encoders and noise, on its own clock or that of the host.
 
-Its arm follows each command one cycle later, as drives on a bus do. What happens in a cycle is computed
-before its deadline is waited for, so that a sample comes back as quickly as from hardware.
+The arm follows each command one cycle later, as drives on a bus do. Each cycle is simulated before the driver
+waits for its deadline, so that a sample comes back as quickly as from hardware.
 """
 
 import time
@@ -20,11 +20,11 @@ from .drives import MockDrives
 from .faults import START, Reply, read_faults
 
 EPOCH = 1_767_225_600_000_000_000
-"""Where it begins: the year 2026 [ns since 1970]."""
+"""Host time at which a simulation begins [ns since 1970]: the year 2026."""
 
 
 class SteppedClock:
-    """A clock like `HostClock` without waiting: as much time goes by as is given."""
+    """A clock like `HostClock` that does not wait: its time advances with each call."""
 
     def __init__(self, cycle: float) -> None:
         self._cycle = round(cycle * 1e9)
@@ -47,7 +47,7 @@ class SteppedClock:
 
 
 class RealClock(HostClock):
-    """The host's clock, for a mock that keeps to the time on the wall."""
+    """The host's clock, for a mock that runs in real time."""
 
     def sleep(self, seconds: float) -> None:
         time.sleep(seconds)
@@ -58,7 +58,7 @@ class RealClock(HostClock):
 
 
 SIGNALS = ("position", "velocity", "current", "temperature")
-"""What it can measure."""
+"""Signals that the mock can measure."""
 
 
 @dataclass(frozen=True)
@@ -68,20 +68,20 @@ class MockSettings:
     cycle: float = setting(0.002, "time between commands", unit="s", low=0.0005, high=0.1)
     clock: str = setting(
         "stepped",
-        "whether a cycle takes as long as it computes or its nominal time",
+        "stepped: a cycle takes as long as its computation; real: its nominal time",
         choices=("stepped", "real"),
     )
-    silent: str = setting("", f"signals that are not measured, of {', '.join(SIGNALS[1:])}; commas between")
+    silent: str = setting("", f"signals not measured, separated by commas: any of {', '.join(SIGNALS[1:])}")
     window: tuple[float, ...] = setting(
-        0.0, "largest way from where it stands; 0 for any", unit="rad", low=0.0, high=100.0
+        0.0, "largest distance from the initial position; 0 for no limit", unit="rad", low=0.0, high=100.0
     )
     deceleration: tuple[float, ...] = setting(
-        10.0, "with which drives stop by themselves", unit="rad/s^2", low=0.1, high=1e3
+        10.0, "deceleration of drives that stop by themselves", unit="rad/s^2", low=0.1, high=1e3
     )
     dead_man: float = setting(
-        0.2, "time without a command after which they do", unit="s", low=0.002, high=10.0
+        0.2, "time without a command after which drives stop by themselves", unit="s", low=0.002, high=10.0
     )
-    faults: str = setting("", "what goes wrong, such as 'drop at 2 for 0.1; stall 0.1 at 3'")
+    faults: str = setting("", "faults to inject, such as 'drop at 2 for 0.1; stall 0.1 at 3'")
 
 
 class Mock(Driver):
@@ -143,7 +143,7 @@ class Mock(Driver):
             raise NotReady("driver mock: not open")
         drives.step()
         tick = self._clock.wait()
-        if tick.skipped and self._began is not None:  # before the first command none is missed
+        if tick.skipped and self._began is not None:  # before the first command, no cycle is missed
             drives.idle(tick.skipped)
         if self._began is None and command is not None:
             self._began = tick.number
@@ -171,7 +171,7 @@ class Mock(Driver):
         )
 
     def stop(self, level: StopLevel) -> None:
-        """As in `Driver`, but that it may raise, as no driver should, where that fault is asked for."""
+        """Stop as in `Driver`. Unlike real drivers, this raises if the fault "stop fails" is injected."""
         drives = self._drives
         if drives is None:
             return
@@ -186,7 +186,7 @@ class Mock(Driver):
         self._drives = None
 
     def _reply(self, drives: MockDrives, measured: Measured, number: int) -> Reply:
-        """What comes back in this cycle, spoiled as was asked for."""
+        """Reply of this cycle, with the injected faults."""
         position, velocity, current, temperature = (
             getattr(measured, name) if name in self._signals else self._nothing for name in SIGNALS
         )
@@ -201,7 +201,7 @@ class Mock(Driver):
         return reply
 
     def _take(self, drives: MockDrives, command: Command | None) -> None:
-        """Pass a command on, unless it is out of the window."""
+        """Pass a command on to the drives, which trip if it is outside the window."""
         if command is None:
             drives.hold()
             return
@@ -209,7 +209,7 @@ class Mock(Driver):
         if (away > self._window).any():
             joint = int(np.argmax(away - self._window))
             drives.trip(
-                f"{self.arm.joints[joint]}: commanded {away[joint]:.4f} rad from where it stood, the window "
-                f"is {self._window[joint]:.4f}"
+                f"{self.arm.joints[joint]}: commanded {away[joint]:.4f} rad from its initial position, limit "
+                f"{self._window[joint]:.4f}"
             )
         drives.command(command.position, command.velocity)

@@ -1,25 +1,26 @@
-"""The mock's controller: what it does with commands, without them, and when it has to stop by itself."""
+"""Controller of the mock: how it handles commands, missing commands, and stops by itself."""
 
 import numpy as np
 
 from ..driver import Measured, Plant
 
 LONGEST_IDLE = 2.0
-"""Of a time without exchanges, no more is simulated: by then every drive has stopped [s]."""
+"""Longest time without exchanges that is simulated after the dead-man time [s]; by then all drives stand."""
 
 
 class MockDrives:
     """Drives of a simulated arm, which stop by themselves with a deceleration (n,) [rad/s^2].
 
     Attributes:
-        stood: Where the arm stood at first, shape (n,) [rad].
-        fault: Why they have stopped themselves; empty while they have not.
-        stopped: Whether they take no commands any more.
-        blocked: Joints that do not follow, shape (n,).
-        runaway: Speed of joints that run away whatever is commanded, until stopped, shape (n,) [rad/s].
+        stood: Initial position of the arm, shape (n,) [rad].
+        fault: Why the drives have stopped themselves; empty while they have not.
+        stopped: Whether the drives no longer take commands.
+        blocked: Whether each joint ignores its commands, shape (n,).
+        runaway: Velocity of joints that run away, whatever is commanded, until stopped, shape (n,) [rad/s].
         deaf: Whether a quick stop is ignored.
-        refused: Hardest level of a stop that the host fails to send them.
-        additive: Whether a command is added every cycle, by how far it is from where this began.
+        refused: Highest stop level that the host fails to send to the drives.
+        additive: Whether each command is added as a correction in every cycle, relative to the position at
+            which this began.
     """
 
     def __init__(self, plant: Plant, cycle: float, deceleration: np.ndarray, dead_man: float) -> None:
@@ -39,7 +40,7 @@ class MockDrives:
         return self._plant.measure()
 
     def command(self, position: np.ndarray, velocity: np.ndarray) -> None:
-        """Take what is to be reached one cycle from now, unless they have stopped."""
+        """Set the position to reach one cycle from now, unless the drives have stopped."""
         if self.additive:
             most = self._cycle * self._fastest
             self._correction = np.clip(position - self._began, -most, most)
@@ -69,7 +70,7 @@ class MockDrives:
         return (self.runaway != 0.0) & (not self.stopped or (self.deaf and not self._released))
 
     def idle(self, cycles: int) -> None:
-        """Cycles go by without commands; after too many the dead-man stops the arm."""
+        """Simulate cycles without commands; after too many, the dead-man function stops the arm."""
         allowed = round(self._dead_man / self._cycle)
         self.hold()
         for cycle in range(min(cycles, allowed + round(LONGEST_IDLE / self._cycle))):
@@ -78,27 +79,27 @@ class MockDrives:
             self.step()
 
     def stop(self) -> None:
-        """Brake as hard as they do by themselves, and hold from then on."""
+        """Decelerate as the drives do by themselves, and hold from then on."""
         self.stopped = True
 
     def release(self) -> None:
-        """Take the torque away, where the plant can: the arm drops."""
+        """Switch the torque off if the plant supports it: the arm drops."""
         self.stopped = self._released = True
         getattr(self._plant, "release", lambda: None)()
 
     def add(self, fastest: float) -> None:
-        """From here on, add what is commanded every cycle, but no faster than this [rad/s]."""
+        """Add each command as a correction in every cycle from now on, at most at a speed [rad/s]."""
         if not self.additive:
             self._began, self._correction = self._position, np.zeros_like(self._position)
         self.additive, self._fastest = True, fastest
 
     def trip(self, fault: str) -> None:
-        """Stop, and give the reason; the first reason counts."""
+        """Stop, and record the reason; the first reason counts."""
         self.fault = self.fault or fault
         self.stop()
 
     def go(self, away: np.ndarray, seconds: float) -> None:
-        """Move the arm by some angles (n,) [rad], smoothly, before anything begins."""
+        """Move the arm smoothly by angles (n,) [rad] before the first exchange."""
         start = self._position
         for share in np.arange(0.0, seconds, self._cycle) / seconds + self._cycle / seconds:
             smooth, speed = share**2 * (3 - 2 * share), 6 * share * (1 - share) / seconds

@@ -1,7 +1,8 @@
 """Faults that the mock can inject, one function each, written as texts such as "drop at 2 for 0.1".
 
-A text is a name, and in any order a joint, an amount, "at" when it begins and "for" how long. Time is in
-seconds from the first command; "at start" is before, from the first exchange. Semicolons separate several.
+A text is the name of a fault followed, in any order, by a joint, an amount, "at" a time and "for" a duration.
+Times are in seconds from the first command; "at start" means from the first exchange. Semicolons separate
+faults.
 """
 
 import re
@@ -15,18 +16,18 @@ from ..errors import BadSettings
 from .drives import MockDrives
 
 START = -1.0
-"""Time of every exchange before the first command, as faults count it [s]."""
+"""Time that faults assign to every exchange before the first command [s]."""
 ROUNDING = 1e-9
-"""Of times [s]."""
+"""Tolerance for rounding of times [s]."""
 
 
 @dataclass
 class Reply:
-    """What comes back in one cycle, before faults have acted on it and after; arrays and units of `Sample`.
+    """Reply of one cycle, on which faults act in place; arrays and units are those of `Sample`.
 
     Attributes:
-        late: Time that it takes longer [s].
-        lost: Why nothing comes back at all; empty where something does.
+        late: Delay of the reply [s].
+        lost: Why there is no reply at all; empty if there is one.
     """
 
     position: np.ndarray
@@ -39,17 +40,21 @@ class Reply:
     events: list[str] = field(default_factory=list)
 
     def silence(self, joint: int | slice) -> None:
-        """Nothing came from a joint, or from several."""
+        """Remove the values of one or several joints, as if they had sent nothing."""
         self.stale[joint] = True
         for values in (self.position, self.velocity, self.current, self.temperature):
             values[joint] = np.nan
 
 
 class Fault(NamedTuple):
-    """One fault of a joint, by its index; None for all, or for none in particular.
+    """One fault to inject.
 
-    Its amount is in the fault's own unit. It begins at a time [s], or at `START` with the first exchange, and
-    lasts for a length [s]; zero for one cycle.
+    Attributes:
+        kind: What the fault does.
+        joint: Index of the joint; None for all joints, or for a fault of no particular joint.
+        amount: Size of the fault in its own unit.
+        begin: Time at which it begins [s]; `START` for the first exchange.
+        length: Duration [s]; zero for one cycle.
     """
 
     kind: "Kind"
@@ -59,7 +64,7 @@ class Fault(NamedTuple):
     length: float
 
     def acts(self, before: float, now: float) -> bool:
-        """Whether it acts in the cycle at a time [s], the one before having been at another."""
+        """Whether the fault acts in the cycle at time `now`; the previous cycle was at time `before` [s]."""
         since, then = now - self.begin + ROUNDING, before - self.begin + ROUNDING
         return since >= 0.0 and (then < 0.0 or since < self.length)
 
@@ -73,7 +78,7 @@ class Fault(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What faults of a name do, usual amount and length [s], and what they do before the first exchange."""
+    """What a fault does, its default amount and duration [s], and what it does before the first exchange."""
 
     act: Callable[[Fault, Reply, MockDrives], None] = lambda fault, reply, drives: None
     usual: float = 0.0
@@ -82,7 +87,7 @@ class Kind(NamedTuple):
 
 
 UNITS = ("s", "A", "rad", "rad/s", "degC")
-"""What may be written behind a number."""
+"""Units that may follow a number."""
 
 
 def _drop(fault: Fault, reply: Reply, drives: MockDrives) -> None:
@@ -91,13 +96,13 @@ def _drop(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _duplicate(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """The last reply comes once more instead of the next one, and is recognised by its counter."""
+    """The last reply comes once more instead of the next one, and is recognized by its counter."""
     reply.silence(fault.where)
     reply.events.append("a reply came twice; the second was discarded")
 
 
 def _reorder(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """A reply is overtaken by the next one, and discarded when it comes."""
+    """A reply arrives after the next one, and is discarded."""
     reply.silence(fault.where)
     reply.events.append("a reply came after a later one; it was discarded")
 
@@ -113,19 +118,19 @@ def _trip(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _stand_away(fault: Fault, drives: MockDrives) -> None:
-    """The arm stands away by an amount [rad] from where it is thought to be, from the start."""
+    """The arm starts away from its expected position by an amount [rad]."""
     away = np.zeros(len(drives.blocked))
     away[fault.where] = fault.amount
     drives.go(away, 1.0)
 
 
 def _spike(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """A current of some amount is measured [A]."""
+    """The measured current is the amount [A]."""
     reply.current[fault.first_joint] = fault.amount
 
 
 def _no_number(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """What is measured is impossible, without a report."""
+    """Measurements are NaN, without a report."""
     reply.position[fault.where] = reply.current[fault.where] = np.nan
 
 
@@ -135,14 +140,14 @@ def _jump(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _scale(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """An encoder counts an amount of times what it should from where the arm stood; negative: backwards."""
+    """An encoder's scale is wrong by a factor, from the initial position; negative: it counts backwards."""
     stood = drives.stood[fault.where]
     reply.position[fault.where] = stood + fault.amount * (reply.position[fault.where] - stood)
     reply.velocity[fault.where] *= fault.amount
 
 
 def _exchange(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """What a joint does is measured of the next one, and the other way round; where both stood is right."""
+    """The measurements of a joint and of the next one are swapped; the initial positions are right."""
     here, other = fault.first_joint, (fault.first_joint + 1) % len(reply.stale)
     reply.position -= drives.stood
     for values in (reply.position, reply.velocity, reply.current, reply.temperature):
@@ -156,22 +161,22 @@ def _block(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _heat(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """A joint is as warm as the amount [degC]."""
+    """The measured temperature of a joint is the amount [degC]."""
     reply.temperature[fault.where] = fault.amount
 
 
 def _lose(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """There are no answers any more."""
+    """The controller no longer answers."""
     reply.lost = "the simulated controller does not answer, as this fault demands"
 
 
 def _run_away(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """A joint runs away with a speed [rad/s], whatever is commanded, until it is stopped."""
+    """A joint runs away at a speed [rad/s], whatever is commanded, until it is stopped."""
     drives.runaway[fault.first_joint] = fault.amount
 
 
 def _add(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """Every cycle the controller adds what is commanded, from where this began on, up to a speed [rad/s]."""
+    """The controller adds each command as a correction in every cycle, at most at a speed [rad/s]."""
     drives.add(fault.amount)
 
 
@@ -181,7 +186,7 @@ def _deafen(fault: Fault, reply: Reply, drives: MockDrives) -> None:
 
 
 def _refuse(fault: Fault, reply: Reply, drives: MockDrives) -> None:
-    """The driver fails to send the drives a stop, up to a level: 2 is the quick stop, 3 is off."""
+    """The driver fails to send stops up to a level: 2 is the quick stop, 3 is power off."""
     drives.refused = fault.amount
 
 
@@ -208,11 +213,11 @@ FAULTS = {
     "deaf": Kind(_deafen, lasts=FOREVER),
     "stop fails": Kind(_refuse, 2.0, FOREVER),
 }
-"""Name -> what it does, default amount, and default length [s]."""
+"""Name -> what the fault does, its default amount, and its default duration [s]."""
 
 
 def read_faults(texts: str, joints: Sequence[str]) -> tuple[Fault, ...]:
-    """The faults that a setting asks for. Raises BadSettings for a text that is none."""
+    """Read the faults that a setting lists. Raises BadSettings for a text that is not a fault."""
     return tuple(_read(text.strip(), joints) for text in texts.split(";") if text.strip())
 
 
@@ -220,20 +225,20 @@ def _read(text: str, joints: Sequence[str]) -> Fault:
     name = next((name for name in FAULTS if re.match(rf"{name}(\s|$)", text)), None)
     if name is None:
         raise BadSettings(f"driver mock: no fault is called '{text}'. Valid: {', '.join(FAULTS)}")
-    kind, rest = FAULTS[name], text[len(name) :].split()
-    found = {"begin": 1.0, "length": kind.lasts, "amount": kind.usual}
+    kind, words = FAULTS[name], text[len(name) :].split()
+    numbers = {"begin": 1.0, "length": kind.lasts, "amount": kind.usual}
     joint, expected = None, "amount"
-    for word in rest:
+    for word in words:
         if word in ("at", "for"):
             expected = "begin" if word == "at" else "length"
         elif word in joints:
             joint = joints.index(word)
         elif word == "start" and expected == "begin":
-            found["begin"] = START
+            numbers["begin"] = START
         elif word not in UNITS:
-            found[expected] = _number(word, text, joints)
+            numbers[expected] = _number(word, text, joints)
             expected = "amount"
-    return Fault(kind, joint, **found)
+    return Fault(kind, joint, **numbers)
 
 
 def _number(word: str, text: str, joints: Sequence[str]) -> float:

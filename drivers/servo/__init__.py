@@ -1,1 +1,1 @@
-"""What drivers of servos on a serial port share."""
+"""Common part of drivers of servos on a serial port."""

@@ -1,4 +1,4 @@
-"""A serial port, held by this program alone: exact reads with a deadline, and no errors but ours."""
+"""A serial port for exclusive use: exact reads with a deadline, and only errors of drivers."""
 
 import os
 import select
@@ -12,31 +12,31 @@ from serial.tools import list_ports
 from ..errors import BadSettings, LinkLost, NotReady
 
 WRITE_WITHIN = 0.005
-"""A port that does not take a packet within this time has not taken it [s]; the next cycle has another."""
+"""Time within which the port must take a packet [s]; otherwise it is lost, and the next cycle sends again."""
 
 MOST = 4096
-"""Bytes that Linux keeps of what nobody has read."""
+"""Size of Linux's buffer for received bytes."""
 
 ADAPTERS = Path("/sys/bus/usb-serial/devices")
-"""Where Linux keeps what it knows of USB adapters."""
+"""Directory in which Linux describes USB adapters."""
 
 TROUBLE: tuple[type[Exception], ...] = (OSError, ValueError, TypeError)
-"""What a port raises that is gone, or closed meanwhile."""
+"""Errors raised by a port that is gone or was closed."""
 
-with suppress(ImportError):  # not everywhere are there terminals
+with suppress(ImportError):  # not every system has terminals
     import termios
 
     TROUBLE += (termios.error,)
 
 
 class SerialPort:
-    """An open port such as "/dev/ttyUSB0" or "COM3"; a read that comes back short has met its deadline [s].
+    """An open port such as "/dev/ttyUSB0" or "COM3"; a short read has reached its deadline [s].
 
     Attributes:
         waited: Whether the last read had to wait for bytes.
 
-    Raises BadSettings without such a port or baud rate [bit/s], NotReady for a port that is in use, or that
-    this user may not open.
+    Raises BadSettings if there is no such port or baud rate [bit/s], NotReady if the port is in use or this
+    user may not open it.
     """
 
     def __init__(self, name: str, baudrate: int, patience: float) -> None:
@@ -47,12 +47,12 @@ class SerialPort:
             )
         except TROUBLE as error:
             raise _cannot_open(name, baudrate, error) from error
-        self._direct = hasattr(self._port, "fd")  # so on POSIX systems, where pyserial waits for each piece
+        self._direct = hasattr(self._port, "fd")  # on POSIX systems, pyserial waits for each piece
         with suppress(*TROUBLE, AttributeError, NotImplementedError):
             self._port.set_low_latency_mode(True)
 
-    def be_patient(self, patience: float) -> None:
-        """From now on reads wait for so long [s]. May set the port up anew: not for every cycle."""
+    def set_patience(self, patience: float) -> None:
+        """Set how long reads wait [s]. This may reconfigure the port: do not call it in every cycle."""
         self._patience = patience
         if self._direct:
             return
@@ -63,14 +63,14 @@ class SerialPort:
 
     @property
     def waiting(self) -> int:
-        """Bytes that have come and were not read. Raises LinkLost if the port is gone."""
+        """Number of bytes received but not read. Raises LinkLost if the port is gone."""
         try:
             return self._port.in_waiting
         except TROUBLE as error:
             raise self._gone(error) from error
 
     def read(self, count: int) -> bytes:
-        """So many bytes, or fewer when patience ends. Raises LinkLost if the port is gone."""
+        """Read a number of bytes, or fewer if the patience ends. Raises LinkLost if the port is gone."""
         try:
             if self._direct:
                 return self._read_directly(count)
@@ -80,22 +80,22 @@ class SerialPort:
             raise self._gone(error) from error
 
     def _read_directly(self, count: int) -> bytes:
-        """As `read`; what is there already is taken without asking whether it is."""
+        """Read from the file descriptor; bytes already there are taken without a `select`."""
         descriptor, end = self._port.fd, time.monotonic() + self._patience
         data = _read_now(descriptor, count)
         self.waited = len(data) < count
         while len(data) < count:
-            left = max(end - time.monotonic(), 0.0)
-            if not select.select([descriptor], [], [], left)[0]:
+            remaining = max(end - time.monotonic(), 0.0)
+            if not select.select([descriptor], [], [], remaining)[0]:
                 break
             more = _read_now(descriptor, count - len(data))
             if not more:
-                raise OSError("it has something to read, and nothing can be read")
+                raise OSError("it reports data, but none can be read")
             data += more
         return data
 
     def write(self, data: bytes) -> None:
-        """Send bytes, as far as the port takes them in time. Raises LinkLost if the port is gone."""
+        """Send bytes, as many as the port takes in time. Raises LinkLost if the port is gone."""
         try:
             if self._direct:
                 self._write_directly(data)
@@ -106,7 +106,7 @@ class SerialPort:
             raise self._gone(error) from error
 
     def _write_directly(self, data: bytes) -> None:
-        """As `write`; servos find the beginning of the next packet behind one that was cut."""
+        """Write to the file descriptor; after a truncated packet, servos find the beginning of the next."""
         descriptor, end = self._port.fd, time.monotonic() + WRITE_WITHIN
         while data:
             with suppress(BlockingIOError):
@@ -115,7 +115,7 @@ class SerialPort:
                 return
 
     def drain(self) -> int:
-        """Throw away what has come, and return its number of bytes. Raises LinkLost if the port is gone."""
+        """Discard received bytes, and return their number. Raises LinkLost if the port is gone."""
         if not self._direct:
             waiting = self.waiting
             return len(self.read(waiting)) if waiting else 0
@@ -140,7 +140,7 @@ def _read_now(descriptor: int, count: int) -> bytes:
 
 
 def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
-    """How long a port's USB adapter may keep bytes before it hands them over [s]; zero where unknown."""
+    """Latency timer of a port's USB adapter [s]; zero if unknown."""
     try:
         text = (adapters / Path(name).resolve().name / "latency_timer").read_text()
         return 1e-3 * int(text)
@@ -149,7 +149,7 @@ def adapter_latency(name: str, adapters: Path = ADAPTERS) -> float:
 
 
 def latency_warnings(name: str, latency: float) -> tuple[str, ...]:
-    """Warning about an adapter that keeps bytes for so long [s]."""
+    """Warning about an adapter with a long latency [s]."""
     if latency <= 1e-3:
         return ()
     return (

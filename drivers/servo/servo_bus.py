@@ -1,8 +1,8 @@
-"""Servos on a serial line: ask them, command them, and never take an old answer for a new one.
+"""Servos on a serial line: ask them, command them, and never mistake an old answer for a new one.
 
-Answers carry no number. One that comes after its deadline would be read in the next cycle, look right and be
-late from then on. So a question looks first whether something is waiting already, and afterwards whether
-there is more than was asked for; in warning the line is left alone until it is silent.
+Answers carry no number. An answer that arrives after its deadline would be read in the next cycle, look
+right, and make all later answers late. So each question first checks whether bytes are waiting already, and
+then whether more bytes came than requested. If so, the line is left alone until it is silent.
 """
 
 import time
@@ -14,14 +14,16 @@ from .serial_port import SerialPort
 from .servo_line import Codec, Parsed, Reading, Register, Status
 
 TRIES = 3
-"""How often a question or a setting is repeated before the run."""
+"""Number of attempts to ask a question or write a setting before the run."""
 
 
 class ServoBus:
-    """The servos of an arm on an open port; names by id, in the order of the joints.
+    """The servos of an arm on an open port.
 
     Attributes:
-        in_step: Whether the last answer was whole, in order, and nothing came behind it.
+        names: Names of the servos by id, in the order of the joints.
+        servos: Ids of the servos, in the same order.
+        in_step: Whether the last answers were complete, in order, and followed by nothing.
     """
 
     def __init__(self, port: SerialPort, codec: Codec, names: Mapping[int, str]) -> None:
@@ -30,21 +32,21 @@ class ServoBus:
         self.in_step = True
 
     def send_only(self, packets: bytes) -> None:
-        """Send what has no answer. Raises LinkLost if the port is gone."""
+        """Send packets that have no answer. Raises LinkLost if the port is gone."""
         if packets:
             self._port.write(packets)
 
     def drain(self) -> int:
-        """Throw away what came unasked; its number of bytes. Raises LinkLost if the port is gone."""
+        """Discard unsolicited bytes, and return their number. Raises LinkLost if the port is gone."""
         return self._port.drain()
 
     def ask(
         self, reading: Reading, before: bytes = b"", answer_time: AnswerTime | None = None
     ) -> list[Status | None]:
-        """The answers in the order of the question; None for each that did not come or is not valid.
+        """Ask a question and return the answers in its order; None for a missing or invalid answer.
 
-        Packets can be sent before the question, in the same write. `answer_time` is how long its answers
-        usually take, None for a rare one. Raises LinkLost if the port is gone.
+        Packets in `before` are sent ahead of the question, in the same write. `answer_time` is the usual
+        time to its answers, None for a rare question. Raises LinkLost if the port is gone.
         """
         self._port.write(before + reading.packet)
         if answer_time is not None:
@@ -53,36 +55,36 @@ class ServoBus:
         data = self._port.read(size)
         if answer_time is not None and len(data) == size:
             answer_time.adjust(self._port.waited)
-        found = reading.parse(data)
-        while size <= len(data) < 2 * size and len(found.statuses) + found.broken < count:
-            more = self._port.read(1)  # stuffing makes answers longer than can be known before
+        parsed = reading.parse(data)
+        while size <= len(data) < 2 * size and len(parsed.statuses) + parsed.broken < count:
+            more = self._port.read(1)  # byte stuffing makes answers longer than expected
             if not more:
                 break
             data += more
-            found = reading.parse(data)
-        servos = tuple(status.servo for status in found.statuses)
+            parsed = reading.parse(data)
+        servos = tuple(status.servo for status in parsed.statuses)
         if servos == reading.servos:
             self.in_step = not self._port.waiting
-            return list(found.statuses) if self.in_step else [None] * count
-        return self._sorted(reading, found, len(data) >= size)
+            return list(parsed.statuses) if self.in_step else [None] * count
+        return self._sort(reading, parsed, len(data) >= size)
 
-    def _sorted(self, reading: Reading, found: Parsed, long_enough: bool) -> list[Status | None]:
-        """Answers that are not those of all servos in their order, as `ask` gives them."""
+    def _sort(self, reading: Reading, parsed: Parsed, long_enough: bool) -> list[Status | None]:
+        """Sort incomplete or unordered answers, in the form that `ask` returns."""
         count = len(reading.servos)
         places = [
-            reading.servos.index(s.servo) if s.servo in reading.servos else count for s in found.statuses
+            reading.servos.index(s.servo) if s.servo in reading.servos else count for s in parsed.statuses
         ]
         in_order = all(a < b for a, b in zip(places, [*places[1:], count], strict=False))
         orderly = in_order and not self._port.waiting
-        self.in_step = orderly and long_enough and len(found.statuses) + found.broken >= count
+        self.in_step = orderly and long_enough and len(parsed.statuses) + parsed.broken >= count
         answers: list[Status | None] = [None] * count
         if orderly:
-            for place, status in zip(places, found.statuses, strict=True):
+            for place, status in zip(places, parsed.statuses, strict=True):
                 answers[place] = status
         return answers
 
     def ping(self, servo: int) -> bytes | None:
-        """Data of a servo; None if it does not answer. Raises LinkLost if the port is gone."""
+        """Ping a servo and return its data; None without an answer. Raises LinkLost if the port is gone."""
         for _ in range(TRIES):
             self.drain()
             question = self._codec.ping(servo)
@@ -92,15 +94,16 @@ class ServoBus:
         return None
 
     def find(self, baudrate: int, baudrates: Sequence[int]) -> list[bytes]:
-        """Data of all servos, which can have these baudrates, at the one of the port [bit/s].
+        """Ping all servos and return their data.
 
-        Raises LinkLost if some do not answer, NotReady if the adapter answers for them.
+        `baudrate` is that of the port, `baudrates` are those that the servos support [bit/s]. Raises LinkLost
+        if some servos do not answer, NotReady if the adapter echoes.
         """
         self._require_no_echo()
         answers = {servo: self.ping(servo) for servo in self.servos}
-        found = [data for data in answers.values() if data is not None]
-        if len(found) == len(answers):
-            return found
+        received = [data for data in answers.values() if data is not None]
+        if len(received) == len(answers):
+            return received
         silent = ", ".join(self.names[servo] for servo, data in answers.items() if data is None)
         there = ", ".join(str(servo) for servo, data in answers.items() if data is not None) or "none"
         others = ", ".join(str(rate) for rate in baudrates if rate != baudrate)
@@ -110,44 +113,47 @@ class ServoBus:
         )
 
     def _require_no_echo(self) -> None:
-        """Raise where the adapter echoes: a ping can look like the answer of a servo with an alarm."""
+        """Raise NotReady if the adapter echoes: a ping can look like the answer of a servo with an alarm."""
         question = self._codec.sync_read(0, 1, self.servos)
         self.drain()
         self.send_only(question.packet)
         if self._port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
             raise NotReady(
-                "the adapter sends back what it is sent, so that answers look like questions. Try "
-                "one that listens only while it does not send, as those of the servos' makers do"
+                "the adapter echoes, so that questions look like answers. Try an adapter that listens only "
+                "while it does not send, such as those of the servos' makers"
             )
 
     def read(self, register: Register) -> list[int]:
-        """A register of all servos. Raises LinkLost if some do not answer, or refuse."""
+        """Read a register of all servos. Raises LinkLost if some do not answer, or refuse."""
         for _ in range(TRIES):
             answers = self._answers(register)
-            found = [_number(answer, register) for answer in answers]
-            whole = [one for one in found if one is not None]
-            if len(whole) == len(self.servos):
-                return whole
+            values = [_number(answer, register) for answer in answers]
+            known = [value for value in values if value is not None]
+            if len(known) == len(self.servos):
+                return known
         texts = [
             f"{self.names[servo]} is silent" if answer is None else self.refusal(answer)
-            for servo, answer, one in zip(self.servos, answers, found, strict=True)
-            if one is None
+            for servo, answer, value in zip(self.servos, answers, values, strict=True)
+            if value is None
         ]
         raise LinkLost(f"{register} cannot be read: {', '.join(texts)}. Look at plugs and power")
 
     def refusal(self, answer: Status) -> str:
-        """Which servo refuses a question, and why; empty where the answer has valid data."""
+        """Which servo refuses a question, and why; empty if the answer has valid data."""
         meaning = self._codec.refusal(answer.error)
         return f"{self.names[answer.servo]} answers with {meaning}" if meaning else ""
 
     def require(self, register: Register, value: int, advice: str) -> None:
-        """Raise NotReady where a servo has another value; LinkLost if some do not answer."""
-        for servo, found in zip(self.servos, self.read(register), strict=True):
-            if found != value:
-                raise NotReady(f"{self.names[servo]} is in {register.name} {found}, not {value} {advice}")
+        """Raise NotReady if a servo has another value, LinkLost if some do not answer."""
+        for servo, actual in zip(self.servos, self.read(register), strict=True):
+            if actual != value:
+                raise NotReady(f"{self.names[servo]} is in {register.name} {actual}, not {value} {advice}")
 
     def peek(self, register: Register) -> list[int | None]:
-        """A register of all servos, asked for once; None if silent. Raises LinkLost if the port is gone."""
+        """Read a register of all servos in one attempt; None for silent servos.
+
+        Raises LinkLost if the port is gone.
+        """
         return [_number(answer, register) for answer in self._answers(register)]
 
     def _answers(self, register: Register) -> list[Status | None]:
@@ -155,7 +161,7 @@ class ServoBus:
         return self.ask(self._codec.sync_read(register.address, register.size, self.servos))
 
     def packet(self, register: Register, values: Sequence[int]) -> bytes:
-        """What sets a register of all servos."""
+        """Packet that sets a register of all servos."""
         size = register.size
         mask = (1 << 8 * size) - 1
         blocks = {
@@ -164,19 +170,19 @@ class ServoBus:
         }
         return self._codec.sync_write(register.address, blocks)
 
-    def settle(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
-        """Set a register of all servos and read it back, after a pause for memory that takes its time [s].
+    def set_checked(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
+        """Set a register of all servos and read it back, after a pause for slow memory [s].
 
-        Raises LinkLost if some do not answer, NotReady if some do not take it.
+        Raises LinkLost if some do not answer, NotReady if some do not take the value.
         """
         wrong: list[str] = []
         for _ in range(TRIES):
             self.send_only(self.packet(register, values))
             time.sleep(pause)
             wrong = [
-                f"{self.names[servo]} has {found} instead of {value}"
-                for servo, value, found in zip(self.servos, values, self.read(register), strict=True)
-                if found != value
+                f"{self.names[servo]} has {actual} instead of {value}"
+                for servo, value, actual in zip(self.servos, values, self.read(register), strict=True)
+                if actual != value
             ]
             if not wrong:
                 return
@@ -184,25 +190,25 @@ class ServoBus:
 
 
 def _number(answer: Status | None, register: Register) -> int | None:
-    """What a register holds by an answer; None for one without."""
+    """Value of a register in an answer; None without a valid answer."""
     if answer is None or len(answer.data) != register.size:
         return None
     return int.from_bytes(answer.data, "little", signed=register.signed)
 
 
 LENGTHS = 4
-"""So many questions of different lengths there are."""
+"""Number of questions of different lengths."""
 
 LOST = 100
-"""After so many exchanges without any answer the link is lost."""
+"""Number of exchanges without any answer after which the link is lost."""
 
 
 class ServoTalk:
-    """The servos' side of the cycles of a run.
+    """Exchanges packets with the servos in the cycles of a run.
 
-    After an answer that was not whole, or bytes that were not asked for, nothing is asked for a cycle, only
-    goals are sent. The next question is for another number of bytes, so that an answer to an earlier one,
-    however late it comes, cannot be taken for the right one.
+    After an incomplete answer or unsolicited bytes, one cycle sends only goals and asks nothing. The next
+    question requests another number of bytes, so that a late answer to an earlier question cannot be mistaken
+    for its answer.
     """
 
     def __init__(self, bus: ServoBus) -> None:
@@ -213,11 +219,11 @@ class ServoTalk:
         self._answer_time = AnswerTime()
 
     def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
-        """Send packets, ask, and return the answers; None for each servo without one.
+        """Send packets, ask, and return the answers; None for each servo without an answer.
 
-        `readings` are the question, and the same with more and more bytes in front, `LENGTHS` in all. What
-        was noticed is added to `events`. Raises LinkLost if the port is gone, or after no answer for a long
-        time.
+        `readings` contains the question, and variants with more and more bytes in front, `LENGTHS` in all.
+        Events are added to `events`. Raises LinkLost if the port is gone, or if nothing has answered for a
+        long time.
         """
         answers = self._answers(packets, readings, events)
         self._mute = 0 if any(answer is not None for answer in answers) else self._mute + 1
@@ -249,7 +255,7 @@ class ServoTalk:
         return answers
 
     def _report_refusals(self, statuses: Sequence[Status | None], events: list[str]) -> None:
-        """Report every error with which a servo refuses the question, when it is new."""
+        """Report every new error with which a servo refuses the question."""
         for place, status in enumerate(statuses):
             if status is None:
                 continue
@@ -263,10 +269,12 @@ class ServoTalk:
         if answering == self._answering:
             return
         names = [self._bus.names[servo] for servo in self._bus.servos]
-        both = list(zip(names, self._answering, answering, strict=True))
+        changes = list(zip(names, self._answering, answering, strict=True))
         refused = {name for name, error in zip(names, self._errors, strict=True) if error}
-        silent = ", ".join(name for name, before, now in both if before and not now and name not in refused)
-        back = ", ".join(name for name, before, now in both if now and not before)
-        events += [f"no whole answer from {silent}"] * bool(silent)
+        silent = ", ".join(
+            name for name, before, now in changes if before and not now and name not in refused
+        )
+        back = ", ".join(name for name, before, now in changes if now and not before)
+        events += [f"no complete answer from {silent}"] * bool(silent)
         events += [f"answers again from {back}"] * bool(back)
         self._answering = answering

@@ -1,6 +1,6 @@
-"""What all drivers of servos on a serial line have in common: the cycle, the stops, the ways in and out.
+"""Common part of drivers of servos on a serial line: opening, cycles, stops and closing.
 
-In a cycle one packet sets all goals and one asks for all measurements, in a single write.
+In each cycle, one packet sets all goals and another asks for all measurements, in a single write.
 """
 
 import time
@@ -32,40 +32,40 @@ from .servo_line import (
 from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
-"""How long an answer is waited for before the run [s]."""
+"""Maximum time to wait for an answer before the run [s]."""
 
 SETTLING, LOOK = 1.0, 0.05
-"""How long servos may give way after their torque is switched on, and how often that is looked at [s]."""
+"""Maximum time for servos to settle after power-on, and time between the checks [s]."""
 
 IN_RUN, LONGER = 3.0, 0.005
-"""How long one is waited for in the run [cycles], and at most longer than a cycle [s]: a late answer is
-better than none, but the loop must come round."""
+"""Maximum time to wait for an answer in the run [cycles], and its excess over one cycle [s]: a late answer is
+better than none, but the loop must continue."""
 
 
 FEWEST = 2
-"""Cycles that servos must wait for this computer at least."""
+"""Minimum patience of servos [cycles]."""
 
 
 class ServoDriver(Driver):
-    """Servos on a serial line, one a joint."""
+    """Servos on a serial line, one per joint."""
 
     codec: ClassVar[Codec]
     baudrates: ClassVar[Sequence[int]]
     joining: ClassVar[str] = ""
-    """What servos could do that join their answers to one packet, behind other advice."""
+    """Advice about servos that join their answers to one packet, appended to other advice."""
     _joined = False
     torque: ClassVar[Register]
     goal: ClassVar[Register]
     present: ClassVar[Register]
     return_delay: ClassVar[Register]
     lock: ClassVar[Register | None] = None
-    """What keeps servos from a return delay that stays; None where nothing does."""
+    """Register that locks the permanent memory of the return delay; None without such a lock."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         super().__init__(settings, arm)
-        twice = [one for one in settings.ids if settings.ids.count(one) > 1]
+        twice = [servo for servo in settings.ids if settings.ids.count(servo) > 1]
         if twice:
-            raise BadSettings(f"two joints have the servo {twice[0]}. Try ids = one a joint, in their order")
+            raise BadSettings(f"two joints have the servo {twice[0]}. Give each joint its own id in ids")
         self._names = {
             servo: f"servo {servo} ({joint})" for servo, joint in zip(settings.ids, arm.joints, strict=True)
         }
@@ -85,7 +85,7 @@ class ServoDriver(Driver):
 
     @property
     def patience(self) -> float:
-        """Silence of this computer after which servos stop by themselves [s]; infinite where they do not."""
+        """Silence of this computer after which servos stop by themselves [s]; infinite if they do not."""
         return float("inf")
 
     def open(self) -> Info:
@@ -103,28 +103,28 @@ class ServoDriver(Driver):
         return info
 
     def arm_drives(self) -> None:
-        """Make its goal where each servo stands, then switch its torque on; one that is on keeps its goal.
+        """Set each servo's goal to its position and switch its torque on; a servo that is on keeps its goal.
 
-        Without an integrator a servo holds by what is left to its goal. Where it stands as the new goal, it
-        would give way by as much.
+        A servo without an integrator needs a position error to hold a load. With its position as the new
+        goal, it would give way by this error.
         """
         bus, port = self._opened()
-        port.be_patient(BEFORE_RUN)
+        port.set_patience(BEFORE_RUN)
         bus.drain()
         holding = np.array(bus.read(self.torque), bool)
-        goals = np.where(holding, self._agreed(bus, self.goal), self._agreed(bus, self.present))
-        bus.settle(self.goal, self._to_register(goals))
-        bus.settle(self.torque, [1] * self.arm.dof)
+        goals = np.where(holding, self._confirmed(bus, self.goal), self._confirmed(bus, self.present))
+        bus.set_checked(self.goal, self._to_register(goals))
+        bus.set_checked(self.torque, [1] * self.arm.dof)
         self._armed = True
         once = self._guard(bus)
-        self._settle(bus)
+        self._wait_until_settled(bus)
         self._begin()
         self._once, self._held = once, self._units.position(goals)
 
-    def _agreed(self, bus: ServoBus, register: Register) -> np.ndarray:
-        """Counts in a register with a position, shape (n,), on which several readings agree.
+    def _confirmed(self, bus: ServoBus, register: Register) -> np.ndarray:
+        """Read a position register until several readings agree, and return the counts, shape (n,).
 
-        Raises NotReady where they do not: one that is wrong would be where the servo goes.
+        Raises NotReady if they do not agree: the servo would move to a wrong reading.
         """
         resting = Resting(self.arm.dof)
         for _ in range(COUNT):
@@ -138,8 +138,8 @@ class ServoDriver(Driver):
             )
         return self._units.counts(np.array([resting.position(joint) for joint in range(self.arm.dof)]))
 
-    def _settle(self, bus: ServoBus) -> None:
-        """Wait until the servos' torque has met their load."""
+    def _wait_until_settled(self, bus: ServoBus) -> None:
+        """Wait until the servos' torque balances their load."""
         seen = self._read(bus, self.present)
         for _ in range(round(SETTLING / LOOK)):
             time.sleep(LOOK)
@@ -157,7 +157,7 @@ class ServoDriver(Driver):
         packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
         length = readings[0].length
-        if not self._count:  # with the first cycle servos are told anew to wait for this computer
+        if not self._count:  # the first cycle resets the servos' watchdog
             self._pause.begin()
         self._count += 1
         paused = self._pause.noticed() and self._armed
@@ -168,7 +168,7 @@ class ServoDriver(Driver):
         now = host_time()
         measured, units = self._decode(_joined(answers, length), length), self._units
         answered = [answer is not None for answer in answers]
-        self._fault = self._fault or self._look(answers, now, events)
+        self._fault = self._fault or self._find_fault(answers, now, events)
         return self._samples.of(
             now,
             tick,
@@ -184,22 +184,22 @@ class ServoDriver(Driver):
 
     @property
     def sent_to_read(self) -> str:
-        """Servos are asked, and torque and goals left as they are."""
+        """Questions and the set-up; torque and goals stay as they are."""
         return "questions, and the set-up of a run; no goal, and torque is left as it is"
 
     def states(self) -> tuple[str, ...]:
         bus, port = self._opened()
-        port.be_patient(BEFORE_RUN)
+        port.set_patience(BEFORE_RUN)
         try:
-            found = bus.peek(self.torque)
+            torques = bus.peek(self.torque)
         finally:
-            port.be_patient(self._in_run)
-        return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in found)
+            port.set_patience(self._in_run)
+        return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in torques)
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK holds the goals that were last sent, OFF switches torque off; repeated every cycle after.
+        """Stop the servos: QUICK holds the last goals, OFF switches torque off. Each cycle repeats the stop.
 
-        Where a servo was last seen is no goal: a wrong measurement would set it in motion.
+        The last measured position is not the goal: a wrong measurement would set the servo in motion.
         """
         if self._bus is None or not self._armed or level <= self._stopped:
             return
@@ -210,7 +210,7 @@ class ServoDriver(Driver):
             self._bus.send_only(self._goal_packet)
 
     def close(self) -> None:
-        """Leave the servos at their last goal, or off by the settings, and let go."""
+        """Leave the servos at their last goal, or off if the settings say so, and close the port."""
         bus, port, self._bus, self._port = self._bus, self._port, None, None
         with suppress(DriverError):
             if bus is not None and self._armed:
@@ -228,14 +228,14 @@ class ServoDriver(Driver):
 
     @property
     def _in_run(self) -> float:
-        """How long an answer is waited for in a run [s]."""
+        """Maximum time to wait for an answer in a run [s]."""
         cycle: float = self.settings.cycle
         return min(IN_RUN * cycle, cycle + LONGER)
 
     def _begin(self) -> None:
         """Start the cycles."""
         bus, port = self._opened()
-        port.be_patient(self._in_run)
+        port.set_patience(self._in_run)
         self._clock = HostClock(self.settings.cycle)
         self._talk = ServoTalk(bus)
         self._limits = [end.tolist() for end in self._allowed]
@@ -243,7 +243,7 @@ class ServoDriver(Driver):
         self._stopped, self._goal_packet, self._fault = StopLevel.BRAKE, b"", ""
 
     def _set_return_delay(self, bus: ServoBus) -> None:
-        """Set it where it is another: servos keep it for good, and take it only while torque is off."""
+        """Set the return delay if it differs: servos store it permanently, and only while torque is off."""
         register, seconds = self.return_delay, self.settings.return_delay
         wanted = [round(seconds / RETURN_DELAY_UNIT)] * self.arm.dof
         if bus.read(register) == wanted:
@@ -255,17 +255,17 @@ class ServoDriver(Driver):
                 f"{', '.join(holding)} has it on. Support the arm and switch its power off and on"
             )
         if self.lock:
-            bus.settle(self.lock, [0] * self.arm.dof)
-        bus.settle(register, wanted, pause=0.02)
+            bus.set_checked(self.lock, [0] * self.arm.dof)
+        bus.set_checked(register, wanted, pause=0.02)
         if self.lock:
-            bus.settle(self.lock, [1] * self.arm.dof)
+            bus.set_checked(self.lock, [1] * self.arm.dof)
 
     def _read(self, bus: ServoBus, register: Register) -> np.ndarray:
-        """Counts in a register with a position, shape (n,)."""
+        """Read a position register [counts], shape (n,)."""
         return self._from_register(np.array(bus.read(register)))
 
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
-        """Goals of a stop or of the command; one that no servo takes is not sent and is a fault."""
+        """Packet with the goals of a stop or a command; a command outside the limits is a fault."""
         if self._stopped > StopLevel.BRAKE:
             return self._goal_packet
         if command is None or self._fault:
@@ -275,7 +275,7 @@ class ServoDriver(Driver):
         inside = [
             low <= count <= high for low, count, high in zip(lowest, counts.tolist(), highest, strict=True)
         ]
-        if all(inside):  # not so for what is no number
+        if all(inside):  # false for NaN
             self._goal_packet = bus.packet(self.goal, self._to_register(counts))
             return self._goal_packet
         joint = inside.index(False)
@@ -286,8 +286,8 @@ class ServoDriver(Driver):
         return b""
 
     def _window(self, bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
-        """How far the servos let the joints go from where they stand, two of shape (n,) [rad]."""
-        ends = [self._units.way(end - self._read(bus, self.present)) for end in self._allowed]
+        """Most negative and most positive motion from the present position, each of shape (n,) [rad]."""
+        ends = [self._units.displacement(end - self._read(bus, self.present)) for end in self._allowed]
         return np.minimum(*ends), np.maximum(*ends)
 
     def _info(
@@ -308,7 +308,7 @@ class ServoDriver(Driver):
         )
 
     def _require_rate(self) -> None:
-        """Nothing, if a cycle fits on the line as far as it is known."""
+        """Raise BadSettings if the line cannot carry a cycle, as far as is known."""
         s, traffic = self.settings, self._traffic(self._question())
         enough = [rate for rate in self.baudrates if self._shortest_cycle(traffic, rate) <= s.cycle]
         advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
@@ -319,7 +319,7 @@ class ServoDriver(Driver):
         return shortest_cycle(traffic, baudrate, self.settings.return_delay, self.latency)
 
     def _traffic(self, question: Reading) -> Traffic:
-        """Bytes of a cycle with this question."""
+        """Traffic of a cycle with this question."""
         goals = self.codec.sync_write(self.goal.address, dict.fromkeys(self._names, bytes(self.goal.size)))
         delays = 1 if self._joined else self.arm.dof
         return Traffic(len(goals) + len(question.packet), question.answer_bytes, delays)
@@ -330,36 +330,36 @@ class ServoDriver(Driver):
 
     @abstractmethod
     def _question(self) -> Reading:
-        """What is asked in most cycles."""
+        """Question of most cycles."""
 
     @abstractmethod
     def _readings(self, number: int) -> Sequence[Reading]:
-        """What to ask in a cycle, as `ServoTalk.exchange` takes it."""
+        """Readings of a cycle, for `ServoTalk.exchange`."""
 
     @abstractmethod
     def _decode(self, data: bytes, length: int) -> Measured:
-        """Numbers out of the answers of all servos, of this length each, one behind the other."""
+        """Decode the concatenated answers of all servos, each of this length."""
 
     @abstractmethod
-    def _look(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
-        """Why servos have stopped themselves, by their error bytes and the time; empty if none has."""
+    def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
+        """Why servos have stopped themselves, from their error bytes and gaps; empty if none has."""
 
     @abstractmethod
     def _to_register(self, counts: np.ndarray) -> list[int]:
-        """Counts as the servo keeps them."""
+        """Convert counts to register values."""
 
     @abstractmethod
     def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        """Counts out of what the servo keeps."""
+        """Convert register values to counts."""
 
     def _guard(self, bus: ServoBus) -> bytes:
-        """Have the servos stop when the computer falls silent; what is to be sent with the first cycle."""
+        """Make the servos stop when the computer falls silent; returns packets for the first cycle."""
         return b""
 
-    def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - likewise
-        """Have them go on holding when it does."""
+    def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - not all servos have a watchdog
+        """Make the servos keep holding when the computer falls silent."""
 
 
 def _joined(answers: Sequence[Status | None], length: int) -> bytes:
-    """The data of all servos one behind the other, zeros for those that are missing."""
+    """Concatenate the data of all servos; zeros replace missing answers."""
     return b"".join(bytes(length) if answer is None else answer.data for answer in answers)

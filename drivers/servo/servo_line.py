@@ -1,4 +1,4 @@
-"""Packets of servos on a serial line, and whether the line can carry those of a cycle."""
+"""Packets of servos on a serial line, and whether the line can carry the packets of a cycle."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +9,7 @@ from ..errors import BadSettings
 
 
 class Register(NamedTuple):
-    """A number in a servo: address of its lowest byte, size [bytes], name, and whether it can be negative."""
+    """A register of a servo: address of its lowest byte, size [bytes], name, and whether it is signed."""
 
     address: int
     size: int
@@ -21,7 +21,7 @@ class Register(NamedTuple):
 
 
 class Status(NamedTuple):
-    """One answer: id of the servo, its error byte, and the data that were asked for; none if it refuses."""
+    """One answer: id of the servo, its error byte, and the requested data, empty if it refuses."""
 
     servo: int
     error: int
@@ -29,7 +29,7 @@ class Status(NamedTuple):
 
 
 class Parsed(NamedTuple):
-    """Answers in the order in which they came, and the number of packets that were begun and are broken."""
+    """Answers in the order of arrival, and the number of broken packets."""
 
     statuses: list[Status]
     broken: int
@@ -37,10 +37,14 @@ class Parsed(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """A request to servos, and how their answers are found in what comes.
+    """A request to servos, and how to parse their answers.
 
-    `answer_bytes` is the length of all answers together, where no byte needs stuffing; `length` is that of
-    the data in each.
+    Attributes:
+        packet: Bytes of the request.
+        servos: Ids of the servos that answer.
+        answer_bytes: Length of all answers together without byte stuffing [bytes].
+        length: Length of the data in each answer [bytes].
+        parse: Function that parses the answers.
     """
 
     packet: bytes
@@ -51,29 +55,29 @@ class Reading:
 
 
 class Codec(Protocol):
-    """A protocol: its module is one."""
+    """A servo protocol, implemented by a module."""
 
     def ping(self, servo: int) -> Reading:
-        """Is this one there?"""
+        """Ask whether a servo is there."""
 
     def sync_read(self, address: int, length: int, servos: Sequence[int]) -> Reading:
         """Ask several servos for the same registers."""
 
     def sync_write(self, address: int, values: Mapping[int, bytes]) -> bytes:
-        """Write the same registers, of the same length, of several servos, which do not answer."""
+        """Write the same registers of several servos, which do not answer."""
 
     def refusal(self, error: int) -> str:
-        """Meaning of an error byte of an answer without valid data; empty where the data are valid."""
+        """Meaning of the error byte of an answer without valid data; empty if the data are valid."""
 
 
 RETURN_DELAY_UNIT = 2e-6
-"""[s] a count of every servo's return delay."""
+"""Unit of every servo's return delay [s]."""
 
 BITS_A_BYTE = 10
-"""A start bit, eight bits, a stop bit."""
+"""Bits on the line per byte: a start bit, eight data bits, a stop bit."""
 
 USABLE = 0.9
-"""Share of the cycle that the line may take; the rest is the computer's."""
+"""Fraction of the cycle that the line may take [-]; the computer needs the rest."""
 
 
 class Traffic(NamedTuple):
@@ -84,13 +88,13 @@ class Traffic(NamedTuple):
     answers: int
 
     def seconds(self, baudrate: int, return_delay: float = 0.0, latency: float = 0.0) -> float:
-        """How long it takes [s], at a baudrate [bit/s], with delays of each answer and of the adapter [s]."""
+        """Duration [s] at a baud rate [bit/s], with delays of each answer and of the adapter [s]."""
         wire = BITS_A_BYTE * (self.sent + self.received) / baudrate
         return wire + self.answers * return_delay + latency
 
 
 def shortest_cycle(traffic: Traffic, baudrate: int, return_delay: float = 0.0, latency: float = 0.0) -> float:
-    """The shortest cycle that the line can carry, in tenths of a millisecond [s]."""
+    """Shortest cycle that the line can carry, rounded up to 0.1 ms [s]."""
     needed = traffic.seconds(baudrate, return_delay, latency) / USABLE
     return math.ceil(round(needed * 1e4, 6)) * 1e-4
 
@@ -98,7 +102,7 @@ def shortest_cycle(traffic: Traffic, baudrate: int, return_delay: float = 0.0, l
 def require_rate(
     traffic: Traffic, cycle: float, baudrate: int, return_delay: float, latency: float, advice: str
 ) -> None:
-    """Raise BadSettings where the line cannot carry it in a cycle [s], with advice what else to try."""
+    """Raise BadSettings, with further advice, if the line cannot carry the traffic in a cycle [s]."""
     shortest = shortest_cycle(traffic, baudrate, return_delay, latency)
     if shortest <= cycle * (1.0 + 1e-9):
         return
@@ -106,6 +110,6 @@ def require_rate(
     raise BadSettings(
         f"a cycle of {1e3 * cycle:g} ms is too short for this line: {traffic.sent} bytes out and "
         f"{traffic.received} back at {baudrate} bit/s, {traffic.answers} return delays of "
-        f"{1e6 * return_delay:.0f} us and {1e3 * latency:g} ms of the adapter take {1e3 * total:.2f} ms, and "
-        f"{USABLE:.0%} of the cycle can be used. Try a cycle of {shortest:.4g} s, {advice}"
+        f"{1e6 * return_delay:.0f} us and {1e3 * latency:g} ms of the adapter take {1e3 * total:.2f} ms, "
+        f"limit {USABLE:.0%} of the cycle. Try a cycle of {shortest:.4g} s, {advice}"
     )

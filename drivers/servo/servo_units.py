@@ -1,4 +1,4 @@
-"""Settings of every arm of servos on a serial line, and its units: counts of servos, radians of joints."""
+"""Common settings of servos on a serial line, and conversion between servo counts and joint radians."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -14,7 +14,9 @@ class ServoSettings:
 
     port: str = setting(..., 'serial port of the adapter, such as "/dev/ttyUSB0"')
     ids: tuple[int, ...] = setting(..., "id of each joint's servo", low=0, high=252)
-    baudrate: int = setting(1_000_000, "as set in the servos", unit="bit/s", low=9600, high=10_000_000)
+    baudrate: int = setting(
+        1_000_000, "baud rate that is set in the servos", unit="bit/s", low=9600, high=10_000_000
+    )
     cycle: float = setting(0.002, "time between exchanges", unit="s", low=0.001, high=0.1)
     counts_per_turn: tuple[int, ...] = setting(4096, "counts in a turn of the servo", low=1, high=1 << 24)
     gear: tuple[float, ...] = setting(1.0, "turns of the servo in a turn of the joint", low=1e-3, high=1e4)
@@ -31,7 +33,7 @@ class ServoSettings:
 
 
 def explained(settings: ServoSettings) -> dict[str, str]:
-    """The settings as text, to explain the measurements later."""
+    """Settings as texts, which explain the measurements later."""
     return {
         name: " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
         for name, value in vars(settings).items()
@@ -39,17 +41,16 @@ def explained(settings: ServoSettings) -> dict[str, str]:
 
 
 class Goals(NamedTuple):
-    """Counts that the servos take as a goal, each of shape (n,)."""
+    """Range of goals that the servos accept [counts], each of shape (n,)."""
 
     lowest: np.ndarray
     highest: np.ndarray
 
 
 class Measured(NamedTuple):
-    """What the servos answered, each of shape (n,), with the signs of the servos.
+    """Measurements of the servos, each of shape (n,), with the signs of the servos.
 
-    Position is in [counts], velocity in [rad/s], current in [A], temperature in [degC]; NaN for what is not
-    known.
+    Position is in [counts], velocity in [rad/s], current in [A], temperature in [degC]; NaN where unknown.
     """
 
     position: np.ndarray
@@ -59,7 +60,7 @@ class Measured(NamedTuple):
 
 
 class ServoUnits:
-    """Between the servos' counts and the joints' radians; `sign` is -1 where they turn against each other."""
+    """Conversion between servo counts and joint radians; `sign` is -1 if servo and joint turn oppositely."""
 
     def __init__(self, settings: ServoSettings) -> None:
         turn = np.array(settings.counts_per_turn) * np.array(settings.gear)
@@ -70,17 +71,17 @@ class ServoUnits:
         self._per_velocity = self.sign * self._gear
 
     def position(self, counts: np.ndarray) -> np.ndarray:
-        """Of the joints, shape (n,) [rad], where the servos stand at these counts."""
+        """Joint positions, shape (n,) [rad], at these servo counts."""
         return (counts - self._zero) * self._scale
 
     def counts(self, position: np.ndarray) -> np.ndarray:
-        """Whole counts nearest to a position of the joints [rad], shape (n,)."""
+        """Servo counts nearest to joint positions [rad], shape (n,)."""
         return np.rint(self._zero + position / self._scale)
 
     def velocity(self, of_servos: np.ndarray) -> np.ndarray:
-        """Of the joints, shape (n,) [rad/s], from that of the servos."""
+        """Joint velocities, shape (n,) [rad/s], from the velocities of the servos [rad/s]."""
         return of_servos / self._per_velocity
 
-    def way(self, counts: np.ndarray) -> np.ndarray:
-        """How far a joint goes when its servo goes so many counts, shape (n,) [rad]."""
+    def displacement(self, counts: np.ndarray) -> np.ndarray:
+        """Displacements of joints whose servos move by these counts, shape (n,) [rad]."""
         return counts * self._scale

@@ -1,4 +1,4 @@
-"""The dashboard server of a Universal Robots controller: lines of text, asked before a run and beside it."""
+"""Dashboard server of a Universal Robots controller: questions and answers as lines of text."""
 
 import select
 import socket
@@ -6,13 +6,13 @@ import time
 from contextlib import suppress
 
 LONGEST = 4096
-"""Bytes that are read at once, and of an answer."""
+"""Maximum number of bytes read at once, and of an answer."""
 ANSWERED = 1.0
-"""Time within which the controller should have answered a request of a run [s]; hundredths are usual."""
+"""Maximum time to wait for the answer to a request [s]; some 10 ms are usual."""
 
 
 class Dashboard:
-    """A connection to the dashboard server, where there is one; PolyScope X has none.
+    """A connection to the dashboard server, if there is one; PolyScope X has none.
 
     Connecting and `ask` wait at most `patience` [s] each; all other methods return at once.
     """
@@ -24,14 +24,14 @@ class Dashboard:
         with suppress(OSError):
             self._socket = socket.create_connection((address, port), patience)
             self._socket.setblocking(False)
-            self._line()  # it greets
+            self._line()  # the greeting
 
     @property
     def there(self) -> bool:
         return self._socket is not None
 
     def ask(self, question: str) -> str:
-        """The answer to a question; empty where there is none."""
+        """Ask a question and return the answer; empty without an answer."""
         return self._line() if self._sent(question) else ""
 
     def request(self, question: str) -> str:
@@ -50,8 +50,8 @@ class Dashboard:
         if not lines and time.monotonic() < self._due:
             return []
         question, self._asked = self._asked, ""
-        said = lines[0].decode("utf-8", "replace").strip() if lines else ""
-        return [f"the controller's dashboard to '{question}': {said or f'no answer in {ANSWERED:g} s'}"]
+        answer = lines[0].decode("utf-8", "replace").strip() if lines else ""
+        return [f"the controller's dashboard to '{question}': {answer or f'no answer in {ANSWERED:g} s'}"]
 
     def _sent(self, question: str) -> bool:
         if self._socket is None:
@@ -64,7 +64,7 @@ class Dashboard:
             return False
 
     def _line(self) -> str:
-        """The next line, waited for; empty where none comes in time."""
+        """Wait for the next line; empty if none comes in time."""
         end = time.monotonic() + self._patience
         while b"\n" not in self._text and self._socket is not None and time.monotonic() < end:
             select.select([self._socket], [], [], max(end - time.monotonic(), 0.0))
@@ -74,7 +74,7 @@ class Dashboard:
         return line.decode("utf-8", "replace").strip() if newline else ""
 
     def _receive(self) -> None:
-        """Take what has arrived. The connection is closed if it ends, or if a line does not."""
+        """Receive available bytes. Close the connection if the server ends it, or if a line is too long."""
         if self._socket is None:
             return
         try:

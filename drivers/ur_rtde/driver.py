@@ -1,8 +1,8 @@
 """Universal Robots controllers by RTDE: the controller sends every 2 or 8 ms, the driver answers.
 
-The controller's clock is the only one: positions and currents of a sample have one time stamp. A program that
-the driver sends follows the targets by `servoj`; how late the arm is then is between commands and positions
-only, and in no measurement.
+The controller keeps the only clock: positions and currents of a sample have the same time stamp. A program
+that the driver sends follows the targets by `servoj`; the resulting delay of the arm is between commands and
+positions only, and does not affect the measurements.
 """
 
 import time
@@ -33,21 +33,22 @@ from .session import Session, agree, info_of, pause, start
 from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
 
 SILENCE, LONGER = 5, 0.02
-"""Cycles without a package after which a sample is marked, and longest time beyond one cycle [s]: fewer are a
-busy network, and the loop must come round."""
+"""Number of cycles without a package after which a sample is stale, and maximum wait beyond one cycle [s]: a
+busy network delays packages, but the loop must continue."""
 LOST = 1.0
-"""Time without a package after which waiting makes no sense [s]."""
+"""Time without a package after which the link is lost [s]."""
 CLOSING = 1.0
-"""How long the program is given to end [s]."""
+"""Maximum time for the program to end [s]."""
 COUNTS = 1 << 30
-"""Numbers of commands, before they begin anew."""
+"""Largest number of a command; the next command has the number 1."""
 
 
 class UrRtde(Driver):
     """One Universal Robots controller.
 
-    Data pause between `open` and the first exchange: a person may be asked meanwhile. From `arm_drives` on
-    the program runs, and each exchange counts up the register that keeps it from stopping.
+    The controller sends no data between `open` and the first exchange, because a person may have to confirm
+    the run. From `arm_drives` on the program runs, and each exchange increments the register that keeps it
+    running.
     """
 
     Settings = UrSettings
@@ -85,23 +86,23 @@ class UrRtde(Driver):
         return self._open(commanding=False)
 
     def _open(self, commanding: bool) -> Info:
-        given = self.settings
-        self._link = RtdeLink(given.address, given.rtde_port, given.wait)
+        settings = self.settings
+        self._link = RtdeLink(settings.address, settings.rtde_port, settings.wait)
         try:
-            self._session = agree(self._link, given, self._registers, commanding)
+            self._session = agree(self._link, settings, self._registers, commanding)
             start(self._link)
             record = self._first()
             pause(self._link)
             if commanding:
-                self._dashboard = Dashboard(given.address, given.dashboard_port, given.wait)
+                self._dashboard = Dashboard(settings.address, settings.dashboard_port, settings.wait)
                 self._require_ready(record)
-            return info_of(given, self._session.version, record, self._dashboard)
+            return info_of(settings, self._session.version, record, self._dashboard)
         except BaseException:
             self._let_go()
             raise
 
     def _first(self) -> np.void:
-        """A record, waited for. Raises LinkLost if none comes."""
+        """Wait for a record. Raises LinkLost if none comes."""
         link, session = self._opened()
         end = time.monotonic() + self.settings.wait
         while time.monotonic() < end:
@@ -122,22 +123,23 @@ class UrRtde(Driver):
         return tuple(word(JOINT_MODE, int(code)) if code else "" for code in self._joint_mode)
 
     def arm_drives(self) -> None:
-        """Send the program, and wait until it runs; it holds the arm where the controller holds it."""
-        given = self.settings
+        """Send the program, and wait until it runs; it holds the arm at the controller's target."""
+        settings = self.settings
         self._flow()
         record = self._first()
         self._require_ready(record)
         number = int(record[self._registers.session]) % COUNTS + 1
         self._target, self._demand, self._fault = record["target_q"].astype(float), FOLLOW, ""
         self._send()
-        text = program_text(given, number)
-        end = time.monotonic() + given.wait
-        with program_sent(given.address, given.program_port, text, given.wait):
+        text = program_text(settings, number)
+        end = time.monotonic() + settings.wait
+        with program_sent(settings.address, settings.program_port, text, settings.wait):
             while int(record[self._registers.session]) != number:
                 if time.monotonic() > end:
                     raise NotReady(
-                        f"driver ur_rtde: the program does not begin in {given.wait:g} s"
-                        f"{self._last_words()}. Try Remote Control on the pendant (e-Series), and see its log"
+                        f"driver ur_rtde: the program does not begin in {settings.wait:g} s"
+                        f"{self._last_message()}. Try Remote Control on the pendant (e-Series), and see its "
+                        "log"
                     )
                 record = self._first()
                 self._send()
@@ -147,10 +149,10 @@ class UrRtde(Driver):
         return self._held
 
     def exchange(self, command: Command | None) -> Sample:
-        """The command goes out as soon as the cycle's package has come.
+        """Wait for the package of the cycle, and send the command at once.
 
-        `lateness` is by how much a package came later after its time stamp than the quickest one: the
-        controller's, the network's and this computer's together.
+        `lateness` is the delay from a package's time stamp to its arrival, minus the shortest such delay; it
+        contains delays of the controller, the network and this computer.
         """
         link, session = self._opened()
         self._flow()
@@ -173,16 +175,16 @@ class UrRtde(Driver):
         return sample
 
     def _commanded(self, command: Command | None) -> bool:
-        """Count up, with a new target if there is one; whether it went out."""
+        """Increment the count, with a new target if there is one; returns whether a new target was sent."""
         if not self._armed:
             return False
-        taken = command is not None and not self._fault and self._demand == FOLLOW
+        is_new = command is not None and not self._fault and self._demand == FOLLOW
         before = self._target
-        if taken:
+        if is_new:
             assert command is not None
             self._target = command.position
         if self._send():
-            return taken
+            return is_new
         self._target = before
         return False
 
@@ -206,20 +208,20 @@ class UrRtde(Driver):
                 "stopped the arm"
             )
         if int(record["runtime_state"]) != PLAYING or int(record[self._registers.ended]) == ASKED:
-            return f"the program that moves the arm was stopped at the controller{self._last_words()}"
+            return f"the program that moves the arm was stopped at the controller{self._last_message()}"
         return slowed(record)
 
-    def _last_words(self) -> str:
-        """Of the controller; empty where it said nothing."""
+    def _last_message(self) -> str:
+        """Last message of the controller, in parentheses; empty without a message."""
         return f" ({self._link.texts[-1]})" if self._link and self._link.texts else ""
 
     def _silent(self, why: tuple[str, ...] = (), sent: bool = False) -> Sample:
-        """A sample of nothing, and why, so that monitors may decide. Raises LinkLost after too long."""
+        """Sample without a measurement, so that monitors can decide. Raises LinkLost after too long."""
         self._quiet = time.monotonic() - self._heard
         if self._quiet > LOST:
-            what = f"nothing that can be read ({why[0]})" if why else "nothing"
+            received = f"nothing readable ({why[0]})" if why else "nothing"
             raise LinkLost(
-                f"driver ur_rtde: {what} from {self.settings.address} for {self._quiet:.2f} s. Look at "
+                f"driver ur_rtde: {received} from {self.settings.address} for {self._quiet:.2f} s. Look at "
                 f"{'the controller' if why else 'cable and controller'}"
             )
         gone = int(self._quiet / self.settings.cycle)
@@ -228,8 +230,8 @@ class UrRtde(Driver):
 
     def _events(self, state: np.ndarray | None) -> tuple[str, ...]:
         link, _ = self._opened()
-        said = self._dashboard.answers() if self._dashboard is not None else []
-        events, self._untold = (*self._remarks.on(state, link.texts), *self._untold, *said), ()
+        answers = self._dashboard.answers() if self._dashboard is not None else []
+        events, self._untold = (*self._remarks.on(state, link.texts), *self._untold, *answers), ()
         return events
 
     def _opened(self) -> tuple[RtdeLink, Session]:
@@ -244,16 +246,17 @@ class UrRtde(Driver):
             raise LinkLost(f"driver ur_rtde: data that cannot be read: {error}") from error
 
     def _flow(self) -> None:
-        """Let data come, if they do not; a controller that refuses sends none."""
+        """Start the data if they do not flow yet; a controller that refuses sends none."""
         if not self._flowing:
             self._opened()[0].send(package(START))
             self._flowing, self._heard = True, time.monotonic()
             self._samples.restart()
 
     def stop(self, level: StopLevel) -> None:
-        """QUICK lets the program brake (`stopj`) and end; OFF asks the dashboard to switch the arm off.
+        """Stop the arm: QUICK makes the program decelerate (`stopj`) and end; OFF requests power off.
 
-        Brakes close then. On an e-Series the dashboard obeys in remote control only; PolyScope X has none.
+        After power off the brakes close. OFF needs the dashboard server, which on an e-Series obeys in remote
+        control only, and which PolyScope X does not have.
         """
         if level < StopLevel.QUICK or self._link is None:
             return
@@ -266,7 +269,7 @@ class UrRtde(Driver):
             self._untold += (failed,) * bool(failed)
 
     def close(self) -> None:
-        """Let the program end, after which the controller holds the arm."""
+        """End the program, after which the controller holds the arm."""
         with suppress(DriverError):
             if self._armed and self._demand == FOLLOW:
                 self.stop(StopLevel.QUICK)
@@ -282,8 +285,8 @@ class UrRtde(Driver):
                 return
 
     def _let_go(self) -> None:
-        for one in (self._link, self._dashboard):
-            if one is not None:
-                one.close()
+        for connection in (self._link, self._dashboard):
+            if connection is not None:
+                connection.close()
         self._link = self._dashboard = None
         self._armed = self._flowing = False

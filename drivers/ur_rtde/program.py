@@ -1,6 +1,6 @@
-"""Settings, the program that the controller runs by them, and the servers that take programs and texts.
+"""Settings, the program that the controller runs with them, and how to send it.
 
-The program follows RTDE's registers by `servoj`, and stops by itself.
+The program follows registers of RTDE by `servoj`, and stops by itself.
 """
 
 import socket
@@ -16,43 +16,45 @@ from ..settings import setting
 class UrSettings:
     """Settings of a Universal Robots controller."""
 
-    address: str = setting(..., "of the controller, such as 192.168.56.101")
+    address: str = setting(..., "address of the controller, such as 192.168.56.101")
     cycle: float = setting(
-        0.002, "time between commands; at least 0.002, of a CB3 0.008", unit="s", low=0.002, high=0.1
+        0.002, "time between commands; at least 0.002, on a CB3 0.008", unit="s", low=0.002, high=0.1
     )
     lookahead: float = setting(
-        0.03, "over which servoj smooths; most of its latency", unit="s", low=0.03, high=0.2
+        0.03, "time over which servoj smooths; most of its latency", unit="s", low=0.03, high=0.2
     )
-    gain: float = setting(300.0, "of servoj", low=100.0, high=2000.0)
+    gain: float = setting(300.0, "gain of servoj", low=100.0, high=2000.0)
     deceleration: float = setting(
-        10.0, "with which the program stops by itself (stopj)", unit="rad/s^2", low=0.1, high=100.0
+        10.0, "deceleration of the program's stops (stopj)", unit="rad/s^2", low=0.1, high=100.0
     )
     dead_man: float = setting(
-        0.2, "time without a command after which it does", unit="s", low=0.01, high=10.0
+        0.2, "time without a command after which the program stops by itself", unit="s", low=0.01, high=10.0
     )
     first_register: int = setting(
-        24, "first of the registers that are used: 0 where a fieldbus has those from 24 on", choices=(0, 24)
+        24, "first register that is used: 0 if a fieldbus uses registers from 24 on", choices=(0, 24)
     )
-    wait: float = setting(5.0, "for an answer, and for the program to begin", unit="s", low=0.1, high=60.0)
-    rtde_port: int = setting(30004, "of RTDE", low=1, high=65535)
-    program_port: int = setting(30002, "that programs are sent to", low=1, high=65535)
-    dashboard_port: int = setting(29999, "of the dashboard server", low=1, high=65535)
+    wait: float = setting(
+        5.0, "time to wait for an answer, and for the program to begin", unit="s", low=0.1, high=60.0
+    )
+    rtde_port: int = setting(30004, "port of RTDE", low=1, high=65535)
+    program_port: int = setting(30002, "port that programs are sent to", low=1, high=65535)
+    dashboard_port: int = setting(29999, "port of the dashboard server", low=1, high=65535)
 
 
 def require_cycle(cycle: float, major: int) -> None:
-    """Raise BadSettings where a controller, by the first number of its version, keeps no such cycle [s]."""
-    series, own = ("CB3", 0.008) if major <= 3 else ("e-Series or later", 0.002)
-    if cycle < own - 1e-9 or abs(cycle / own - round(cycle / own)) > 1e-6:
+    """Raise BadSettings if a controller with this major version does not support the cycle [s]."""
+    series, base = ("CB3", 0.008) if major <= 3 else ("e-Series or later", 0.002)
+    if cycle < base - 1e-9 or abs(cycle / base - round(cycle / base)) > 1e-6:
         raise BadSettings(
             f"driver ur_rtde: cycle is {cycle:g} s, but the controller has version {major} ({series}), whose "
-            f"cycle is {own:g} s. Try cycle = {own:g}, or a multiple"
+            f"cycle is {base:g} s. Try cycle = {base:g}, or a multiple"
         )
 
 
 FOLLOW, STOP = 1, 2
-"""What the second integer register asks for."""
+"""Demand to the program, in the second integer register."""
 RUNNING, ASKED, SILENT = 0, 1, 2
-"""Why the program has ended, in the second register that it writes."""
+"""State of the program, or why it has ended, in the second register that it writes."""
 JOINTS = 6
 
 PROGRAM = """\
@@ -86,7 +88,7 @@ end
 
 
 class Registers:
-    """Names of the registers that the driver and its program share, from the first of each kind on."""
+    """Names of the registers that the driver and its program share, from a first number on."""
 
     def __init__(self, first: int) -> None:
         self.first = first
@@ -100,7 +102,7 @@ class Registers:
 
 
 def program_text(settings: UrSettings, session: int) -> str:
-    """The program, which shows this number once it runs."""
+    """Text of the program, which writes the number of its session once it runs."""
     first = settings.first_register
     return PROGRAM.format(
         RUNNING=RUNNING,
@@ -123,9 +125,10 @@ def program_text(settings: UrSettings, session: int) -> str:
 
 @contextmanager
 def program_sent(address: str, port: int, text: str, patience: float) -> Iterator[None]:
-    """Hand the controller a program, which it begins at once where it takes programs from here.
+    """Send the controller a program, which it begins at once if it accepts programs from this computer.
 
-    The connection is kept for the block: what is closed at once may be lost. Raises LinkLost without one.
+    The connection stays open during the block, because a program may be lost if it is closed at once. Raises
+    LinkLost without a connection.
     """
     try:
         link = socket.create_connection((address, port), patience)

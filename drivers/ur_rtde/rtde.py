@@ -1,7 +1,7 @@
-"""RTDE, version 2 of the protocol, and a connection to the controller's server of it.
+"""Protocol RTDE, version 2, and a connection to its server on the controller.
 
 A package is a size, a kind and a body, in big-endian numbers. A recipe is a list of names that client and
-controller agree on; a data package is its number and the values.
+controller agree on; a data package contains the number of the recipe and the values.
 """
 
 import select
@@ -18,7 +18,7 @@ from ..errors import LinkLost
 from ..host_clock import host_time
 
 PROTOCOL = 2
-"""Version of the protocol; the first has no frequency and no numbers of recipes."""
+"""Version of the protocol; version 1 has neither frequency nor recipe numbers."""
 VERSION, CONTROLLER, TEXT, DATA = b"V", b"v", b"M", b"U"
 OUTPUTS, INPUTS, START, PAUSE = b"O", b"I", b"S", b"P"
 """Kinds of packages."""
@@ -40,22 +40,22 @@ _SCALARS: Mapping[str, str] = {
     "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
 }  # fmt: skip
 NOT_FOUND, IN_USE = "NOT_FOUND", "IN_USE"
-"""Instead of a type: the controller has no such name, or another client writes it."""
+"""Answers in place of a type: the controller has no such name, or another client writes it."""
 
 
 def package(kind: bytes, body: bytes = b"") -> bytes:
-    """The bytes of a package."""
+    """Encode a package."""
     return _HEAD.pack(_HEAD.size + len(body), kind) + body
 
 
 class Unpacked:
-    """Packages out of bytes that come in any pieces."""
+    """Splits a stream of bytes into packages."""
 
     def __init__(self) -> None:
         self._waiting = b""
 
     def add(self, data: bytes) -> Iterator[tuple[bytes, bytes]]:
-        """Kind and body of each package that is whole by now. Raises ValueError for what can be none."""
+        """Add bytes, and yield kind and body of each complete package. Raises ValueError if invalid."""
         self._waiting += data
         while len(self._waiting) >= _HEAD.size:
             size, kind = _HEAD.unpack_from(self._waiting)
@@ -68,9 +68,9 @@ class Unpacked:
 
 
 class Recipe:
-    """What the controller made of a list of names: a number, 0 where it was refused, and types of the values.
+    """Recipe for a list of names: its number, 0 if the controller refused it, and the types of the values.
 
-    Raises ValueError for what is no answer to these names.
+    Raises ValueError if the answer does not belong to these names.
     """
 
     def __init__(self, names: Sequence[str], answer: bytes) -> None:
@@ -84,7 +84,7 @@ class Recipe:
             fields = [(name, _TYPES[kind]) for name, kind in zip(names, self.types, strict=True)]
             self._dtype = np.dtype([("recipe", "u1"), *fields])
             self._names, scalars = names, [_SCALARS.get(kind, "") for kind in self.types]
-            # A record of numpy's takes five times as long to fill.
+            # Filling a NumPy record takes five times as long.
             self._scalars = struct.Struct(">B" + "".join(scalars)) if all(scalars) else None
 
     def refused(self, why: str) -> list[str]:
@@ -96,14 +96,14 @@ class Recipe:
         return not self._refused and self.number > 0
 
     def read(self, body: bytes) -> np.void:
-        """The record of a data package, a field a name. Raises ValueError for another recipe or length."""
+        """Decode a data package, one field per name. Raises ValueError for another recipe or length."""
         if len(body) != self._dtype.itemsize or body[0] != self.number:
             raise ValueError(f"{len(body)} bytes; expected {self._dtype.itemsize} of recipe {self.number}")
         record: np.void = np.frombuffer(body, self._dtype)[0]
         return record
 
     def written(self, values: Mapping[str, Any]) -> bytes:
-        """Body of a data package; zeros for names without a value."""
+        """Encode the body of a data package; names without a value are zero."""
         if self._scalars is not None:
             return self._scalars.pack(self.number, *(values.get(name, 0) for name in self._names))
         record = np.zeros(1, self._dtype)
@@ -114,19 +114,25 @@ class Recipe:
 
 
 def text_of(body: bytes) -> str:
-    """The sentence in a text package; empty for one that is broken."""
+    """Text in a text package; empty if the package is broken."""
     length = body[0] if body else 0
     return body[1 : 1 + length].decode("utf-8", "replace").strip()
 
 
 READ = 1 << 16
-"""Bytes that are taken at once: 200 packages."""
+"""Maximum number of bytes read at once: 200 packages."""
 
 
 class RtdeLink:
-    """A connection, which may take so long to be made and to answer [s]. Raises LinkLost without one.
+    """A connection to the RTDE server. Raises LinkLost if it cannot be made.
 
-    `texts` are messages of the controller that were not looked at yet.
+    Args:
+        address: Address of the controller.
+        port: Port of the server.
+        patience: Maximum time to connect, and to wait for an answer [s].
+
+    Attributes:
+        texts: Messages of the controller that were not read yet.
     """
 
     def __init__(self, address: str, port: int, patience: float) -> None:
@@ -146,14 +152,14 @@ class RtdeLink:
         self.texts: deque[str] = deque(maxlen=100)
 
     def ask(self, kind: bytes, body: bytes = b"") -> bytes:
-        """The answer to a question; data before it are thrown away. Raises LinkLost if none comes."""
+        """Ask a question and return the answer, discarding data before it. Raises LinkLost if none comes."""
         self.send(package(kind, body))
         end = time.monotonic() + self._patience
         while time.monotonic() < end:
             self._receive(end - time.monotonic())
             while self._waiting:
-                which, answer = self._waiting.popleft()
-                if which == kind:
+                answer_kind, answer = self._waiting.popleft()
+                if answer_kind == kind:
                     return answer
         raise LinkLost(
             f"driver ur_rtde: {self._where} does not answer question {kind.decode()} in {self._patience:g} "
@@ -161,9 +167,9 @@ class RtdeLink:
         )
 
     def newest(self, patience: float) -> tuple[bytes, int] | None:
-        """Body of the newest data package and when it came [ns since 1970]; None if none comes in time [s].
+        """Body of the newest data package and its time of arrival [ns since 1970].
 
-        Raises LinkLost if the connection has ended.
+        None if no package comes within `patience` [s]. Raises LinkLost if the connection has ended.
         """
         end = time.monotonic() + patience
         while True:
@@ -177,7 +183,7 @@ class RtdeLink:
                 return None
 
     def send(self, data: bytes) -> bool:
-        """Whether the network took it all. Raises LinkLost if the connection has ended."""
+        """Send bytes; returns whether all were sent. Raises LinkLost if the connection has ended."""
         try:
             return self._socket.send(data) == len(data)
         except BlockingIOError:
@@ -205,7 +211,7 @@ class RtdeLink:
         except OSError as error:
             raise LinkLost(f"driver ur_rtde: {self._where}: {error.strerror or error}") from error
         except ValueError as error:
-            raise LinkLost(f"driver ur_rtde: {self._where} sends what is not RTDE: {error}") from error
+            raise LinkLost(f"driver ur_rtde: {self._where} does not speak RTDE: {error}") from error
 
     def close(self) -> None:
         self._socket.close()

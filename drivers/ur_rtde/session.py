@@ -1,4 +1,4 @@
-"""Session: what client and controller agree on before data come, or what they do not."""
+"""Session: agreement of client and controller on the data that they exchange."""
 
 import struct
 from dataclasses import dataclass
@@ -17,16 +17,19 @@ from .state import FIELDS, FULL, ROBOT_MODE, SAFETY_MODE, STATE
 MEASURED = (
     "timestamp", "actual_q", "target_q", "actual_qd", "actual_current", "joint_temperatures", "joint_mode",
 )  # fmt: skip
-"""What is asked for beside the controller's state and the registers."""
+"""Requested data, besides the controller's state and the registers."""
 NEWER = "3.10 on a CB3, 5.4 on an e-Series, or newer"
-"""Software that has all of it."""
+"""Software versions that have all of them."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What was agreed on: version of the controller, recipes of what it sends and of registers that it takes.
+    """An agreement with a controller.
 
-    There are no inputs where the arm is only read.
+    Attributes:
+        version: Version of the controller.
+        outputs: Recipe of the data that it sends.
+        inputs: Recipe of the registers that it takes; None if the arm is only read.
     """
 
     version: str
@@ -35,14 +38,14 @@ class Session:
 
 
 def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding: bool) -> Session:
-    """Ask for all that the driver needs.
+    """Agree with the controller on all data that the driver needs.
 
-    Raises LinkLost for no answer, or one that makes no sense; NotReady if the controller is too old, or the
-    registers are another's; BadSettings if it does not keep such cycles.
+    Raises LinkLost without an answer, NotReady if the answer is invalid, the controller is too old or another
+    client uses the registers, BadSettings if the controller does not support the cycle.
     """
     if link.ask(rtde.VERSION, struct.pack(">H", rtde.PROTOCOL)) != b"\x01":
         raise NotReady(
-            "driver ur_rtde: the controller does not know version 2 of RTDE: its software is too old. Try "
+            "driver ur_rtde: the controller does not support version 2 of RTDE: its software is too old. Try "
             f"{NEWER}"
         )
     version = _version(link.ask(rtde.CONTROLLER))
@@ -59,7 +62,7 @@ def _inputs(link: RtdeLink, registers: Registers, version: str) -> Recipe:
     inputs = _recipe(link, rtde.INPUTS, registers.inputs)
     if used := inputs.refused(rtde.IN_USE):
         raise NotReady(
-            f"driver ur_rtde: another program writes {', '.join(used)}: end it, or take other registers by "
+            f"driver ur_rtde: another program writes {', '.join(used)}: end it, or use other registers by "
             f"first_register = {24 - registers.first}"
         )
     _require_known(inputs, registers, version)
@@ -93,33 +96,33 @@ def _version(answer: bytes) -> str:
 
 
 def start(link: RtdeLink) -> None:
-    """Let data come. Raises NotReady if the controller refuses."""
+    """Start the data. Raises NotReady if the controller refuses."""
     if link.ask(rtde.START) != b"\x01":
         raise NotReady("driver ur_rtde: the controller refuses to send data. Try restarting it")
 
 
 def pause(link: RtdeLink) -> None:
-    """Let none come until the next start: what nobody takes fills the controller's buffers."""
+    """Pause the data until the next start, because unread data fill the controller's buffers."""
     link.ask(rtde.PAUSE)
 
 
 SIGNALS = ("position", "velocity", "current", "temperature")
 SOFT = 0.05
-"""Smoothing of servoj from which on the monitors of a run may take its latency for an error [s]."""
+"""Smoothing of servoj above which the monitors of a run may treat its latency as a tracking error [s]."""
 
 
 def info_of(settings: UrSettings, version: str, record: np.void, dashboard: Dashboard | None) -> Info:
-    """All that explains the measurement later, and what to warn about now."""
+    """Metadata that explain the measurements later, and warnings."""
     warnings = []
     if dashboard is not None and not dashboard.there:
         warnings.append(
             "the dashboard server does not answer: a stop of level OFF cannot switch the arm off, and remote "
-            "control cannot be asked for"
+            "control cannot be checked"
         )
     if settings.lookahead > SOFT:
         warnings.append(
             f"lookahead is {settings.lookahead:g} s: the arm follows later than that, which `--tracking` may "
-            "take for an error"
+            "treat as an error"
         )
     if float(record["speed_scaling"]) < FULL:
         warnings.append(f"the controller scales speed by {float(record['speed_scaling']):.3g}")

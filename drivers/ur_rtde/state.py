@@ -1,4 +1,4 @@
-"""What a Universal Robots controller reports of itself, and the samples made of it."""
+"""State that a Universal Robots controller reports, and samples of its data."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,20 +20,20 @@ SAFETY_MODE = {
 PROGRAM = {0: "stopping", 1: "stopped", 2: "playing", 3: "pausing", 4: "paused", 5: "resuming"}
 JOINT_MODE = {
     235: "reset", 236: "shutting down", 238: "backdrive", 239: "power off", 240: "ready for power off",
-    245: "not responding", 246: "motor initialisation", 247: "booting", 249: "bootloader", 251: "violation",
+    245: "not responding", 246: "motor initialization", 247: "booting", 249: "bootloader", 251: "violation",
     252: "fault", 253: "running", 255: "idle",
 }  # fmt: skip
 RUNNING, PLAYING, MOVES = 7, 2, (1, 2)
-"""Robot mode and state of the program in which the arm can be moved, and safety modes."""
+"""Robot mode, program state and safety modes in which the arm can be moved."""
 FULL = 0.9995
-"""Of the speed slider, from which on it counts as at 100 % [-]."""
+"""Position of the speed slider that counts as 100 % [-]."""
 TRY = {
-    3: "look why it came, then wait five seconds and enable the robot again on the pendant",
+    3: "find its cause, then wait five seconds and enable the robot again on the pendant",
     5: "close the safeguard, and reset it",
     6: "release the emergency stop",
     7: "release the emergency stop",
 }
-"""What to do, by safety mode; for others the pendant shows it."""
+"""Safety mode -> what to do; for other modes, the pendant shows it."""
 
 STATE: Mapping[str, Mapping[int, str]] = {
     "robot_mode": ROBOT_MODE,
@@ -42,9 +42,9 @@ STATE: Mapping[str, Mapping[int, str]] = {
     "speed_slider": {},
     "speed_scaling": {},
 }
-"""What is recorded of the controller's state, and what its codes mean."""
+"""Recorded parts of the controller's state -> meanings of their codes."""
 REPORTED = ("robot_mode", "safety_mode", "program")
-"""Parts of it whose changes are events; the others change too often."""
+"""Parts of the state whose changes are events; the others change too often."""
 FIELDS = {
     "robot_mode": "robot_mode",
     "safety_mode": "safety_mode",
@@ -52,11 +52,11 @@ FIELDS = {
     "speed_slider": "target_speed_fraction",
     "speed_scaling": "speed_scaling",
 }
-"""What RTDE calls them."""
+"""Part of the state -> its name in RTDE."""
 
 
 def state_of(record: np.void) -> np.ndarray:
-    """The controller's state in a data package, in the order of `STATE`."""
+    """State of the controller in a data package, in the order of `STATE`."""
     return np.array([float(record[name]) for name in FIELDS.values()])
 
 
@@ -74,7 +74,7 @@ def obstacle(record: np.void) -> str:
 
 
 def slowed(record: np.void) -> str:
-    """Why commands would be followed too slowly; empty if they are not."""
+    """Why the arm would follow commands too slowly; empty if it would not."""
     slider = float(record["target_speed_fraction"])
     if slider >= FULL:
         return ""
@@ -82,9 +82,9 @@ def slowed(record: np.void) -> str:
 
 
 def sample_of(samples: ControllerSamples, record: np.void, arrival: int, **fields: Any) -> Sample:
-    """Of a package that came at a time of the host [ns], with further fields of a sample.
+    """Sample of a package that arrived at a host time [ns]; `fields` are further fields of the sample.
 
-    Raises Unreadable if its own time is none.
+    Raises Unreadable if the time stamp of the package is invalid.
     """
     time = nanoseconds("timestamp", float(record["timestamp"]))
     return samples.of(

@@ -49,7 +49,7 @@ def test_what_corrections_do_is_seen_before_any_motion(tmp_path, mode, more):
             last = one.exchange(None)
         counts = counted(peer)
     events = " ".join(text for sample in samples for text in sample.events)
-    assert "seeing what corrections do" in events
+    assert "probing the effect of corrections" in events
     assert counts["furthest"] < BOUND
     if mode == "relative":
         assert "corrections add up" in last.fault
@@ -62,7 +62,7 @@ def test_what_corrections_do_is_seen_before_any_motion(tmp_path, mode, more):
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        (["--linked", "1,1,0,1,1,1"], "did not move the arm by as much: A3 ("),
+        (["--linked", "1,1,0,1,1,1"], "did not move the arm by this amount: A3 ("),
         (["--exchange", "2:3"], "A2 moved when A3 was corrected, A3 moved when A2 was corrected. Link"),
         (["--exchange", "1:4:6"], "A1 moved when A4 was corrected, A4 moved when A6 was"),
         (["--precision", 1], "positions come in steps of 0.1 degrees"),
@@ -103,7 +103,7 @@ def test_a_run_in_relative_mode_is_recorded_and_refused(tmp_path):
     assert counts["furthest"] < BOUND
     assert len(sink.cycles()) == outcome.counts.cycles > 200
     assert not any(np.isfinite(cycle.array("command_position")).any() for cycle in sink.cycles())
-    assert any("seeing what corrections do" in event for event in sink.events())
+    assert any("probing the effect of corrections" in event for event in sink.events())
 
 
 def in_the_first_pattern(controller, one):

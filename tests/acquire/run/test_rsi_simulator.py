@@ -60,7 +60,7 @@ def test_a_simulator_that_waits_is_not_answered_where_the_driver_only_listens(tm
     with Peer("rsi_counter.py", "--config", path, "--patience", 0.02) as peer:
         with (
             driver(path, wait=0.5) as one,
-            pytest.raises(NotReady, match="again and again, as simulators do"),
+            pytest.raises(NotReady, match="repeats one telegram, as simulators do"),
         ):
             one.open()
         peer.close()

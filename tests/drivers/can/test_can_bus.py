@@ -95,7 +95,7 @@ def test_load_of_six_drives_at_500_hz():
 
 def test_a_bus_without_room_is_refused_with_what_to_try():
     assert require_room([8] * 12, 0.002, 1_000_000) == pytest.approx(0.81)
-    with pytest.raises(BadSettings, match="162 % of 500 kbit/s, usable are 95 %. Try cycle = 0.004"):
+    with pytest.raises(BadSettings, match="162 % of 500 kbit/s, limit 95 %. Try cycle = 0.004"):
         require_room([8] * 12, 0.002, 500_000)
 
 

@@ -80,7 +80,7 @@ def test_both_answers_of_the_other_maker_are_read(short):
         assert "torque" not in info.signals
         assert ("temperature" in info.signals) is not short
         assert not info.dead_man
-        assert any("goes on with its last command" in text for text in info.warnings)
+        assert any("keeps following its last command" in text for text in info.warnings)
         driver.arm_drives()
         where = standing(driver)
         samples = [sample for sample in follow(driver, where) if not sample.stale.any()]

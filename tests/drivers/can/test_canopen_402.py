@@ -212,7 +212,7 @@ def test_a_command_that_is_no_number_is_a_fault_and_not_sent():
     with drives() as (peer, driver):
         where = armed(driver)
         where[1] = np.nan
-        assert "no position" in driver.exchange(command(where)).fault
+        assert "is not a position" in driver.exchange(command(where)).fault
         assert not peer.printed("0x8611")
 
 

@@ -58,9 +58,9 @@ def test_what_is_informative_may_be_there_and_show_nothing(withheld):
     [
         (
             "0x60C2:1",
-            "no 0x60C2:1 (interpolation time): it must know by itself that targets come every 10 ms",
+            "no 0x60C2:1 (interpolation time): with its maker's tool, set its time between targets to 10 ms",
         ),
-        ("0x1017:0", "no 0x1017:0 (heartbeat to send): only by its measurements is it known to be there"),
+        ("0x1017:0", "no 0x1017:0 (heartbeat to send): only its measurements show that it is there"),
         ("0x605A:0", "no 0x605A:0 (how to stop quickly)"),
         ("0x605E:0", "no 0x605E:0 (reaction to a fault)"),
     ],
@@ -131,7 +131,9 @@ def test_neither_current_nor_torque_is_refused():
 
 def test_current_here_and_torque_there_is_refused():
     with drives("--without", "2:0x6078:0", "--without", "5:0x6077:0") as (_, driver):
-        with pytest.raises(NotReady, match=r"joint2 .* no 0x6078:0 .*, joint5 \(node 5\) no 0x6077:0"):
+        with pytest.raises(
+            NotReady, match=r"joint2 .* no 0x6078:0 .*, and joint5 \(node 5\) has no 0x6077:0"
+        ):
             driver.open()
 
 

@@ -238,7 +238,7 @@ def test_known_frames_differ_in_their_data_only(multicast):
 
 def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_pieces(serial):
     transport, adapter = serial
-    with pytest.raises(OSError, match="does not take what it is sent"):
+    with pytest.raises(OSError, match="does not take the frames"):
         _fill(transport)
     os.set_blocking(adapter, False)
     text = b""

@@ -88,9 +88,12 @@ def moved(driver, command, count=1500, amplitude=0.1):
     ("arguments", "message"),
     [
         (["--mode", 5], "user stopped .5.: release the user stop"),
-        (["--mode", 3], "guiding .3.: let go of the guiding button"),
+        (["--mode", 3], "guiding .3.: release the guiding button"),
         (["--mode", 4], "reflex .4.: .*recover"),
-        (["--version", 5], "server version: 5, library version: 10.. .*FR3.*a Panda .system 4. it does not"),
+        (
+            ["--version", 5],
+            "server version: 5, library version: 10.. .*FR3.*a Panda .system 4. is not supported",
+        ),
     ],
 )
 def test_what_is_in_the_way_is_reported_in_a_line_before_anything_moves(arguments, message):
@@ -197,7 +200,9 @@ def test_a_motion_beyond_the_limits_is_stopped_before_the_controller_sees_it():
         for _ in range(2):
             exchanged(driver, Command(command.position + 0.5, STILL))
         sample = until_fault(driver, command)
-        assert re.search("joint 1: commanded velocity is .* rad/s, the controller takes 2.62", sample.fault)
+        assert re.search(
+            "joint 1: commanded velocity is .* rad/s, limit of the controller 2.62", sample.fault
+        )
         peer.wait_for("motion ended")
         assert not peer.printed("aborted")
 

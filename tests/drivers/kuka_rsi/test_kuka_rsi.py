@@ -125,7 +125,7 @@ def test_the_overall_limit_counts_where_it_is_narrower(path):
         info, _ = controller.begun(one)
         np.testing.assert_allclose(np.degrees(info.window_upper), 5.95)
         controller.send()
-        assert "takes -6 to 6" in one.exchange(command(START + np.full(6, 6.01))).fault
+        assert "allows -6 to 6" in one.exchange(command(START + np.full(6, 6.01))).fault
 
 
 def test_only_the_newest_telegram_is_answered(path):
@@ -290,7 +290,7 @@ def test_the_thread_holds_the_arm_until_the_first_exchange(path):
 
 def test_nothing_is_answered_before_the_arm_was_looked_at(path):
     with by_hand(path) as controller, driver(path) as one:
-        with pytest.raises(NotReady, match="A2 is 0.6 degrees from where its program put it, limit 0.5"):
+        with pytest.raises(NotReady, match="A2 is 0.6 degrees from its programmed pose, limit 0.5"):
             controller.opened(one, position=np.add(START, [0, 0.6, 0, 0, 0, 0]))
         assert controller.nothing()
 
@@ -342,7 +342,7 @@ def test_a_missing_controller_is_reported_with_what_to_do(path, caplog):
         data = telegram(1).replace(b"MACur", b"MECur")
         controller.send = lambda **_: controller.raw(data)
         with pytest.raises(
-            NotReady, match="lacks MACur.A1, MACur.A2, .* Has the controller another"
+            NotReady, match="lacks MACur.A1, MACur.A2, .* Does the controller use another"
         ) as error:
             controller.opened(one)
         port = controller.socket.getsockname()[1]

@@ -88,7 +88,7 @@ def test_names_types_and_channels_of_other_peoples_files(tmp_path):
         ('TAG="AKorr.A2"', 'TAG="AKorr.A1"', "RECEIVE has tag AKorr.A1 twice"),
         ('INDX="2"', 'INDX="1"', "RECEIVE has index 1 twice"),
         ('TAG="DiL"', 'TAG=".A1"', "TAG is '.A1'; expected a name, or two with a dot between"),
-        ("</ROOT>", "", "is no XML"),
+        ("</ROOT>", "", "is not XML"),
     ],
 )  # fmt: skip
 def test_what_a_controller_would_refuse_is_refused(tmp_path, old, new, message):
@@ -123,7 +123,7 @@ def test_a_configuration_without_a_place_for_what_is_needed_reports_it(tmp_path,
     ("given", "message"),
     [
         ({"mode": "relative"}, "every lost telegram moves the arm away"),
-        ({"controller": "172.31.1"}, "controller is '172.31.1', which is no address"),
+        ({"controller": "172.31.1"}, "controller is '172.31.1', which is not an IP address"),
         ({"cycle": 0.008}, "cycle is 0.008 s; a KRC4 has 0.012 or 0.004"),
         ({"generation": "KRC2"}, "cycle is 0.004 s; a KRC2 has 0.012"),
         ({"sign": [1, 0.5]}, r"sign[1] is 0.5. Valid: 1.0, -1.0"),

@@ -57,7 +57,7 @@ def test_any_other_motion_is_refused_and_only_a_small_one_may_be_friction(share,
     result = linkage(motions)
     assert not result.agrees
     assert result.stuck == stuck
-    assert f"did not move the arm by as much: A4 ({share * SIZE:.2g} instead of 0.01)" in result.refusal()
+    assert f"did not move the arm by this amount: A4 ({share * SIZE:.2g} instead of 0.01)" in result.refusal()
 
 
 def test_an_axis_that_is_not_corrected_must_not_move():

@@ -112,7 +112,7 @@ def test_distances_are_taken_for_such_and_sums_refused(rest, timeout, cycle):
 def test_what_is_done_and_what_was_seen_is_reported():
     probe, count = probed(Arm())
     assert probe.events() == (
-        "seeing what corrections do, by motions of 0.01 degrees, for 1.7 s",
+        "probing the effect of corrections by motions of 0.01 degrees, for 1.7 s",
         "corrections are distances from the start (RSI_ON(#ABSOLUTE)), and each reaches its axis: axes moved "
         "by 0.0100 to 0.0100 degrees when corrected by 0.01",
     )
@@ -152,7 +152,7 @@ def test_corrections_without_their_effect_are_refused(linked):
     size = (
         0.01 if np.abs(linked).max() > 1.0 or np.min(linked) < 0.0 else 0.03
     )  # tried again if nothing moved
-    assert f"corrections of {size:g} degrees did not move the arm by as much" in probe.fault
+    assert f"corrections of {size:g} degrees did not move the arm by this amount" in probe.fault
     assert "linked to AXISCORR" in probe.fault
     wrong = np.flatnonzero(np.broadcast_to(linked, 6) != 1.0)
     for place in range(6):

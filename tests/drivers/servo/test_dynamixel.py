@@ -135,7 +135,7 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
         sample, events = until(one, lambda s: s.stale.any())
         assert np.isnan(sample.position[sample.stale]).all()
         assert sample.stale[2]
-        assert any(event == "no whole answer from servo 12 (joint3)" for event in events)
+        assert any(event == "no complete answer from servo 12 (joint3)" for event in events)
         _, events = until(one, lambda s: not s.stale.any())
         assert any(
             event.startswith("answers again from") and "servo 12 (joint3)" in event for event in events
@@ -196,7 +196,7 @@ def test_an_answer_with_an_error_number_is_reported_and_stale(mirrors, fast, num
         sample, events = until(one, lambda s: any("answers with" in event for event in s.events))
         error = f"error {number} ({ERRORS[number]})"
         assert f"servo 12 (joint3) answers with {error}: its values are not used" in events
-        assert not any("no whole answer" in event and "joint3" in event for event in sample.events)
+        assert not any("no complete answer" in event and "joint3" in event for event in sample.events)
         for _ in range(10):  # as long as it has one, and reported once
             sample, events = until(one, lambda s: not np.delete(s.stale, 2).any())
             assert sample.stale[2]
@@ -336,7 +336,7 @@ def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast)
 
 def test_an_adapter_that_hears_itself_is_refused(servos):
     send_only(servos, "echo")
-    with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
+    with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="the adapter echoes"):
         one.open()
 
 

@@ -55,7 +55,7 @@ def test_servos_are_found_and_nobody_claims_that_they_stop_by_themselves(servos)
         info = one.open()
         assert info.settings["servos"].startswith("10 model 777, 11 model 777")
         assert info.dead_man == ""
-        assert any("when the computer dies" in text for text in info.warnings)
+        assert any("if this computer falls silent" in text for text in info.warnings)
         assert set(info.signals) == {"position", "velocity", "current", "temperature"}
 
 
@@ -172,7 +172,7 @@ def test_an_adapter_that_hears_itself_is_not_taken_for_servos(servos):
     send_only(servos, "echo")
     for place in range(6):
         send_only(servos, f"silent {servo(place)}")
-    with driver("feetech", servos) as one, pytest.raises(NotReady, match="sends back what it is sent"):
+    with driver("feetech", servos) as one, pytest.raises(NotReady, match="the adapter echoes"):
         one.open()
 
 

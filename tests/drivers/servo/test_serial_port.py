@@ -55,7 +55,7 @@ def test_a_read_takes_no_more_than_it_should_and_waits_for_bytes_that_come_in_pi
 def test_a_read_that_meets_its_deadline_is_short(line):
     master, name = line
     port = SerialPort(name, 1_000_000, 5.0)
-    port.be_patient(0.01)
+    port.set_patience(0.01)
     os.write(master, b"abc")
     assert port.read(6) == b"abc"
     port.close()
@@ -130,7 +130,7 @@ def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
     assert port.read(5) == b"defgh"
     assert port.waited
     later.join()
-    port.be_patient(0.01)
+    port.set_patience(0.01)
     assert port.read(1) == b""
     come(master, port, b"ijk")
     assert port.drain() == 3

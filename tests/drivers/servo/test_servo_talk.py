@@ -133,7 +133,7 @@ def test_a_servo_that_answers_twice_is_not_accepted(talk, line):
 def test_a_servo_whose_answer_is_broken_costs_nobody_else_a_cycle(talk, line):
     wrong = bytearray(answers(5))
     wrong[-1] ^= 1
-    assert exchange(talk, line, bytes(wrong)) == ([5, 5, None], ["no whole answer from three"])
+    assert exchange(talk, line, bytes(wrong)) == ([5, 5, None], ["no complete answer from three"])
     assert exchange(talk, line, answers(6)) == ([6, 6, 6], ["answers again from three"])
 
 

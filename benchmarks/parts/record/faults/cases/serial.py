@@ -17,7 +17,7 @@ FAULTS = (
         "serial: three replies with a wrong checksum",
         "borne: that servo is silent in those cycles",
         "dynamixel",
-        (*BORNE, missing(3, 6 + FEW), reports("no whole answer")),
+        (*BORNE, missing(3, 6 + FEW), reports("no complete answer")),
         acts=at(500, line("corrupt 12 3")),
     ),
     Fault(
