@@ -18,7 +18,7 @@ READER_LEFT = 141
 
 MEANINGS = {
     DONE: "done",
-    STOPPED: "a run of the arm was stopped before its end, or not confirmed (record, jog, study)",
+    STOPPED: "a run of the arm was stopped early, or you did not type yes (record, jog, study)",
     REFUSED: "not done: an argument or a file is wrong or missing; one line on standard error names it",
     LOST: "done, but part of the recording is lost (recover), or some cannot be used (fleet)",
     WRONG: "done, but the joint does not behave as expected (jog)",

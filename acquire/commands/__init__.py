@@ -23,7 +23,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "watch": "show what a controller measures, live; nothing is commanded",
         "jog": "move one joint a few degrees and back, and judge its settings",
         "record": "play a planned motion on a controller, and record it",
-        "recover": "recover complete recordings after a crash",
+        "recover": "rebuild a recording that a crash left incomplete",
     },
     "identify and diagnose": {
         "identify": "identify dynamics and drive gains from recordings",

@@ -1,4 +1,4 @@
-"""exidyn info: contents of recordings; exidyn recover: complete recordings after a crash or a bad copy."""
+"""exidyn info: contents of recordings; exidyn recover: rebuild recordings after a crash or a bad copy."""
 
 import sys
 from argparse import Namespace

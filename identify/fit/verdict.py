@@ -170,7 +170,11 @@ def _joints(fit: Fit) -> str:
             "The residuals of the joints are unknown: the fit was loaded without samples. "
             "Identify again from the recordings to see them."
         )
-    kind = "held-out runs" if _held_out(fit) else "runs used (no run was held out: this flatters the fit)"
+    kind = (
+        "held-out runs"
+        if _held_out(fit)
+        else "runs used (no run was held out, so the fit looks better than it is)"
+    )
     not_explained = [v for v in verdicts if v.state != JointState.EXPLAINED]
     worst = max(verdicts, key=lambda v: np.nan_to_num(v.over_noise))
     if not not_explained:
@@ -188,9 +192,9 @@ def _joints(fit: Fit) -> str:
     above = bool(sentences[0])
     by_scale = fit.measures == "current" and not gains_estimated(fit) and len(verdicts) > 1
     if by_scale and any(v.state in (JointState.FAR_ABOVE, JointState.ABOVE_NOISE) for v in not_explained):
-        gains = "the unknown drive gains" if fit.unscaled else "errors of the nominal drive gains"
+        gains = "The unknown drive gains" if fit.unscaled else "Errors of the nominal drive gains"
         sentences.append(
-            f" The only cause may be {gains}: two joints then measure the same link in different scales."
+            f" {gains} alone could cause this: two joints then measure the same link in different scales."
         )
     if above:
         sentences.append(" exidyn diagnose tells whether an effect is missing there.")
@@ -216,8 +220,8 @@ def gains_sentence(fit: Fit) -> str:
         if fit.measures == "torque":
             return "Torque was recorded and taken as measured, so there are no drive gains to identify."
         return (
-            "Drive gains are nominal, not measured: an error in them is an error of every parameter, and "
-            "every interval includes their stated tolerance. "
+            "Drive gains were not identified; the nominal ones were used. An error in a gain scales every "
+            "parameter, and every interval includes their stated tolerance. "
             "To identify them, record motor currents and a run with a known payload."
         )
     estimate, free = fit.estimate, open_gains(fit.estimate, fit.model.robot)
@@ -263,7 +267,7 @@ def _parameters(fit: Fit) -> list[str]:
         worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
         shown = ", ".join(f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED])
         more_unclear = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
-        lines.append(f"Unclear (relative standard deviation; what would settle it): {shown}{more_unclear}.")
+        lines.append(f"Open (relative standard deviation; what would determine it): {shown}{more_unclear}.")
     else:
         lines.append(f"The standard deviation of each is at most {OPEN:g} % of its value.")
     lines += _moved_sentences(fit)

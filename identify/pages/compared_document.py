@@ -150,7 +150,7 @@ def _alike(comparison: Comparison) -> list[str]:
 def _compared(comparison: Comparison) -> str:
     """How the runs were aligned; adding zero avoids an offset of -0.0000."""
     return (
-        f"Compared over {comparison.duration:.1f} s after a low-pass of {comparison.filter_hz:.3g} Hz, "
+        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.filter_hz:.3g} Hz, "
         f"{comparison.simulated} shifted by {round(comparison.offset, 4) + 0.0:.4f} s"
     )
 

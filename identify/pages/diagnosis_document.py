@@ -56,7 +56,7 @@ def diagnosis_document(shown: Shown) -> Document:
     facts = [
         ("Fitted", ", ".join(diagnosis.runs)),
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
-        ("Search time", f"{diagnosis.seconds:.1f} s, without reading files and simulation"),
+        ("Search time", f"{diagnosis.seconds:.1f} s, reading files and simulation not counted"),
     ]
     opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
     budget, *below = detail_sections(shown)

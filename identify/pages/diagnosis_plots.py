@@ -140,7 +140,7 @@ def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TU
     """Amplitude of a residual over waves per turn of the joint or its motor, before and after."""
     lines = [orders(traces, joint, stage, motor) for stage in ("before", "after")]
     joint_turn = "turn of the joint" if unit == TURNING else "2π m of the joint"
-    return _spectra(lines, f"waves per {'turn of the motor' if motor else joint_turn}", unit)
+    return _spectra(lines, f"cycles per {'turn of the motor' if motor else joint_turn}", unit)
 
 
 def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: str) -> str:

@@ -112,7 +112,7 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
         ("Method", fit.estimate.method),
         ("Identified from", ", ".join(fit.runs)),
         *([("Validated on", held_out)] if held_out else []),
-        ("Base parameters", f"{rank} (rank), {len(fit.names) if fit.dropped else 'all'} kept"),
+        ("Base parameters", f"{rank} identifiable, {len(fit.names) if fit.dropped else 'all'} kept"),
         ("Condition number", digits(fit.condition, 3)),
     ]
     # A reader must see what invalidates other numbers before those numbers.
@@ -226,8 +226,9 @@ def _friction(fit: Fit) -> list[Block]:
 def _conditioning(fit: Fit) -> list[Block]:
     note = (
         f"Condition number of the weighted regressor with unit columns: {digits(fit.condition, 3)}. It is "
-        "the ratio of the effects of the most and the least visible combination of parameters. The table "
-        "lists the pairs that the data separate worst; near -1 or 1, only their sum or difference is known."
+        "how much better the data determine the best-determined combination of parameters than the worst. "
+        "The table lists the pairs that the data separate worst; near -1 or 1, only their sum or difference "
+        "is known."
     )
     rows: list[Row] = [[f"{a} and {b}", Number(r), Picture(share_bar(r))] for a, b, r in correlations(fit)]
     return [Paragraph(note), Table(["pair", "correlation", "from -1 to 1"], rows, words=(2,))]
@@ -290,11 +291,11 @@ def _data(fit: Fit) -> list[Block]:
     rows: list[Row] = [
         ["sampling rate", _filter(filtering.rate), "Hz"],
         ["low-pass of positions before differentiation", _filter(filtering.position_cutoff), "Hz"],
-        ["parallel decimation of torque and regressor", _filter(filtering.torque_cutoff), "Hz"],
+        ["low-pass and decimation of torque and regressor", _filter(filtering.torque_cutoff), "Hz"],
         ["standstill below", _filter(filtering.standstill), units]
         if filtering.standstill is not None
         else ["standstill below", "1 %", "of each joint's usual speed"],
-        ["decimated samples times joints used", Number(fit.rows, len(str(fit.rows))), ""],
+        ["equations used (decimated samples times joints)", Number(fit.rows, len(str(fit.rows))), ""],
         *([["noise floor measured at", " and ".join(sources), ""]] if sources else []),
     ]
     warnings = fit.warnings or ("The recordings gave no warnings.",)

@@ -17,9 +17,11 @@ def parameters_section(fit: Fit) -> Section:
     nominal = fit.estimate.nominal_gains and np.any(fit.estimate.gain_std)
     gains = " and the tolerance of nominal drive gains" if nominal else ""
     note = (
-        "R marks a parameter into which others are regrouped; the number is that of its joint. ±: half of "
-        f"the 95 % interval, which includes the residual's autocorrelation{gains}. open: the standard "
-        f"deviation exceeds {OPEN:g} % of the value. off nominal: value and nominal value differ by more "
+        "XX to ZZ: inertia about the frame of the joint; MX, MY, MZ: mass times center of mass; Ia: rotor "
+        "inertia; Fv, Fc: viscous and Coulomb friction; Off: offset. The number is that of the joint. R: a "
+        "combination of several parameters, listed below. ±: half of the 95 % interval, which includes the "
+        f"residual's autocorrelation{gains}. open: the standard deviation exceeds {OPEN:g} % of the value. "
+        "off nominal: value and nominal value differ by more "
         f"than {SURPRISE:g} combined standard deviations."
     )
     plot = "Gray: nominal value with its 95 % interval. Blue: estimate with its 95 % interval."

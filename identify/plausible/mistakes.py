@@ -31,7 +31,7 @@ from .position_mistakes import (
     turned_positions,
 )
 
-GIVE = "exchange their columns: column in a preset, or --columns"
+GIVE = "swap them with --columns, or under column in the preset file"
 ORDER = "give the columns in the robot's order"
 TURN = "reverse it: sign = -1 in a preset, or the sign of [drive] gain, or the axis of the joint"
 TURN_POSITION = "reverse it: [position] sign in a preset, or the axis in the robot description"

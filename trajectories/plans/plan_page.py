@@ -177,7 +177,7 @@ def plan_page(
     ]
     legend = (
         "Commands at every sampling period. Dashed: the robot's limits without margins; shaded: beyond them. "
-        "Percentages refer to the extremes, between samples too"
+        "Percentages are the largest value over the limit, also between samples"
         + ("; torque is that of the nominal model." if torque else ".")
     )
     sections = [
@@ -212,7 +212,7 @@ def _verdict(
         for use in uses
         if np.any(np.isnan(use.share))
     ]
-    stops = "a stop begun at any sample ends inside them"
+    stops = "a stop that begins at any sample ends within them"
     head = "Exceeds limits: do not run it." if beyond else f"Keeps to all known limits; {stops}."
     unchecked = _unchecked(plan, torque, around)
     last = [f"Not checked here: {'; '.join(unchecked)}."] if unchecked else []

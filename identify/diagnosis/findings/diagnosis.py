@@ -164,7 +164,7 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         held_out: Names of the held-out runs.
         suspicions: Suspected mistakes in the recordings or the description, in sentences.
         warnings: Limits of the result, in sentences.
-        seconds: Duration of the diagnosis, without reading files and simulation [s].
+        seconds: Duration of the diagnosis, reading files and simulation not counted [s].
         tried: Number of hypotheses of each effect that were tested on these runs.
         simulated: How a simulated run agrees with its recording; None where nothing was simulated.
         evidence: Samples and models; None for a diagnosis that was read from its file.

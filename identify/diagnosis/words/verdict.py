@@ -232,7 +232,7 @@ def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     if not names:
         return ""
     excluded = ", ".join(effect_words(name) for name in names)
-    return f"Excluded, below {100 * EXCLUDED:.0f} %: {excluded}."
+    return f"Excluded (each less than {100 * EXCLUDED:.0f} % probable): {excluded}."
 
 
 def _open(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:

@@ -120,7 +120,8 @@ def test_a_finding_is_reported_with_number_unit_joint_and_what_was_gained():
         "2.00 -> 1.00 N m (10.0 -> 5.00 x noise)."
     )
     assert second.startswith(
-        "Load-dependent friction of joint 3: probability above 99.9 %. Excluded, below 1 %:"
+        "Load-dependent friction of joint 3: probability above 99.9 %. Excluded (each less than 1 % "
+        "probable):"
     )
 
 

@@ -59,7 +59,7 @@ def test_amperes_are_not_called_newton_metres():
     assert "unit/(N m/A)" in page
     assert max(map(len, text.splitlines())) <= 110
     # The shoulder feels the forearm in other amperes than the elbow does: no physics has to be missing.
-    assert "The only cause may be the unknown drive gains" in verdict(amperes())[1]
+    assert "The unknown drive gains alone could cause this" in verdict(amperes())[1]
     *_, row = [line.split() for line in text.splitlines() if line.split()[:1] == ["MX2"]]
     assert np.isfinite(amperes().prior[1][amperes().names.index("MX2")])
     assert row[-2:] == ["-", "-"]

@@ -114,7 +114,7 @@ def test_the_head_reports_what_was_done():
         "Identified dynamics of two joints",
         "1 shoulder, 2 elbow",
         "maximum likelihood",
-        f"{len(fit().names) + len(fit().dropped)} (rank), {len(fit().names)} kept",
+        f"{len(fit().names) + len(fit().dropped)} identifiable, {len(fit().names)} kept",
         "Identified from:  empty, loaded",
         "Validated on:     other",
     ):

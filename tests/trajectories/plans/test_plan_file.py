@@ -139,7 +139,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
         ("tick = 0.004", "tick = 0.0", "tick is 0 s, expected above 0"),
         ("tick = 0.004", "tick = nan", "tick: expected a finite number; found nan"),
         ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, checksum, criterion, details"),
-        ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is none of rad, m"),
+        ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is not one of rad, m"),
         (
             'units = ["rad", "rad"]',
             'units = ["rad"]',
