@@ -77,14 +77,26 @@ def check_recorded(recording: Recording) -> Recording:
     return _with_warnings(recording, [finding.fact for finding in findings(recording)])
 
 
+class DerivedWarning(str):
+    """A warning that follows from the recording itself, so that the checks give it anew."""
+
+    __slots__ = ()
+
+
 def imported_warnings(recording: Recording) -> tuple[str, ...]:
-    """The warnings that a file has to hold: those that the checks give anew are not among them."""
-    derived = set(_derived(recording))
-    return tuple(warning for warning in recording.warnings if warning not in derived)
+    """The warnings that a file has to hold: those of its import."""
+    return tuple(warning for warning in recording.warnings if not isinstance(warning, DerivedWarning))
 
 
 def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
-    return recording.with_warnings(*_derived(recording), *impossible)
+    derived = [DerivedWarning(warning) for warning in (*_derived(recording), *impossible)]
+    # Gaps are counted anew, since samples may have been lost since.
+    valid = (
+        warning
+        for warning in recording.warnings
+        if warning in derived or not isinstance(warning, DerivedWarning)
+    )
+    return replace(recording, warnings=tuple(valid)).with_warnings(*derived)
 
 
 def _derived(recording: Recording) -> list[str]:
