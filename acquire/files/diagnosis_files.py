@@ -166,7 +166,7 @@ def traces_beside(path: Path, diagnosis: Diagnosis) -> Traces | None:
     others = traces.model.robot.joints != diagnosis.joints
     findings = len(diagnosis.all_findings)
     if others or any(len(trace.explained) != findings for trace in traces.traces):
-        raise NotAFile(f"{samples} is of another diagnosis than {path}; diagnose again")
+        raise NotAFile(f"{samples} belongs to another diagnosis than {path}; diagnose again")
     return traces
 
 

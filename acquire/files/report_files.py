@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exidyn.identification.diagnosis import Diagnosis
+from exidyn.identification.diagnosis.findings.consistency import check_diagnosis
 from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGNOSIS_FORMAT
 from exidyn.identification.errors import NotAFile
 from exidyn.identification.fit.fit import Fit
@@ -14,6 +15,7 @@ from exidyn.identification.pages.compared_document import verdict
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.recordings.importers import kind_of
 from exidyn.identification.result_file import from_table, to_table
+from exidyn.identification.schema import Disagreement
 from exidyn.identification.simulation.comparison import Comparison
 
 from .diagnosis_files import Traces, traces_beside
@@ -107,7 +109,12 @@ def read_diagnosis(path: Path) -> Diagnosis:
     Raises:
         NotAFile: If it is of a later format, or a field is invalid; the message names the field.
     """
-    return from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
+    diagnosis = from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
+    try:
+        check_diagnosis(diagnosis)
+    except Disagreement as error:
+        raise NotAFile(f"{path}: {error}") from None
+    return diagnosis
 
 
 def read_result(path: Path) -> Fit | Diagnosis | Comparison:

@@ -9,7 +9,6 @@ import numpy as np
 from ...notebook import InNotebook, counted
 from ...result_file import NOT_IN_FILE
 from ...schema import Count, EffectName, Number, Probability, Real
-from .consistency import check_diagnosis
 from .evidence import Evidence
 from .finding import Finding
 from .located import Hinted, Located
@@ -218,6 +217,3 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         unexplained = ", ".join(self.joints[remainder.joint] for remainder in self.remainders)
         lines += [f"  unexplained on: {unexplained}"] if unexplained else []
         return "\n".join(lines)
-
-    def __post_init__(self) -> None:
-        check_diagnosis(self)
