@@ -108,7 +108,7 @@ def test_torque_is_that_of_an_arm_with_these_base_parameters(runs):
     moving = np.abs(dq).min(axis=1) > 0.1
     np.testing.assert_allclose(fit.torque(q, dq, ddq)[moving], expected[moving], atol=1e-6)
     assert fit.torque(q[0], dq[0], ddq[0]) == pytest.approx(fit.torque(q, dq, ddq)[:1])
-    with pytest.raises(ExidynError, match="expected .50, 2. .samples, joints. of each"):
+    with pytest.raises(ExidynError, match="expected .50, 2. .samples, joints. for each"):
         fit.torque(q, dq[:, :1], ddq)
 
 

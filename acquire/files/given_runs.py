@@ -166,9 +166,9 @@ def carrying(recording: Recording, run: PayloadRun) -> Recording:
         return recording
     if "torque" not in recording.signals and np.all(recording.robot.drive_gain == 1.0):
         raise NeedsPayload(
-            f"--payload {run.path}: neither the file nor the command line gives the mass of the payload, and "
-            "currents with unknown drive gains do not determine it. Add --mass KG after this --payload, or "
-            "state the drive gains: [drive] gain in robot.toml"
+            f"--payload {run.path}: its mass is unknown, and currents with unknown drive gains do not "
+            "determine it. Add --mass KG after this --payload, or state the drive gains: [drive] gain in "
+            "robot.toml"
         )
     return replace(recording, payload=KnownPayload("L", ()))
 

@@ -1,5 +1,6 @@
 """Consistency between the fields of a diagnosis, which an edited file may violate."""
 
+import math
 from typing import TYPE_CHECKING
 
 from ...schema import check, check_different, check_joints, check_length
@@ -44,6 +45,10 @@ def _check_row(row: object, where: str, count: int) -> None:
     _check_lengths(row, ("torque_rms",), f"{where}.", count)
     if (size := getattr(row, "size", None)) is not None:
         _check_row(size, f"{where}.size", count)
+        for name in ("points", "curve"):
+            for place, point in enumerate(getattr(size, name)):
+                finite = math.isfinite(point.at) and math.isfinite(point.torque) and math.isfinite(point.std)
+                check(finite, f"{where}.size.{name}[{place}]", None, "three numbers")
     for place, other in enumerate(getattr(row, "alternatives", ())):
         _check_row(other, f"{where}.alternatives[{place}]", count)
 

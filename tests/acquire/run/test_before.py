@@ -131,7 +131,7 @@ def test_a_motion_within_the_robots_limits_runs_with_warnings_and_percentages_of
     ready = check_plan(edited(plan(), **times(plan(), 50.0)), MODEL)
     without_checksum, wider = ready.warnings
     assert "no checksum" in without_checksum
-    assert "exceed those of cobot, which count" in wider
+    assert "exceed those of cobot, which are used" in wider
     honest = check_plan(plan(), MODEL)
     for here, there in zip(limit_use(ready.plan), limit_use(honest.plan), strict=True):
         assert np.array_equal(here.share, there.share, equal_nan=True)

@@ -252,7 +252,7 @@ def test_bodies_that_cannot_be_are_moved_and_reported():
     values = values_of(model)
     values[0:10], values[10:16] = 0.0, -1.0
     portable = Portable.of(known(model, values))
-    assert "behind joint1, joint2 are physically inconsistent" in "\n".join(FORMATS["json"].leaves_out(portable))
+    assert "joint1, joint2 are physically inconsistent" in "\n".join(FORMATS["json"].leaves_out(portable))
     mujoco.MjModel.from_xml_string(FORMATS["mjcf"].text(portable))
     again = Portable.of(portable.model)
     assert not again.remarks

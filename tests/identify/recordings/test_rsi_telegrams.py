@@ -124,7 +124,7 @@ def test_torques_take_the_place_of_currents(tmp_path):
 
 def test_telegrams_without_currents_say_what_to_add(tmp_path):
     path = write(tmp_path / "rsi.log", telegrams(current=""))
-    with pytest.raises(NotRecorded, match=r"neither motor currents .* there: AIPos. .*: DEF_MACur in SEND"):
+    with pytest.raises(NotRecorded, match=r"neither motor currents .* present: AIPos. .*: DEF_MACur in SEND"):
         import_source(path, model(6))
 
 

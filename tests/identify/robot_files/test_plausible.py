@@ -76,8 +76,8 @@ def test_a_centre_of_mass_farther_than_an_arm_is_refused_with_the_limit(text, ur
 @pytest.mark.parametrize(
     ("inertia", "message"),
     [
-        ({"izz": 0.3}, r"link 'upper': .* 0\.1, 0\.1, 0\.3 kg m\^2; the largest .* sum of the others"),
-        ({"ixy": 0.2}, r"link 'upper': .* -0\.1, 0\.1, 0\.3 kg m\^2; none can be negative"),
+        ({"izz": 0.3}, r"link 'upper': .* 0\.1, 0\.1, 0\.3 kg m²; the largest .* sum of the others"),
+        ({"ixy": 0.2}, r"link 'upper': .* -0\.1, 0\.1, 0\.3 kg m²; none can be negative"),
     ],
 )
 def test_an_inertia_that_no_body_has_is_a_warning_with_link_and_numbers(urdf, capsys, inertia, message):
