@@ -189,7 +189,7 @@ def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
     runs = [replace(run, model=replace(run.model, robot=unknown)) for run in (RUN, loaded())]
     empty, full = write(folder, *runs)
     text = refused(["identify", empty, "--payload", full], capsys)
-    assert "gives the mass of the payload" in text
+    assert "its mass is unknown" in text
     assert "Add --mass KG after this --payload, or state the drive gains" in text
     text = refused(["identify", empty, "--payload", full, "--com", "0", "0", "0.1"], capsys)
     assert "com given without --mass" in text

@@ -36,5 +36,5 @@ def test_values_are_named_with_their_units():
 def test_fields_of_effects_are_explained_by_their_docstrings():
     model = read_model("kr270") + StribeckFriction() + KinematicCoupling("joint5", "joint6")
     text = commented_text(model)
-    assert "# Stribeck velocity, at which 37 % of the friction remains [rad/s]\nfade" in text
-    assert "# Name of the joint that also turns that motor\nother" in text
+    assert "# Stribeck velocity at which 37 % of the friction remains [rad/s]\nfade" in text
+    assert "# Name of the other joint that also turns this motor\nother" in text
