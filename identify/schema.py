@@ -45,7 +45,6 @@ JointNumber = Annotated[int, Meta(ge=1, le=2**53)]
 Written = Number | Literal["inf", "-inf", "nan"]
 """A number in fit.json, which holds numbers that are not finite as text."""
 SizeWritten = Size | Literal["inf", "nan"]
-NumberOrNull = Number | None
 SizeOrNull = Size | None
 Name = Annotated[str, Meta(min_length=1, max_length=1000)]
 EffectName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,99}$")]
@@ -110,8 +109,8 @@ def checked(
             text = re.sub("`[^`]*`", _of_toml, text.partition(", got")[0])
         text = text.replace("`", "")
         text = text[:1].lower() + text[1:]
-        found = "" if match["key"] else _shown_at(table if written is None else written, path)
-        raise error(f"{place}: {kind}{text}{found}") from None
+        value = "" if match["key"] else _shown_at(table if written is None else written, path)
+        raise error(f"{place}: {kind}{text}{value}") from None
 
 
 def _place(path: str, toml: bool, of_table: bool) -> str:
@@ -167,7 +166,7 @@ def check(holds: bool, field: str, value: object, expected: str) -> None:
         Disagreement: `holds` is false.
     """
     if not holds:
-        raise Disagreement(f"{_small(field)}: expected {expected}; found {shown(value)}")
+        raise Disagreement(f"{field}: expected {expected}; found {shown(value)}")
 
 
 def check_length(values: Sized | None, field: str, length: int, description: str) -> None:
@@ -177,7 +176,7 @@ def check_length(values: Sized | None, field: str, length: int, description: str
         Disagreement: The length differs; the message names the field and both lengths.
     """
     if values is not None and len(values) != length:
-        raise Disagreement(f"{_small(field)}: expected {length} values, {description}; found {len(values)}")
+        raise Disagreement(f"{field}: expected {length} values, {description}; found {len(values)}")
 
 
 def check_rows(rows: Sequence[Sized] | None, field: str, width: int, description: str) -> None:
@@ -244,8 +243,3 @@ def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
     least = float(np.min(np.linalg.eigvalsh(correlation), initial=0.0))
     allowed = -NEGATIVE * max(len(correlation), 1)
     check(least >= allowed, field, least, "correlations without a negative eigenvalue")
-
-
-def _small(field: str) -> str:
-    """Field for a message: messages of checks begin in lower case, unlike those of msgspec."""
-    return field if field[:1].islower() else f"field {field}"
