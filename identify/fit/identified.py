@@ -57,13 +57,17 @@ class Standard(NamedTuple):
     covariance: np.ndarray
 
 
-def identified(fit: Fit) -> Model:
+def identified(fit: Fit, standard: Standard | None = None) -> Model:
     """Model whose nominal values, priors and drive gains are those identified by the fit.
+
+    Args:
+        fit: The fit.
+        standard: Standard parameters in place of those of the fit.
 
     Raises:
         FitError: Drive gains are unknown, or there are no physically consistent parameters near the fit.
     """
-    standard = standard_parameters(fit)
+    standard = standard or standard_parameters(fit)
     return _with_priors(fit, settled(fit), standard.values, np.sqrt(np.diag(standard.covariance)))
 
 

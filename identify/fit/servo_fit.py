@@ -12,22 +12,17 @@ left out. Standard deviations allow for correlated residuals, since scores are s
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from ..arm.derivatives import differentiate
 from ..arm.servo_law import ServoLaw
-from ..preparation.cutoffs import position_cutoff
-from ..preparation.even import Even
-from ..preparation.filters import low_pass
-from ..recordings.recording import Recording
+from .servo_runs import LONGEST, ServoRun
 
-LONGEST = 0.15
-"""Longest delay that is considered [s]: five cycles of a 30 Hz bus."""
 GRID = 4e-3
 """Spacing of the grid of delays [s]; Gauss-Newton steps go on from its best one."""
 BLOCKS = 25
@@ -39,11 +34,16 @@ BELOW = 0.9
 """Share of the largest torque below which no sample is saturated."""
 SATURATED = 1.05
 """Torque by the linear law over the limit, above which a sample is saturated."""
+DRY = 0.05
+"""Relative difference of dry friction from the law of the fit."""
+SLOW = 0.05
+"""Share of the rms speed below which a joint may stick."""
 FEWEST = 20
 """Minimum number of saturated samples for a limit."""
 LEVEL = 0.03
 """Maximum relative standard deviation of the torque of saturated samples."""
-ERROR, FEED_FORWARD, INTEGRAL = 0, 2, 3
+TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, ONE = range(5)
+"""Columns of the regression; columns of unknown torques follow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,120 +52,101 @@ class ServoFit:
 
     Attributes:
         law: The law, with infinite limits where no sample is saturated.
-        std: Standard deviations of the numbers of the law; infinite if not determined.
-        explained: Share of the variance of the position error that the law explains, shape (n,) [-].
+        std: Standard deviations of the numbers of the law; infinite for limits that are not reached.
+        period: Longest sampling period of the runs [s].
+        residual: Rms of the position error that the law does not explain, shape (n,) [rad].
+        measured: Whether the torque was measured; otherwise it is that of a model's bodies, and damping
+            includes viscous friction.
     """
 
     law: ServoLaw
     std: ServoLaw
-    explained: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class ServoRun:
-    """Low-passed signals of one run on an even time axis; n joints.
-
-    Attributes:
-        rate: Sampling rate [Hz].
-        cutoff: Cut-off of the low-pass [Hz].
-        position: Positions, shape (t, n) [rad].
-        velocity: Velocities, shape (t, n) [rad/s].
-        torque: Torques, shape (t, n) [N m].
-        raw_torque: Torques before the low-pass, shape (t, n) [N m].
-        command: Commands as functions of the time since the first sample.
-    """
-
-    rate: float
-    cutoff: float
-    position: np.ndarray
-    velocity: np.ndarray
-    torque: np.ndarray
-    raw_torque: np.ndarray
-    command: CubicSpline
-
-    @classmethod
-    def of(cls, recording: Recording, gain: np.ndarray) -> "ServoRun":
-        """Signals of a recording with commands and effort; `gain` (n,) is the torque per current [N m/A]."""
-        even = Even.of(recording, None)
-        cutoff = position_cutoff(even.position, even.rate)
-        position, command, torque = (
-            low_pass(values, even.rate, cutoff)
-            for values in (even.position, even.signal("command"), even.signal(even.measures))
-        )
-        scale = np.ones(len(gain)) if even.measures == "torque" else gain
-        return cls(
-            even.rate, cutoff, position, differentiate(position, even.rate)[0], scale * torque,
-            scale * even.signal(even.measures), CubicSpline(even.time - even.time[0], command),
-        )  # fmt: skip
-
-    @property
-    def inside(self) -> slice:
-        """Samples away from the transients of the filters, thinned to the band of the low-pass."""
-        edge = int(self.rate * (LONGEST + 2.0 / self.cutoff))
-        return slice(edge, len(self.position) - edge, max(1, int(self.rate / (4.0 * self.cutoff))))
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time since the first sample, shape (t,) [s]."""
-        return np.arange(len(self.position)) / self.rate
+    period: float
+    residual: np.ndarray
+    measured: bool
 
 
 def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
     """Identify the law of each joint's servo."""
-    fits = [JointServo(runs, joint).fit() for joint in range(runs[0].position.shape[1])]
+    fits = [_Joint(runs, joint).fit() for joint in range(runs[0].position.shape[1])]
     law, std = (ServoLaw(*np.array([getattr(fit, name) for fit in fits]).T) for name in ("values", "stds"))
-    return ServoFit(law, std, np.array([fit.explained for fit in fits]))
+    period, residual = 1.0 / min(run.rate for run in runs), np.array([fit.residual for fit in fits])
+    return ServoFit(law, std, period, residual, not any(len(run.unknown) for run in runs))
 
 
 class _Fit(NamedTuple):
-    """Numbers of one joint in the order of `ServoLaw`, their standard deviations, and the explained share."""
+    """Numbers of one joint in the order of `ServoLaw`, their standard deviations, and the rms residual [rad]."""
 
     values: np.ndarray
     stds: np.ndarray
-    explained: float
+    residual: float
 
 
 class _Solution(NamedTuple):
-    """Delay, coefficients, and the covariance of coefficients and delay."""
+    """Columns that are used, delay, their coefficients, and the covariance of coefficients and delay."""
 
+    terms: list[int]
     delay: float
     values: np.ndarray
     covariance: np.ndarray
+    residual: float
 
 
-@dataclass
-class JointServo:
+@dataclass(frozen=True, eq=False)
+class _Joint:
     """Fit of one joint's servo over all runs."""
 
     runs: Sequence[ServoRun]
     joint: int
-    torque: np.ndarray = field(init=False)
-    size: np.ndarray = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.torque = self._joined("torque")
-        self.size = np.abs(self._joined("raw_torque"))
-        self.block = np.arange(len(self.torque)) * BLOCKS // len(self.torque)
+    @cached_property
+    def size(self) -> np.ndarray:
+        """Magnitude of the torque before the low-pass, shape (t,) [N m]."""
+        return np.concatenate([np.abs(run.raw_torque[run.inside, self.joint]) for run in self.runs])
 
-    def _joined(self, name: str) -> np.ndarray:
-        return np.concatenate([getattr(run, name)[run.inside, self.joint] for run in self.runs])
+    @cached_property
+    def block(self) -> np.ndarray:
+        """Index of the block of each sample, shape (t,)."""
+        return np.arange(len(self.size)) * BLOCKS // len(self.size)
 
     def fit(self) -> _Fit:
         """Gains, limit and delay."""
-        unsaturated = self.size <= BELOW * self.size.max()
-        delay = self._delay_on_grid(unsaturated)
-        terms = [0, 1, 4]
-        solution = self._refine(delay, terms, unsaturated)
-        limit, spread, used = self._limit(solution, terms)
+        sliding = self._sliding()
+        unknown = range(ONE + 1, ONE + 1 + len(self.runs[0].unknown))
+        unsaturated = ~_near(self.size > BELOW * self.size.max())
+        if np.mean(unsaturated) < 1.0 / 3.0:
+            unsaturated = self.size <= BELOW * self.size.max()
+        unsaturated &= sliding
+        terms = [TORQUE, VELOCITY, ONE, *unknown]
+        solution = self._refine(self._search(terms, unsaturated), terms, unsaturated)
+        limit, spread, used = self._limit(solution)
+        used &= sliding
         solution = self._refine(solution.delay, terms, used)
-        for extra in (FEED_FORWARD, INTEGRAL):
-            more = self._refine(solution.delay, [*terms, extra], used)
+        for extra in () if unknown else (COMMAND_RATE, INTEGRAL):
+            more = self._refine(solution.delay, [*solution.terms, extra], used)
             if more.values[-1] ** 2 > chi2.ppf(SURE, 1) * more.covariance[-2, -2]:
-                terms, solution = [*terms, extra], more
-        return self._result(solution, terms, limit, spread, used)
+                solution = more
+        fit = _numbers(solution, limit, spread)
+        return fit._replace(stds=np.hypot(fit.stds, self._by_friction(solution, fit.values[0])))
+
+    def _by_friction(self, solution: _Solution, stiffness: float) -> np.ndarray:
+        """Standard deviations of the numbers because dry friction has another law than that of the fit."""
+        deviation = np.zeros(len(fields(ServoLaw)))
+        if len(self.runs[0].unknown):
+            dry = solution.values[solution.terms.index(ONE + 1)] / solution.values[0]
+            torque = float(np.sqrt(np.mean(self.size**2))) + np.finfo(float).tiny
+            deviation[0] = abs(DRY * dry / torque * stiffness)
+        return deviation
+
+    def _sliding(self) -> np.ndarray:
+        """Samples whose joint slides, since the torque of dry friction is unknown while it sticks."""
+        if not len(self.runs[0].unknown):
+            return np.ones(len(self.size), bool)
+        speed = np.concatenate([np.abs(run.velocity[run.inside, self.joint]) for run in self.runs])
+        return ~_near(speed < SLOW * np.sqrt(np.mean(speed**2)))
 
     def _system(self, delay: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Columns (t, 5), position error (t,), and its derivative by the delay (t,)."""
+        """All columns (t, k), position error (t,), and its derivative by the delay (t,)."""
         parts = [self._of_run(run, delay) for run in self.runs]
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # type: ignore[return-value]
 
@@ -176,30 +157,32 @@ class JointServo:
         rate = run.command(time, 1)[:, joint]
         integral = np.cumsum(error - error.mean()) / run.rate
         columns = [run.torque[:, joint], run.velocity[:, joint], -rate, -integral, np.ones_like(error)]
+        columns += [shape[:, joint] for shape in run.unknown]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
 
-    def _delay_on_grid(self, used: np.ndarray) -> float:
-        delays, squares = np.arange(0.0, LONGEST, GRID), []
-        for delay in delays:
-            columns, error, _ = self._system(float(delay))
-            columns = columns[used][:, [0, 1, 4]]
-            squares.append(np.sum((error[used] - columns @ _solve(columns, error[used])) ** 2))
-        return float(delays[np.argmin(squares)])
+    def _search(self, terms: list[int], used: np.ndarray) -> float:
+        """Delay of the smallest residual on a grid."""
+        delays = np.arange(0.0, LONGEST, GRID)
+        return float(min(delays.tolist(), key=lambda delay: self._squares(delay, terms, used)))
+
+    def _squares(self, delay: float, terms: list[int], used: np.ndarray) -> float:
+        """Sum of squared residuals of the position error [rad^2]."""
+        columns, error, _ = (part[used] for part in self._system(delay))
+        return float(np.sum((error - columns[:, terms] @ _solve(columns[:, terms], error)) ** 2))
 
     def _refine(self, delay: float, terms: list[int], used: np.ndarray) -> _Solution:
-        for _ in range(10):
-            columns, error, rate = (part[used] for part in self._system(delay))
-            columns = columns[:, terms]
-            values = _solve(columns, error)
-            whole, residual = np.column_stack([columns, rate]), error - columns @ values
-            step = float(np.clip(_solve(whole, residual)[-1], -GRID, GRID))
-            before, delay = delay, float(np.clip(delay + step, 0.0, LONGEST))
-            if abs(delay - before) < 1e-7:
-                break
-        return _Solution(delay, values, self._covariance(whole, residual, used))
+        """Coefficients and delay; the delay may be slightly negative, as an estimate of zero is."""
+        ends = (max(delay - 2.0 * GRID, -GRID), delay + 2.0 * GRID)
+        best = minimize_scalar(self._squares, bounds=ends, args=(terms, used), options={"xatol": 1e-5})
+        columns, error, rate = (part[used] for part in self._system(best.x))
+        columns = columns[:, terms]
+        values = _solve(columns, error)
+        residual = error - columns @ values
+        covariance = self._covariance(np.column_stack([columns, rate]), residual, used)
+        return _Solution(terms, float(best.x), values, covariance, float(np.sqrt(np.mean(residual**2))))
 
     def _covariance(self, columns: np.ndarray, residual: np.ndarray, used: np.ndarray) -> np.ndarray:
-        scale = np.linalg.norm(columns, axis=0)
+        scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
         columns = columns / scale
         inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
         scores = np.zeros((BLOCKS, columns.shape[1]))
@@ -207,46 +190,47 @@ class JointServo:
         covariance = inverse @ (scores.T @ scores) @ inverse * BLOCKS / (BLOCKS - 1)
         return np.asarray(covariance / np.outer(scale, scale))
 
-    def _limit(self, solution: _Solution, terms: list[int]) -> tuple[float, float, np.ndarray]:
+    def _limit(self, solution: _Solution) -> tuple[float, float, np.ndarray]:
         """Limit of the torque, its standard deviation, and the samples below it."""
         columns, error, _ = self._system(solution.delay)
-        linear = np.abs(self.torque + (error - columns[:, terms] @ solution.values) / solution.values[0])
+        excess = (error - columns[:, solution.terms] @ solution.values) / solution.values[0]
+        linear = np.abs(columns[:, TORQUE] + excess)
         top = np.sort(self.size)[-FEWEST // 2]
         above = (linear > SATURATED * top) & (solution.values[0] > 0.0)
         if above.sum() < FEWEST or np.std(self.size[above]) > LEVEL * top:
             return np.inf, np.inf, np.ones(len(linear), bool)
         limit = float(np.median(self.size[above]))
-        near = np.convolve(linear > 0.98 * limit, np.ones(9), "same") > 0
-        return limit, 1.25 * float(np.std(self.size[above])) / np.sqrt(above.sum()), ~near
+        spread = np.sqrt(np.pi / 2.0) * float(np.std(self.size[above])) / np.sqrt(above.sum())  # of a median
+        return limit, spread, ~_near(linear > 0.98 * limit)
 
-    def _result(
-        self, solution: _Solution, terms: list[int], limit: float, spread: float, used: np.ndarray
-    ) -> _Fit:
-        columns, error, _ = self._system(solution.delay)
-        residual = (error - columns[:, terms] @ solution.values)[used]
-        explained = 1.0 - float(np.var(residual) / np.var(error[used]))
-        full = np.zeros(5)
-        full[terms] = solution.values
-        alpha = full[0]
-        gains = np.array([1.0, *full[1:4]]) / alpha
-        jacobian = np.zeros((5, len(terms) + 1))
-        jacobian[4, -1] = 1.0
-        for place, term in enumerate(terms):
-            if term < 4:
-                jacobian[term, place] = 1.0 / alpha if term else 0.0
-        jacobian[:4, 0] = -gains / alpha
-        for place, term in enumerate(terms):
-            if 0 < term < 4:
-                jacobian[term, place] = 1.0 / alpha
-        stds = np.sqrt(np.diag(jacobian @ solution.covariance @ jacobian.T))
-        return _Fit(
-            np.array([gains[0], gains[1], limit, solution.delay, gains[2], gains[3]]),
-            np.array([stds[0], stds[1], spread, stds[4], stds[2], stds[3]]),
-            explained,
-        )
+
+def _near(marked: np.ndarray) -> np.ndarray:
+    """Marked samples and those that the low-pass mixes with them: four samples are a period of its cut-off."""
+    return np.convolve(marked, np.ones(9), "same") > 0.0
+
+
+def _numbers(solution: _Solution, limit: float, spread: float) -> _Fit:
+    """Gains from coefficients, with standard deviations to first order."""
+    coefficients = np.zeros(4)
+    used = [(place, term) for place, term in enumerate(solution.terms) if term < ONE]
+    for place, term in used:
+        coefficients[term] = solution.values[place]
+    gains = np.array([1.0, *coefficients[1:]]) / coefficients[TORQUE]
+    jacobian = np.zeros((5, len(solution.covariance)))
+    jacobian[4, -1] = 1.0
+    for place, term in used:
+        jacobian[term, place] = (-gains[0] if term == TORQUE else 1.0) / coefficients[TORQUE]
+        if term != TORQUE:
+            jacobian[term, 0] = -gains[term] / coefficients[TORQUE]
+    stds = np.sqrt(np.diag(jacobian @ solution.covariance @ jacobian.T))
+    kp, kv, feed_forward, integral = gains
+    return _Fit(
+        np.array([kp, kv, limit, solution.delay, feed_forward, integral]),
+        np.array([stds[0], stds[1], spread, stds[4], stds[2], stds[3]]),
+        solution.residual,
+    )
 
 
 def _solve(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    scale = np.linalg.norm(columns, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
+    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
     return np.asarray(np.linalg.lstsq(columns / scale, values, rcond=None)[0] / scale)

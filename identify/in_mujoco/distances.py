@@ -66,19 +66,17 @@ def horizons_of(runs: Sequence[Run]) -> tuple[float, ...]:
 def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distances:
     """Simulate runs from evenly spaced starts, and as a whole."""
     horizons, ends, tools, moves = horizons_of(runs), [], [], []
-    for run, first in _starts(runs, horizons[-1]):
-        last = int(np.searchsorted(run.time, run.time[first] + horizons[-1], side="right")) - 1
-        simulated = simulator.roll(run, first, last)
-        offsets = [
-            int(np.searchsorted(run.time, run.time[first] + horizon, side="right")) - 1 - first
-            for horizon in horizons
-        ]
+    starts = list(_starts(runs, horizons[-1]))
+    windows = [(run, first, _before(run, run.time[first] + horizons[-1])) for run, first in starts]
+    for (run, first, _), simulated in zip(windows, simulator.roll_all(windows), strict=True):
+        offsets = [_before(run, run.time[first] + horizon) - first for horizon in horizons]
         rows = np.maximum(offsets, 1) - 1
         real = run.position[first + 1 + rows]
         ends.append(simulated[rows] - real)
         tools.append(_tool_distance(robot, simulated[rows], real))
         moves.append(real - run.position[first])
-    traces = tuple(np.vstack([run.position[:1], simulator.roll(run, 0, len(run.time) - 1)]) for run in runs)
+    whole = simulator.roll_all([(run, 0, len(run.time) - 1) for run in runs])
+    traces = tuple(np.vstack([run.position[:1], trace]) for run, trace in zip(runs, whole, strict=True))
     errors = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
     tool_errors = [
         _tool_distance(robot, trace[::STRIDE], run.position[::STRIDE])
@@ -88,6 +86,11 @@ def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distan
         np.array(ends), np.array(tools), _rms(errors), float(_rms(np.concatenate(tool_errors))), traces,
         _rms(np.array(moves)),
     )  # fmt: skip
+
+
+def _before(run: Run, moment: float) -> int:
+    """Index of the last sample up to a moment [s]."""
+    return int(np.searchsorted(run.time, moment, side="right")) - 1
 
 
 STRIDE = 10

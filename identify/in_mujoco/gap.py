@@ -1,11 +1,14 @@
-"""The gap between a user's MuJoCo simulation and the real arm: its size, and how much each finding closes.
+"""The gap between a user's MuJoCo simulation and the real arm: its size, and how it closes.
 
-Findings are added one after the other, and all parameters are fitted again each time. A finding is kept if,
-in the held-out runs, it makes none of its joints worse and leaves no joint worse than with the original file.
+The servos are identified first: without their gains and delays, no other number of the simulation counts.
+Then there are two answers. The first is the best file by itself, for simulators that run nothing else. The
+second adds the findings of a diagnosis, of which those that MJCF cannot hold act through `exidyn.mujoco`.
+Runs that are held out decide what is written.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -26,37 +29,48 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
+from .answer import Answer, attached, file_alone
 from .distances import Distances, horizons_of
-from .ladder import Ladder, Source, Stage, Step, simulated
-from .replay import Run, what_is_commanded
+from .judge import TOOL, Judge
+from .ladder import Ladder, Stage
+from .replay import POSITION, TORQUE, Run, what_is_commanded
+from .servo_changes import ServoChange
+from .servo_stage import ServoStage, servo_stage, unchanged
 from .servo_torque import with_servo_torque
+from .trial import Source, Trial
+
+SERVOS = "servos of the file: gains, limits and delays of commands"
 
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """The gap between simulation and recordings, and the findings that close it.
+    """The gap between simulation and recordings, and what closes it.
 
     Attributes:
         diagnosis: Diagnosis of the runs.
         commands: What was commanded, "position" or "torque".
+        held: Whether commands were held from sample to sample in the simulations, rather than interpolated.
         horizons: Times after a start at which both are compared [s].
         runs: Held-out runs.
-        before: Distances with the original file.
-        stages: Findings in the order in which they were tried.
-        after: Distances with all findings that are kept; `before` if there are none.
-        kept: The arm with those findings; None if there are none.
+        original: Distances with the original file.
+        servos: Numbers of the file's servos that changed.
+        stages: What was tried, in this order: servos, numbers, findings.
+        file: The best file by itself.
+        attached: The file with the findings, some of which `exidyn.mujoco.attach` adds.
         taken_out: Findings about the measurement, which were removed from the recordings, in words.
         beyond: Findings that a simulated arm cannot represent, in words.
     """
 
     diagnosis: Diagnosis
     commands: str
+    held: bool
     horizons: tuple[float, ...]
     runs: tuple[Run, ...]
-    before: Distances
+    original: Distances
+    servos: tuple[ServoChange, ...]
     stages: tuple[Stage, ...]
-    after: Distances
-    kept: Step | None
+    file: Answer
+    attached: Answer
     taken_out: tuple[str, ...]
     beyond: tuple[str, ...]
 
@@ -69,17 +83,19 @@ def gap(
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
     as_recorded: bool = False,
+    judge_by: str = TOOL,
 ) -> Gap:
-    """Simulate, diagnose, write the findings into the file, and simulate again.
+    """Identify the servos, diagnose the arm, write what was found into the file, and simulate again.
 
     Args:
         source: The MJCF.
         model: The arm that it describes, with the drive gains of the recordings.
-        recordings: Role and recording of each run; runs of role "validate" decide which findings are kept.
+        recordings: Role and recording of each run; runs of role "validate" decide what is written.
         commands: "position" or "torque"; by default, what the file and the runs support.
         filtering: Filters; by default, they are chosen from the data.
         progress: Function that is called with a sentence at each stage.
         as_recorded: Whether to skip the check of columns, units and signs.
+        judge_by: "tool" or "joints", whose error decides.
 
     Raises:
         RecordingError: If no run is held out.
@@ -89,35 +105,66 @@ def gap(
         raise RecordingError(
             "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"
         )
-    compiled = _compiled(source)
-    suspicions = [] if as_recorded else _suspicions(compiled, model, recordings)
-    as_recorded = as_recorded or any(is_servo_error(run.settings) for _, run in recordings)
-    recordings = [(role, with_servo_torque(compiled, run, model.robot.joints)) for role, run in recordings]
-    diagnosis = diagnosed(
-        model, recordings, model.robot.name, filtering, progress, as_recorded=as_recorded
-    ).diagnosis
-    diagnosis = replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions))
-    of_arm, faults, beyond = _sorted(diagnosis)
-    runs = tuple(
-        Run.of(_without(recording, diagnosis, faults), filtering)
-        for role, recording in recordings
-        if role == HELD_OUT
-    )
-    commands = what_is_commanded(compiled, runs, model.robot.joints, commands)
-    progress(StageText("simulate", "simulate the original file"))
-    before = simulated(source, source.text, model, runs, commands, attach=False)
-    ladder = Ladder(source, recordings, filtering, diagnosis, runs, commands, faults, before)
+    progress(StageText("servos", "identify the servos"))
+    joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
+    # Simulations take the commands of the log. Its effort counts only if torque is commanded.
+    raw = [(role, with_servo_torque(compiled, run, joints)) for role, run in recordings]
+    commands = what_is_commanded(compiled, [run for _, run in raw], joints, commands)
     with threadpool_limits(limits=1):  # the steps of one arm are too small for threads to pay off
+        servos = unchanged(source, model)
+        if commands == POSITION:
+            servos = servo_stage(source, model, recordings, raw, filtering, Judge(judge_by))
+        diagnosis, fitted = _diagnosed(servos, model, recordings, filtering, progress, as_recorded)
+        of_arm, faults, beyond = _sorted(diagnosis)
+        if commands == TORQUE:
+            raw = [(role, _without(run, diagnosis, faults)) for role, run in raw]
+        trial = Trial(servos.source, model, _runs(raw, filtering, True), commands, servos.held)
+        progress(StageText("simulate", "simulate the original file"))
+        original, start = trial.distances(source.text), trial.distances(servos.source.text)
+        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by), start)
         ladder.climb(of_arm, progress)
-    joints = diagnosis.joints
+        progress(StageText("refine", "refine the numbers of the file by simulation"))
+        training = replace(trial, runs=_runs(raw, filtering, False))
+        file = file_alone(ladder, training, start)
+    servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
-        diagnosis, commands, horizons_of(runs), runs, before, tuple(ladder.stages), ladder.last, ladder.kept,
-        tuple(sentence(finding, joints) for finding in faults),
-        tuple(sentence(finding, joints) for finding in beyond),
+        diagnosis, commands, servos.held, horizons_of(trial.runs), trial.runs, original, servos.changes,
+        (*servo_stages, *ladder.stages), file, attached(ladder, file),
+        tuple(sentence(finding, diagnosis.joints) for finding in faults),
+        tuple(sentence(finding, diagnosis.joints) for finding in beyond),
     )  # fmt: skip
 
 
-def _suspicions(compiled: object, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
+def _runs(
+    recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
+) -> tuple[Run, ...]:
+    """Runs for simulation: those that are held out, or all others."""
+    return tuple(Run.of(run, filtering) for role, run in recordings if (role == HELD_OUT) == held_out)
+
+
+def _diagnosed(
+    servos: ServoStage,
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    filtering: Filtering,
+    progress: Callable[[str], None],
+    as_recorded: bool,
+) -> tuple[Diagnosis, list[tuple[str, Recording]]]:
+    """Diagnosis, and the recordings to which it applies: with the torque of the servos if none was logged."""
+    compiled = compile_mjcf(servos.source.text.decode(), servos.source.folder)
+    suspicions = [] if as_recorded else _suspicions(compiled, model, recordings)
+    as_recorded = as_recorded or any(is_servo_error(run.settings) for _, run in recordings)
+    joints = model.robot.joints
+    fitted = [
+        (role, with_servo_torque(compiled, run, joints, delay=servos.delay)) for role, run in recordings
+    ]
+    diagnosis = diagnosed(
+        model, fitted, model.robot.name, filtering, progress, as_recorded=as_recorded
+    ).diagnosis
+    return replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions)), fitted
+
+
+def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
     """Doubts about logs that hold commands but no effort.
 
     They are checked with the torque of a real servo: MuJoCo's steps change the effect of its damping so
@@ -154,7 +201,3 @@ def _without(recording: Recording, diagnosis: Diagnosis, faults: Sequence[Findin
         return recording
     measurements = as_found(diagnosis.evidence, faults).model.measurements
     return replace(recording, model=replace(recording.model, measurements=measurements))
-
-
-def _compiled(source: Source) -> object:
-    return compile_mjcf(source.text.decode(), source.folder)

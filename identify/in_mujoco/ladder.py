@@ -1,7 +1,7 @@
-"""Ladder: findings added to the file one after the other, each kept if it makes no joint worse."""
+"""Ladder: findings added to the file one after the other, each kept unless it moves the simulation away."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,44 +19,35 @@ from ..export.mjcf_patch import patch
 from ..export.portable import Portable
 from ..fit.fit import Fit
 from ..fit.identified import identified, standard_parameters
+from ..fit.needed_changes import needed_changes
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..progress import StageText
 from ..recordings.recording import Recording
 from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
-from .distances import Distances, distances
-from .replay import Run, Simulator
+from .distances import Distances
+from .judge import Gain, Judge
+from .trial import Trial
 
-NUMBERS = "numbers that MJCF has: masses, inertia, armature, damping, friction"
-SURE = 1.64
-"""Number of standard errors by which a joint is worse with 95 % confidence (one-sided)."""
-
-
-class Source(NamedTuple):
-    """The user's file: its text, the folder of the files that it refers to, and its name in errors."""
-
-    text: bytes
-    folder: str
-    where: str
+NUMBERS = "numbers of the file: masses, inertia, armature, damping, friction"
+NEGLIGIBLE = "its size, fitted together with the others, cannot be told from zero"
+FARTHER = "the simulation would be farther from the recordings"
 
 
 class Stage(NamedTuple):
-    """One finding, added to those that were kept before it.
+    """Something added to what was kept before it.
 
     Attributes:
-        name: The finding in words.
-        distances: Distances with the finding; None if it could not be simulated.
-        worse: Joints that the finding makes worse, from 0.
-        nearer: Joints that the finding brings nearer to the real arm, with 95 % confidence, from 0; only
-            joints on which it acts, or any joint if it acts on all.
-        reason: Why the finding is not written; empty if it is written.
+        name: The finding in words, or the kind of numbers.
+        distances: Distances with it; None if it was not simulated.
+        gain: Whether the simulation is nearer to the recordings with it; None if it was not simulated.
+        reason: Why it is not written; empty if it is.
     """
 
     name: str
     distances: Distances | None
-    worse: tuple[int, ...] = ()
-    nearer: tuple[int, ...] = ()
+    gain: Gain | None = None
     reason: str = ""
 
 
@@ -70,72 +61,88 @@ class Step(NamedTuple):
     left: tuple[str, ...]
 
 
-def simulated(
-    source: Source, text: bytes, arm: Model, runs: Sequence[Run], commands: str, attach: bool
-) -> Distances:
-    """Distances between the runs and an arm in MuJoCo, simulated with a version of the source's text."""
-    with Simulator(text.decode(), source.folder, arm, commands, attach) as simulator:
-        return distances(simulator, arm.robot, runs)
-
-
 @dataclass
 class Ladder:
-    """Sequence of findings, each added to those kept before it."""
+    """Sequence of findings, each added to those kept before it.
 
-    source: Source
+    Attributes:
+        trial: The file, and the runs that judge.
+        recordings: Role and recording of each run.
+        filtering: Filters.
+        diagnosis: Diagnosis of the recordings.
+        faults: Findings about the measurement, which every fit includes.
+        judge: What a simulation is judged by.
+        last: Distances of what is kept.
+        kept: What is kept; None if it is the file as it is.
+        stages: What was tried.
+    """
+
+    trial: Trial
     recordings: Sequence[tuple[str, Recording]]
     filtering: Filtering
     diagnosis: Diagnosis
-    runs: Sequence[Run]
-    commands: str
     faults: Sequence[Finding]
-    before: Distances
-
-    def __post_init__(self) -> None:
-        self.stages: list[Stage] = []
-        self.last, self.kept = self.before, None  # type: Distances, Step | None
+    judge: Judge
+    last: Distances
+    kept: Step | None = None
+    stages: list[Stage] = field(default_factory=list)
 
     def climb(self, findings: Sequence[Finding], progress: Callable[[str], None]) -> None:
-        """Try the parameters of the file alone, then each finding."""
+        """Try the numbers of the file, then each finding."""
         kept: list[Finding] = []
-        joints = self.diagnosis.joints
         for finding in (None, *findings):
+            joints = self.diagnosis.joints
             name = NUMBERS if finding is None else named(finding.effect, finding.joints, joints)
             progress(StageText("simulate", f"simulate with {name}"))
-            if self._try(name, [*kept, finding] if finding else kept, finding.joints if finding else ()):
+            if self._try(name, kept if finding is None else [*kept, finding], finding):
                 kept += [finding] if finding else []
 
-    def _try(self, name: str, findings: Sequence[Finding], acting: Sequence[int]) -> bool:
-        """Add a stage for a finding that acts on some joints, and return whether it is kept."""
+    def _try(self, name: str, findings: Sequence[Finding], finding: Finding | None) -> bool:
+        """Add a stage, and return whether it is kept."""
         try:
-            step = self._step(findings)
-            now = simulated(self.source, step.text, step.arm, self.runs, self.commands, attach=True)
+            step = self.step(findings)
+            if finding is not None and _vanished(step.fit, step.arm, finding):
+                self.stages.append(Stage(name, None, reason=NEGLIGIBLE))
+                return False
+            if finding is None and not step.changes:
+                return False
+            now = self.trial.distances(step.text, step.arm, attach=True)
         except ExidynError as error:
             self.stages.append(Stage(name, None, reason=" ".join(str(error).split())))
             return False
-        worse = worse_joints(self.before, self.last, now, self._noise(), acting)
-        nearer = tuple(joint for joint in nearer_joints(self.last, now) if joint in acting or not len(acting))
-        if not worse:
+        gain = self.judge.compared(self.last, now)
+        # Numbers alone are written for their gain; a finding has its evidence in the torque.
+        refused = gain is Gain.WORSE or (finding is None and gain is not Gain.BETTER)
+        if not refused:
             self.last, self.kept = now, step
-        words = ", ".join(self.diagnosis.joints[joint] for joint in worse)
-        self.stages.append(Stage(name, now, worse, nearer, f"{words} would be worse" if worse else ""))
-        return not worse
+        self.stages.append(Stage(name, now, gain, FARTHER if gain is Gain.WORSE else ""))
+        return not refused
 
-    def _noise(self) -> np.ndarray:
-        return np.asarray(np.max([run.noise for run in self.runs], axis=0))
+    def step(self, findings: Sequence[Finding]) -> Step:
+        """Parameters fitted together with findings, and the file with what MJCF can express of them.
 
-    def _step(self, findings: Sequence[Finding]) -> Step:
-        """Parameters fitted together with the findings, and the file with what MJCF can express of them."""
+        Raises:
+            ExidynError: The runs cannot be fitted, or the file cannot hold the result.
+        """
         diagnosis = replace(self.diagnosis, findings=(*self.faults, *findings))
         fit = refit(diagnosis, self.recordings, filtering=self.filtering)
         if fit is None:
             raise ExidynError("the diagnosis has no evidence to fit the findings to")
-        arm = replace(identified(fit), measurements=())  # gears are added below, sensors are not simulated
-        source = self.source
-        patched = patch(Portable.of(arm), standard_parameters(fit), source.text, source.folder, source.where)
+        standard = needed_changes(fit, standard_parameters(fit))
+        arm = replace(identified(fit, standard), measurements=())  # gears follow; sensors are not simulated
+        source = self.trial.source
+        patched = patch(Portable.of(arm), standard, source.text, source.folder, source.where)
         gears = gears_of(self.diagnosis, findings)
         text, more = add_gears(patched.text, source.folder, source.where, gears)
         return Step(fit, arm, text, (*patched.changes, *more), patched.left)
+
+
+def _vanished(fit: Fit, arm: Model, finding: Finding) -> bool:
+    """Whether the effect of a finding has no size in the identified arm."""
+    for effect, values in arm.shares(arm.nominal_values):
+        if effect == finding.effect:
+            return not np.any(values)
+    return False
 
 
 def gears_of(diagnosis: Diagnosis, findings: Sequence[Finding]) -> list[Gear]:
@@ -164,33 +171,3 @@ def _relative_half(findings: Sequence[Finding], joint: int, *names: str) -> floa
             half = NORMAL_95 * float(np.linalg.norm([factor.std / factor.value for factor in estimates]))
             return half if np.isfinite(half) else np.inf
     return np.inf
-
-
-def worse_joints(
-    first: Distances, last: Distances, now: Distances, noise: np.ndarray, acting: Sequence[int]
-) -> tuple[int, ...]:
-    """Joints whose error has grown, from 0, at the longest horizon at which it is informative.
-
-    A joint on which the finding acts is compared with the previous stage, and its error must have grown by
-    more than the starts vary, with 95 % confidence. Other joints react to it, for better or worse, as long as
-    findings are missing. They are compared with the original file, by more than the encoder noise (n,) [rad].
-    """
-    joints = np.arange(len(noise))
-    acted_on, grown = np.isin(joints, acting), _growth(last, now) > SURE
-    beyond_first = ~(now.joints[first.telling, joints] <= first.joints[first.telling, joints] + noise)
-    return tuple(int(joint) for joint in np.flatnonzero(acted_on & grown | beyond_first))
-
-
-def nearer_joints(last: Distances, now: Distances) -> tuple[int, ...]:
-    """Joints whose error has shrunk by more than the starts vary, with 95 % confidence, from 0."""
-    return tuple(int(joint) for joint in np.flatnonzero(_growth(last, now) < -SURE))
-
-
-def _growth(last: Distances, now: Distances) -> np.ndarray:
-    """Growth of each joint's mean square error in standard errors, shape (n,); 0 if it diverged in both."""
-    joints = np.arange(last.ends.shape[2])
-    before, after = (stage.ends[:, last.telling, joints] ** 2 for stage in (last, now))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        growth = after - before
-        error = np.std(growth, axis=0) / np.sqrt(len(growth))
-        return np.asarray(np.nan_to_num(np.mean(growth, axis=0) / error, posinf=np.inf, neginf=-np.inf))

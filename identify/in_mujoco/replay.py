@@ -1,5 +1,6 @@
 """Replay: the commands of a recording, applied to the arm in MuJoCo from any sample onward."""
 
+import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -71,7 +72,9 @@ class Run(NamedTuple):
         return self.effort * arm.robot.drive_gain @ arm.robot.coupling
 
 
-def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], requested: str = "") -> str:
+def what_is_commanded(
+    model: Any, runs: Sequence[Recording], joints: Sequence[str], requested: str = ""
+) -> str:
     """The requested kind of command; by default `POSITION` if runs and file support it, else `TORQUE`.
 
     Positions need commands in all runs and position servos for all joints.
@@ -80,7 +83,7 @@ def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], re
         RecordingError: If positions are requested and a run has no commanded positions.
         RobotError: If positions are requested and the file has no servos.
     """
-    without_commands = [run.name for run in runs if run.command is None]
+    without_commands = [run.name for run in runs if "command" not in run.signals]
     has_servos = bool(servos(model, joints))
     if requested == POSITION and without_commands:
         raise RecordingError(
@@ -102,9 +105,12 @@ class Simulator:
         arm: The arm, with the drive gains that convert current to torque.
         commands: `POSITION` or `TORQUE`.
         attach: Whether to attach the effects that MJCF cannot express.
+        held: Whether commands are held from sample to sample; by default they are interpolated.
     """
 
-    def __init__(self, text: str, folder: str, arm: Model, commands: str, attach: bool) -> None:
+    def __init__(
+        self, text: str, folder: str, arm: Model, commands: str, attach: bool, held: bool = False
+    ) -> None:
         self._mujoco = optional("mujoco", PURPOSE, "mujoco")
         self.model, self._arm, self._commands = compile_mjcf(text, folder), arm, commands
         self.model.opt.disableflags |= enum_of("mjtDisableBit", "mjDSBL_AUTORESET")
@@ -114,6 +120,7 @@ class Simulator:
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
+        self._held, self._delay = held, self._take_delays()
         if commands == TORQUE:
             self._silence([int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
@@ -123,6 +130,17 @@ class Simulator:
         names = [joint_name(self.model, joint) for joint in range(self.model.njnt)]
         twists = [TWIST.format(joint) for joint in joints]
         return [(index, names.index(name)) for index, name in enumerate(twists) if name in names]
+
+    def _take_delays(self) -> np.ndarray:
+        """Delays of the servos (n,) [s], which are applied to the commands of the recording instead.
+
+        MuJoCo's history of commands is empty at a start; the recording has the commands before it.
+        """
+        if not self._servos or not hasattr(self.model, "actuator_delay"):
+            return np.zeros(len(self._servos))
+        delay = np.array(self.model.actuator_delay[self._servos])
+        self.model.actuator_delay[self._servos] = 0.0
+        return delay
 
     def _silence(self, joints: Sequence[int]) -> None:
         """Disable the file's actuators on these joints, since the measured torque replaces them."""
@@ -141,33 +159,73 @@ class Simulator:
         if self._attached is not None:
             self._attached.detach()
 
+    def renew(self) -> None:
+        """Compute what MuJoCo derives from the numbers of its model, after they have been changed."""
+        self._mujoco.mj_setConst(self.model, self._data)
+
     def roll(self, run: Run, first: int, last: int) -> np.ndarray:
         """Simulated positions at samples first + 1 to last of a run, shape (k, n) [rad].
 
         The simulation starts in the state at sample `first`; positions are infinite once it has diverged.
         """
         mujoco, model, data = self._mujoco, self.model, self._data
-        mujoco.mj_resetData(model, data)
-        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
-        if self._twists:
-            self._bend(run, first)
-        step, sample_time = model.opt.timestep, run.time[first + 1 : last + 1] - run.time[first]
-        time = step * np.arange(int(np.ceil(sample_time[-1] / step)) + 1)
-        commands = self._commands_in_steps(run, run.time[first] + time[:-1], step)
+        time, commands = self._begin(run, first, last)
         positions = np.full((len(time), len(self._qpos)), np.inf)
         positions[0] = run.position[first]
+        target, places = (data.ctrl, self._servos) if self._servos else (data.qfrc_applied, self._dofs)
         for row, command in enumerate(commands):
-            if self._servos:
-                data.ctrl[self._servos] = command
-            else:
-                data.qfrc_applied[self._dofs] = command
+            target[places] = command
             mujoco.mj_step(model, data)
             position = data.qpos[self._qpos]
             if not np.all(np.abs(position) < BEYOND):
                 break
             positions[row + 1] = position
-        with np.errstate(invalid="ignore"):
-            return np.nan_to_num(_between(sample_time, time, positions), nan=np.inf)
+        return _at_samples(run, first, last, time, positions)
+
+    def roll_all(self, windows: Sequence[tuple[Run, int, int]]) -> list[np.ndarray]:
+        """The same for windows (run, first, last), in threads if no effects are attached."""
+        if self._attached is not None:
+            return [self.roll(*window) for window in windows]
+        from mujoco import rollout  # it takes a while to import
+
+        kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
+        full = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
+        size, places = (self.model.nu, self._servos) if self._servos else (self.model.nv, self._dofs)
+        begun = [self._begin_at(full, *window) for window in windows]
+        steps = max(len(commands) for _, _, commands in begun)
+        control = np.zeros((len(windows), steps, size))
+        for row, (_, _, commands) in zip(control, begun, strict=True):
+            row[:, places] = np.pad(commands, ((0, steps - len(commands)), (0, 0)), "edge")
+        data = [self._mujoco.MjData(self.model) for _ in range(os.cpu_count() or 1)]
+        states, _ = rollout.rollout(
+            self.model, data, np.array([state for state, _, _ in begun]), control, control_spec=int(kind)
+        )
+        position = states[:, :, 1 + np.array(self._qpos)]  # time is first
+        position[np.logical_or.accumulate(~np.all(np.abs(position) < BEYOND, axis=2), axis=1)] = np.inf
+        return [
+            _at_samples(*window, time, np.vstack([window[0].position[window[1]], moved])[: len(time)])
+            for window, (_, time, _), moved in zip(windows, begun, position, strict=True)
+        ]
+
+    def _begin(self, run: Run, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Set the state at a sample; returns the time of all steps and the end, and the commands."""
+        model, data = self.model, self._data
+        self._mujoco.mj_resetData(model, data)
+        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        if self._twists:
+            self._bend(run, first)
+        step = model.opt.timestep
+        time = step * np.arange(int(np.ceil((run.time[last] - run.time[first]) / step)) + 1)
+        return time, self._commands_in_steps(run, run.time[first] + time[:-1], step)
+
+    def _begin_at(
+        self, kind: int, run: Run, first: int, last: int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """State of MuJoCo at a sample, time of all steps and the end, and commands."""
+        time, commands = self._begin(run, first, last)
+        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
+        self._mujoco.mj_getState(self.model, self._data, state, kind)
+        return state, time, commands
 
     def _bend(self, run: Run, row: int) -> None:
         """Set the twist of the gears to its static value under their load at a sample of a run."""
@@ -184,10 +242,15 @@ class Simulator:
         data.qacc[:] = 0.0
 
     def _commands_in_steps(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
-        """Command in each step, linear between samples because controllers interpolate, shape (k, n)."""
+        """Command in each step, as controllers hold or interpolate commands between samples, shape (k, n)."""
         if self._servos:
             assert run.command is not None
-            return self.model.actuator_gear[self._servos, 0] * _between(time, run.time, run.command)
+            gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - self._delay
+            if self._held:
+                places = np.searchsorted(run.time, times + TOUCHING, side="right") - 1
+                return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)
+            columns = zip(times.T, run.command.T, strict=True)
+            return gear * np.stack([np.interp(at, run.time, column) for at, column in columns], axis=1)
         return _between(time + 0.5 * step, run.time, run.torque(self._arm))  # in the middle of the step
 
 
@@ -196,5 +259,14 @@ def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndar
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)
 
 
+def _at_samples(run: Run, first: int, last: int, time: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Positions of steps (s, n) at samples first + 1 to last of a run, shape (k, n)."""
+    with np.errstate(invalid="ignore"):
+        moments = run.time[first + 1 : last + 1] - run.time[first]
+        return np.nan_to_num(_between(moments, time, positions), nan=np.inf)
+
+
+TOUCHING = 1e-9
+"""Time by which a step may begin before the sample whose command it takes, due to rounding [s]."""
 BEYOND = 1e3
 """Position beyond which a simulation counts as diverged [rad, m]: more than a hundred turns."""

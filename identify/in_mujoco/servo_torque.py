@@ -15,18 +15,22 @@ import numpy as np
 
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT, Recording, Signal
-from ..recordings.servo_error import FEW, SELDOM, is_servo_error
+from ..recordings.servo_error import FEW, SELDOM, delayed_command, is_servo_error
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
 
 
 def with_servo_torque(
-    model: Any, recording: Recording, joints: Sequence[str], ahead: float | None = None
+    model: Any,
+    recording: Recording,
+    joints: Sequence[str],
+    ahead: float | None = None,
+    delay: np.ndarray | None = None,
 ) -> Recording:
     """The recording, with servo errors replaced by the torque of the file's servos.
 
-    A recording with measured effort is returned unchanged. So is a recording whose robot states a servo law:
-    its kp is a drive gain, which is fitted.
+    A recording with measured effort is returned unchanged. If the robot states a servo law, its kp is a drive
+    gain, which is fitted: such a recording keeps servo errors, with commands at the times at which they act.
 
     Args:
         model: The compiled MJCF.
@@ -34,12 +38,16 @@ def with_servo_torque(
         joints: Joint names.
         ahead: Lead of the velocity that the servos' damping uses over the velocity that positions show [s];
             by default, that of the file's integrator.
+        delay: Time from a command to its effect on each joint, shape (n,) [s]; zero by default.
 
     Raises:
         RecordingError: If a joint has no position servo in the file.
     """
-    if recording.robot.servo is not None or not is_servo_error(recording.settings):
+    if not is_servo_error(recording.settings):
         return recording
+    delay = np.zeros(len(joints)) if delay is None else delay
+    if recording.robot.servo is not None:
+        return delayed_command(recording, delay) or recording
     actuators = servos(model, joints)
     if not actuators:
         raise RecordingError(
@@ -47,12 +55,15 @@ def with_servo_torque(
             "for every joint, so the torque is unknown"
         )
     others = {name: signal for name, signal in recording.signals.items() if name not in EFFORT}
-    error, position = recording.signals["current"], recording.signals["position"]
+    position, command = recording.signals["position"], recording.signals["command"]
+    columns = zip(delay, command.values.T, strict=True)
+    acting = [np.interp(position.time - later, command.time, column) for later, column in columns]
+    error = np.stack(acting, axis=1) - position.values
     # Differences of encoder increments are noisy; the torque filter smooths them.
     velocity = np.gradient(position.values, position.time, axis=0)
     ahead = lead(model) if ahead is None else ahead
     velocity = velocity + ahead * np.gradient(velocity, position.time, axis=0)
-    torque = servo_torque(model, actuators, error.values, velocity)
+    torque = servo_torque(model, actuators, error, velocity)
     with_torque = replace(recording, signals=others | {"torque": Signal(position.time, torque)})
     return with_torque.with_warnings(*_clipped(model, actuators, joints, torque))
 

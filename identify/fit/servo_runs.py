@@ -1,0 +1,97 @@
+"""Runs as the identification of servos needs them: low-passed signals on an even time axis."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ..arm.derivatives import differentiate
+from ..arm.motion import Motion
+from ..effects import RotorInertia
+from ..model import Model
+
+from ..preparation.cutoffs import position_cutoff
+from ..preparation.even import Even
+from ..preparation.filters import low_pass
+from ..recordings.recording import Recording
+
+LONGEST = 0.15
+"""Longest delay of a command that is considered [s]: five cycles of a 30 Hz bus."""
+REVERSAL = 0.02
+"""Ratio of the velocity over which dry friction changes its sign to the rms velocity of the joint."""
+
+
+@dataclass(frozen=True, eq=False)
+class ServoRun:
+    """Signals of one run; n joints.
+
+    Attributes:
+        rate: Sampling rate [Hz].
+        cutoff: Cut-off of the low-pass that all signals but `raw_torque` have passed [Hz].
+        position: Positions, shape (t, n) [rad].
+        velocity: Velocities, shape (t, n) [rad/s].
+        torque: Torques, shape (t, n) [N m].
+        raw_torque: Torques before the low-pass, shape (t, n) [N m].
+        command: Commands as functions of the time since the first sample.
+        unknown: Shapes of further torques of unknown size, shape (k, t, n); none if torque was measured.
+    """
+
+    rate: float
+    cutoff: float
+    position: np.ndarray
+    velocity: np.ndarray
+    torque: np.ndarray
+    raw_torque: np.ndarray
+    command: CubicSpline
+    unknown: np.ndarray
+
+    @classmethod
+    def of(cls, recording: Recording, gain: np.ndarray) -> "ServoRun":
+        """Signals of a recording with commands and effort; `gain` (n,) is the torque per current [N m/A]."""
+        even = Even.of(recording, None)
+        cutoff = position_cutoff(even.position, even.rate)
+        position, command, torque = (
+            low_pass(values, even.rate, cutoff)
+            for values in (even.position, even.signal("command"), even.signal(even.measures))
+        )
+        scale = np.ones(len(gain)) if even.measures == "torque" else gain
+        return cls(
+            even.rate, cutoff, position, differentiate(position, even.rate)[0], scale * torque,
+            scale * even.signal(even.measures), CubicSpline(even.time - even.time[0], command),
+            np.empty((0, *position.shape)),
+        )  # fmt: skip
+
+    def with_model_torque(self, model: Model, rotor_inertia: bool) -> "ServoRun":
+        """The run with the torque of the model's bodies, and unknown dry friction.
+
+        Viscous friction is part of the damping that the fit finds.
+
+        Args:
+            model: The arm.
+            rotor_inertia: Whether the rotor inertia is that of the model; otherwise it is unknown.
+        """
+        acceleration = differentiate(self.velocity, self.rate)[0]
+        motion = Motion.of(self.time, self.position, self.velocity, acceleration)
+        torque = np.sum(
+            [
+                effect.regressor(model.robot, motion) @ values
+                for effect, values in model.shares(model.nominal_values)
+                if effect.of_links or (rotor_inertia and isinstance(effect, RotorInertia))
+            ],
+            axis=0,
+        )
+        reversal = REVERSAL * np.sqrt(np.mean(self.velocity**2, axis=0)) + np.finfo(float).tiny
+        dry = low_pass(np.tanh(self.velocity / reversal), self.rate, self.cutoff)
+        unknown = [dry] if rotor_inertia else [dry, acceleration]
+        return replace(self, torque=torque, raw_torque=torque, unknown=np.stack(unknown))
+
+    @property
+    def inside(self) -> slice:
+        """Samples away from the transients of the filters, thinned to the band of the low-pass."""
+        edge = int(self.rate * (LONGEST + 2.0 / self.cutoff))
+        return slice(edge, len(self.position) - edge, max(1, int(self.rate / (4.0 * self.cutoff))))
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time since the first sample, shape (t,) [s]."""
+        return np.arange(len(self.position)) / self.rate

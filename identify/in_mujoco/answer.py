@@ -1,0 +1,150 @@
+"""The two answers of a gap: the best file by itself, and the file with effects attached."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..errors import ExidynError
+from ..export.mjcf_changes import TERMS, Change
+from ..export.portable import Portable
+from ..fit.fit import Fit
+from ..model import Model
+from ..robot_files.mjcf import compile_mjcf
+from ..text_table import NORMAL_95
+from .distances import Distances
+from .judge import Gain
+from .ladder import Ladder
+from .refine import FIELDS, Refinement, dofs_of, joint_numbers
+from .trial import Trial
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A version of the user's file.
+
+    Attributes:
+        text: Its text; the original one if nothing in it is better.
+        distances: Distances of its simulation from the held-out runs.
+        changes: Changed numbers, in addition to those of the servos.
+        arm: The arm whose effects are attached; for the file by itself, the arm that it describes.
+        fit: The fit from which the arm comes; None if its numbers come from the file or from simulation.
+        left: What the file cannot hold, in words.
+    """
+
+    text: bytes
+    distances: Distances
+    changes: tuple[Change, ...]
+    arm: Model
+    fit: Fit | None = None
+    left: tuple[str, ...] = ()
+
+    @property
+    def attaches(self) -> bool:
+        """Whether effects have to be attached for its distances."""
+        return self.fit is not None
+
+
+def attached(ladder: Ladder, file: Answer) -> Answer:
+    """The file with the findings; the file by itself if they bring the simulation no nearer."""
+    if ladder.kept is None or ladder.judge.compared(ladder.last, file.distances) is Gain.BETTER:
+        return file
+    step = ladder.kept
+    return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left)
+
+
+def file_alone(ladder: Ladder, training: Trial, start: Distances) -> Answer:
+    """The version of the file that is nearest to the held-out runs by itself.
+
+    The first version has the friction of a fit without findings, refined in simulations of the training runs.
+    Fits without and with the findings give further versions, which also differ in bodies; the best of them is
+    refined too. A version has to be nearer than the best before it, so that few changes come first.
+    """
+    trial = ladder.trial
+    original = Answer(trial.source.text, start, (), trial.model)
+    versions = list(_fitted(ladder))
+    best = fitted = _refined(ladder, training, original, *_friction(trial, versions))
+    for text, changes in versions:
+        fitted = _nearer(ladder, fitted, text, changes)
+    if fitted is best:
+        return best
+    numbers = _numbers(trial, fitted.text)
+    return _refined(ladder, training, fitted, numbers, np.full(numbers.shape, np.inf))
+
+
+def _refined(
+    ladder: Ladder, training: Trial, answer: Answer, start: np.ndarray, std: np.ndarray
+) -> Answer:
+    """The answer with refined joint numbers if it is nearer, else as it is."""
+    text, changes = Refinement(training, answer.text, start, std, _scale(training)).refined()
+    others = [change for change in answer.changes if change.attribute not in REFINED]
+    return _nearer(ladder, answer, text, (*others, *changes))
+
+
+def _friction(
+    trial: Trial, versions: Sequence[tuple[bytes, tuple[Change, ...]]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joint numbers (3, n) of the file, with damping and dry friction of a fit, and their deviations."""
+    numbers = _numbers(trial, trial.source.text)
+    std = np.full(numbers.shape, np.inf)
+    for text, changes in versions[:1]:
+        numbers[1:] = _numbers(trial, text)[1:]
+        halves = {(change.where, change.attribute): change.half for change in changes}
+        for row, place in np.ndindex(std.shape):
+            joint = f"joint '{trial.model.robot.joints[place]}'"
+            half = halves.get((joint, REFINED[row]), np.inf) if row else np.inf
+            std[row, place] = np.hypot(half / NORMAL_95, LAW * numbers[row, place])
+    return numbers, std
+
+
+def _numbers(trial: Trial, text: bytes) -> np.ndarray:
+    compiled = compile_mjcf(text.decode(), trial.source.folder)
+    return joint_numbers(compiled, dofs_of(compiled, trial.model.robot.joints))
+
+
+LAW = 0.05
+"""Relative difference of friction between a fit and MuJoCo, which lets dry friction creep."""
+REFINED = [TERMS[term][0] for term in FIELDS]
+"""Attributes that are refined."""
+
+
+def _nearer(ladder: Ladder, best: Answer, text: bytes, changes: tuple[Change, ...]) -> Answer:
+    """The version if it is nearer than the best one, else the best one."""
+    distances = ladder.trial.distances(text)
+    if ladder.judge.compared(best.distances, distances) is not Gain.BETTER:
+        return best
+    return Answer(text, distances, changes, best.arm)
+
+
+def _fitted(ladder: Ladder) -> Iterator[tuple[bytes, tuple[Change, ...]]]:
+    """Texts with the numbers of fits without and with the findings, and their changes."""
+    try:
+        step = ladder.step(())
+        yield step.text, step.changes
+    except ExidynError:  # it has a stage with the reason
+        pass
+    if ladder.kept is not None:
+        yield ladder.kept.text, ladder.kept.changes
+
+
+def _scale(training: Trial) -> np.ndarray:
+    """Size of armature, damping and dry friction that shows in the motion of each joint, shape (3, n).
+
+    It is a tenth of the torque that moves the joint, at its rms acceleration and velocity.
+    """
+    model, joints = training.model, Portable.of(training.model).joints
+    motions = [
+        Motion.of(run.time, run.position, run.velocity, np.gradient(run.velocity, run.time, axis=0))
+        for run in training.runs
+    ]
+    velocity, acceleration, torque = (
+        np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0)) + np.finfo(float).tiny
+        for parts in (
+            [motion.velocity for motion in motions],
+            [motion.acceleration for motion in motions],
+            [model.torque(motion, model.nominal_values) for motion in motions],
+        )
+    )
+    typical = 0.1 * torque * np.array([1.0 / acceleration, 1.0 / velocity, np.ones(len(torque))])
+    return np.maximum(typical, 0.1 * np.array([getattr(joints, term) for term in FIELDS]))

@@ -1,0 +1,188 @@
+"""Joint numbers of a file, refined so that its own simulation follows recordings: no effects beside the file.
+
+A file that lacks an effect simulates best with other numbers than those that the effect leaves in a fit to
+torque. Armature, damping and dry friction of all joints are fitted to the positions of short simulations
+from recorded states, by Gauss-Newton steps with finite differences. A number keeps its value in the file
+unless that costs accuracy.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..export.mjcf_changes import DIGITS, TERMS, Change
+from ..export.mjcf_elements import Elements
+from ..export.xml_text import Edits, read_tags
+from ..fit.needed_changes import with_needed_changes
+from ..robot_files.mjcf import compile_mjcf
+from ..text_table import NORMAL_95
+from .replay import Run
+from .trial import Trial
+
+SECONDS = 1.0
+"""Duration of a simulation [s]: long enough for friction to show, short enough for errors to stay small."""
+STARTS = 16
+"""Number of simulations of all runs."""
+STEPS = 6
+"""Maximum number of Gauss-Newton steps."""
+ENOUGH = 0.01
+"""Relative decrease of the rms error below which no further step is made."""
+DIFFERENCE = 0.05
+"""Step of a finite difference, relative to the scale of a number."""
+RIDGE = 0.01
+"""Share of the initial squared error that a change by the scale of a number costs: numbers that the
+simulation does not show stay as they are."""
+TRIES = 4
+"""Maximum number of step sizes in one direction."""
+STRIDE = 10
+"""Spacing of the compared samples."""
+FIELDS = {"armature": "dof_armature", "damping": "dof_damping", "dry": "dof_frictionloss"}
+"""Term of a joint -> field of the compiled model."""
+
+
+@dataclass
+class Refinement:
+    """Joint numbers of a file, fitted to runs in simulation.
+
+    Attributes:
+        trial: The file, and the runs to which the numbers are fitted.
+        text: Text of the version of the file that is refined.
+        start: Armature, damping and dry friction with which the fit starts, shape (3, n).
+        std: Standard deviations of the start, shape (3, n); infinite where only the file states it.
+        scale: Size of each number, shape (3, n): a change of this size shows in the simulation.
+    """
+
+    trial: Trial
+    text: bytes
+    start: np.ndarray
+    std: np.ndarray
+    scale: np.ndarray
+
+    def __post_init__(self) -> None:
+        self.simulator = self.trial.simulator(self.text)
+        self.dofs = dofs_of(self.simulator.model, self.trial.model.robot.joints)
+        self.windows = _windows(self.trial.runs)
+        source = self.trial.source
+        self.old = joint_numbers(compile_mjcf(source.text.decode(), source.folder), self.dofs)
+
+    def refined(self) -> tuple[bytes, tuple[Change, ...]]:
+        """The text with refined numbers, and what they change in the file."""
+        first = self._residual(self.start)
+        if not np.all(np.isfinite(first)):
+            return self.text, ()
+        values, jacobian = self._optimum(self.start, first, np.ones(self.start.shape, bool))
+        residual = self._residual(values)
+        needed, halves = self._needed(values, jacobian, residual)
+        needed, _ = self._optimum(needed, self._residual(needed), needed != self.old)
+        return self._written(needed, halves)
+
+    def _optimum(
+        self, values: np.ndarray, residual: np.ndarray, free: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the least squared error, of which some are free (3, n), and the last Jacobian."""
+        damping = 1e-3
+        for _ in range(STEPS):
+            jacobian, before = self._jacobian(values, residual, free), residual
+            information, prior = jacobian.T @ jacobian, np.diag(self._prior(residual))
+            moved = ((values - self.start) / self.scale).ravel()
+            for _ in range(TRIES):
+                matrix = information + prior + damping * np.diag(np.diag(information))
+                step = -np.linalg.solve(matrix, jacobian.T @ residual + prior @ moved) * free.ravel()
+                new = np.maximum(values + step.reshape(values.shape) * self.scale, 0.0)
+                now = self._residual(new)
+                if np.all(np.isfinite(now)) and now @ now < residual @ residual:
+                    values, residual, damping = new, now, damping / 3.0
+                    break
+                damping *= 10.0
+            if np.linalg.norm(residual) > (1.0 - ENOUGH) * np.linalg.norm(before):
+                break
+        return values, jacobian
+
+    def _prior(self, residual: np.ndarray) -> np.ndarray:
+        """Information about the start in units of the residual and of the scales, shape (3 n,)."""
+        squares = float(residual @ residual)
+        return np.asarray((RIDGE + (self.scale / self.std) ** 2 / len(self.windows)).ravel() * squares)
+
+    def _needed(
+        self, values: np.ndarray, jacobian: np.ndarray, residual: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Values with insignificant changes of the file undone, and halves of their 95 % intervals, (3, n).
+
+        The error of a window counts as one sample, since errors within a window are correlated.
+        """
+        variance = float(residual @ residual) / len(self.windows)
+        precision = (jacobian.T @ jacobian + np.diag(self._prior(residual))) / variance
+        scale = self.scale.ravel()
+        covariance = np.linalg.inv(precision) * np.outer(scale, scale)
+        groups = [np.array([place]) for place in range(len(scale))]
+        needed, covariance = with_needed_changes(values.ravel(), covariance, self.old.ravel(), groups)
+        halves = NORMAL_95 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        return np.maximum(needed, 0.0).reshape(values.shape), halves.reshape(values.shape)
+
+    def _jacobian(self, values: np.ndarray, residual: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Derivative of the residual by the numbers over their scales, shape (r, 3 n); zero if not free."""
+        columns = []
+        for place in np.ndindex(values.shape):
+            if not free[place]:
+                columns.append(np.zeros(len(residual)))
+                continue
+            moved = values.copy()
+            moved[place] += DIFFERENCE * self.scale[place]
+            change = (self._residual(moved) - residual) / DIFFERENCE
+            columns.append(change if np.all(np.isfinite(change)) else np.zeros(len(residual)))
+        return np.stack(columns, axis=1)
+
+    def _residual(self, values: np.ndarray) -> np.ndarray:
+        """Simulated minus recorded positions over the motion of the joints, shape (r,)."""
+        for name, numbers in zip(FIELDS.values(), values, strict=True):
+            getattr(self.simulator.model, name)[self.dofs] = numbers
+        self.simulator.renew()
+        parts = []
+        for (run, first, last), simulated in zip(
+            self.windows, self.simulator.roll_all(self.windows), strict=True
+        ):
+            rows = np.arange(first + 1, last + 1)[STRIDE - 1 :: STRIDE]
+            moved = np.maximum(np.std(run.position, axis=0), np.finfo(float).tiny)
+            parts.append((simulated[STRIDE - 1 :: STRIDE] - run.position[rows]) / moved)
+        return np.concatenate(parts).ravel()
+
+    def _written(self, values: np.ndarray, halves: np.ndarray) -> tuple[bytes, tuple[Change, ...]]:
+        source, robot = self.trial.source, self.trial.model.robot
+        compiled = compile_mjcf(self.text.decode(), source.folder)
+        elements, edits = Elements(read_tags(self.text, source.where), compiled, source.where), Edits(self.text)
+        present, changes = joint_numbers(compiled, self.dofs), []
+        for row, place in np.ndindex(values.shape):
+            attribute, unit = TERMS[list(FIELDS)[row]]
+            name, new, old = robot.joints[place], float(values[row, place]), float(self.old[row, place])
+            if new != present[row, place]:
+                tag = elements.joint(int(compiled.joint(name).id))
+                edits.set(tag, **{attribute: f"{new:.{DIGITS}g}"})
+            if new != old:
+                half = float(halves[row, place])
+                changes.append(
+                    Change(f"joint '{name}'", attribute, robot.unit(place, unit), old, new, half)
+                )
+        return edits.text(), tuple(changes)
+
+
+def dofs_of(compiled: Any, joints: Sequence[str]) -> list[int]:
+    """Index of the degree of freedom of each joint."""
+    return [int(compiled.joint(name).dofadr[0]) for name in joints]
+
+
+def joint_numbers(compiled: Any, dofs: Sequence[int]) -> np.ndarray:
+    """Armature, damping and dry friction of joints in a compiled model, shape (3, n)."""
+    return np.array([getattr(compiled, name)[list(dofs)] for name in FIELDS.values()])
+
+
+def _windows(runs: Sequence[Run]) -> list[tuple[Run, int, int]]:
+    """Runs with first and last sample of simulations of `SECONDS`, evenly spaced."""
+    total = sum(float(run.time[-1] - run.time[0]) for run in runs)
+    spacing, windows = max(total / STARTS, SECONDS), []
+    for run in runs:
+        for moment in np.arange(run.time[0], run.time[-1] - SECONDS, spacing):
+            first, last = np.searchsorted(run.time, [moment, moment + SECONDS])
+            windows.append((run, int(first), int(last)))
+    return windows

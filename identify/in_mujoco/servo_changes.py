@@ -1,0 +1,105 @@
+"""What the identified servos of an arm change in the servos of its file, and only where intervals exclude it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from ..arm.servo_law import ServoLaw
+from ..fit.servo_fit import ServoFit
+from ..text_table import NORMAL_95
+
+KP, KV, LIMIT, DELAY = "kp", "kv", "forcerange", "delay"
+QUANTITIES = {KP: "stiffness", KV: "damping", LIMIT: "limit", DELAY: "delay"}
+"""Attribute of an MJCF -> field of `ServoLaw`."""
+UNITS = {KP: "N m/rad", KV: "N m s/rad", LIMIT: "N m", DELAY: "s"}
+DETERMINED = 0.1
+"""Largest relative standard deviation of a stiffness that counts as determined."""
+ACCURACY = 0.02
+"""Relative accuracy of gains: a torque is sampled somewhere within a cycle and simulated in steps, which moves
+gains by a percent or two whatever their intervals are."""
+UNIFORM = 1.0 / np.sqrt(12.0)
+"""Standard deviation of a moment within a cycle, over its duration."""
+
+
+@dataclass(frozen=True)
+class ServoChange:
+    """A number of a servo that differs from the file's.
+
+    Attributes:
+        joint: Index of the joint, from 0.
+        quantity: "kp", "kv", "forcerange" or "delay".
+        old: Number of the file, at the joint; infinite for a servo without a limit.
+        new: Identified number.
+        half: Half of its 95 % interval.
+    """
+
+    joint: int
+    quantity: str
+    old: float
+    new: float
+    half: float
+
+
+def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
+    """Numbers of the file's servos that the identified ones exclude."""
+    known = determined(fit)
+    if not np.any(known):
+        return ()
+    delay, spread = _delays(fit, known)
+    law = replace(fit.law, delay=delay)
+    std = replace(
+        fit.std, delay=spread,
+        stiffness=np.hypot(fit.std.stiffness, 0.5 * ACCURACY * law.stiffness),
+        damping=np.hypot(fit.std.damping, 0.5 * ACCURACY * law.damping + UNIFORM * fit.period * law.stiffness / 4),
+    )  # fmt: skip
+    return tuple(_changes(law, std, file, known, fit.measured))
+
+
+def determined(fit: ServoFit) -> np.ndarray:
+    """Whether the runs determine the gains of each joint's servo, shape (n,)."""
+    stiffness, std = fit.law.stiffness, fit.std.stiffness
+    physical = np.isfinite(stiffness) & (stiffness > 0.0) & (fit.law.damping > -3.0 * fit.std.damping)
+    return np.asarray(physical & (std < DETERMINED * np.abs(stiffness)))
+
+
+def _delays(fit: ServoFit, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Delay of each joint and its standard deviation; one delay for all if they agree, as on one bus."""
+    delay, std = fit.law.delay, np.hypot(fit.std.delay, UNIFORM * fit.period)
+    weight = known / std**2
+    common = float(np.sum(weight * delay) / np.sum(weight))
+    sure = _sure(len(delay))
+    if np.all(np.abs(delay - common)[known] <= sure * std[known]):
+        scatter = float(np.std(delay[known]))
+        return np.full(len(delay), common), np.full(len(delay), np.hypot(scatter, UNIFORM * fit.period))
+    return np.where(known, delay, np.median(delay[known])), std
+
+
+def _sure(joints: int) -> float:
+    """Standard deviations that no number of all servos exceeds by chance, with 95 % confidence."""
+    return float(norm.ppf(1.0 - 0.025 / (joints * len(QUANTITIES))))
+
+
+def _changes(
+    law: ServoLaw, std: ServoLaw, file: ServoLaw, known: np.ndarray, measured: bool
+) -> Iterator[ServoChange]:
+    sure = _sure(len(known))
+    for joint in range(len(known)):
+        for quantity, name in QUANTITIES.items():
+            new, old, spread = (float(getattr(of, name)[joint]) for of in (law, file, std))
+            needed = NORMAL_95 if quantity == DELAY else sure
+            if not np.isfinite(new) or not (known[joint] or quantity == DELAY):
+                continue
+            # Without measured torque, damping includes viscous friction: only too little of it is the servo's.
+            differs = old - new if quantity == KV and not measured else abs(new - old)
+            if differs > needed * spread:
+                yield ServoChange(joint, quantity, old, max(new, 0.0), NORMAL_95 * spread)
+
+
+def changed_law(file: ServoLaw, changes: tuple[ServoChange, ...]) -> ServoLaw:
+    """The law of the file with the changes."""
+    values = {name: np.array(getattr(file, name)) for name in QUANTITIES.values()}
+    for change in changes:
+        values[QUANTITIES[change.quantity]][change.joint] = change.new
+    return replace(file, **values)

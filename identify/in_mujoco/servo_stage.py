@@ -1,0 +1,154 @@
+"""Servos of the file, identified before the dynamics of the arm: gains, limits and delays of commands."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arm.servo_law import ServoLaw
+from ..diagnosis.runs.usable import HELD_OUT
+from ..errors import ExidynError
+from ..export.mjcf_law import with_servo_law
+from ..fit.servo_fit import ServoFit, identify_servos
+from ..fit.servo_runs import ServoRun
+from ..model import Model
+from ..preparation.prepare import Filtering
+from ..recordings.recording import Recording
+from ..recordings.servo_error import is_servo_error
+from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_drives import servo_law
+from .judge import Gain, Judge
+from .ladder import FARTHER
+from .replay import POSITION, Run
+from .servo_changes import DELAY, QUANTITIES, ServoChange, changed_law, servo_changes
+from .trial import Source, Trial
+
+HALVED = 0.5
+"""Ratio of residual variances below which the file's rotor inertia is wrong: friction as this simple model has
+it leaves differences of a tenth."""
+SLOW = 0.005
+"""Sampling period from which on it matters whether commands are held or interpolated [s]: half of it is longer
+than a step of a simulation."""
+LEAST = 0.1
+"""Delay in sampling periods that is left of one, if commands are held, from which on it is written."""
+
+
+@dataclass(frozen=True, eq=False)
+class ServoStage:
+    """The file with the identified servos.
+
+    Attributes:
+        source: The file; the original one if its servos agree with the runs.
+        changes: Changed numbers of its servos.
+        delay: Delay of the commands of each joint in the runs, shape (n,) [s].
+        held: Whether commands are held from sample to sample in a simulation of the runs.
+        gain: Whether the simulation of the held-out runs is nearer to them; None if nothing differs.
+        reason: Why the changes are not written; empty if they are.
+    """
+
+    source: Source
+    changes: tuple[ServoChange, ...]
+    delay: np.ndarray
+    held: bool
+    gain: Gain | None = None
+    reason: str = ""
+
+
+def unchanged(source: Source, model: Model) -> ServoStage:
+    """The stage of a file whose servos are not identified."""
+    return ServoStage(source, (), np.zeros(model.robot.dof), False)
+
+
+def servo_stage(
+    source: Source,
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    raw: Sequence[tuple[str, Recording]],
+    filtering: Filtering,
+    judge: Judge,
+) -> ServoStage:
+    """Identify the servos from the runs that are not held out, and write what differs into the file.
+
+    Args:
+        source: The file.
+        model: The arm that it describes.
+        recordings: Role and recording of each run.
+        raw: The same with some torque in each run.
+        filtering: Filters.
+        judge: What decides whether the changes are written, on the held-out runs.
+    """
+    used = [run for role, run in recordings if role != HELD_OUT and "command" in run.signals]
+    file = servo_law(compile_mjcf(source.text.decode(), source.folder), model.robot.joints)
+    if file is None or not used:
+        return unchanged(source, model)
+    fit = _identified(used, model)
+    changes = servo_changes(fit, file)
+    if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
+        changes = tuple(change for change in changes if change.quantity == DELAY)
+    stage = unchanged(source, model)
+    try:
+        stages = list(_versions(source, model, file, fit, changes))
+    except ExidynError as error:
+        return replace(stage, gain=Gain.SAME, reason=" ".join(str(error).split()))
+    fitted, held_out = (
+        [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
+        for judging in (False, True)
+    )
+    stage = min(stages, key=lambda stage: _distance(stage, model, fitted)) if len(stages) > 1 else stages[0]
+    if not stage.changes:
+        return stage
+    trial = Trial(source, model, held_out, POSITION, stage.held)
+    gain = judge.compared(trial.distances(source.text), trial.distances(stage.source.text))
+    if gain is Gain.WORSE:
+        return replace(unchanged(source, model), held=stage.held, gain=gain, reason=FARTHER)
+    return replace(stage, gain=gain)
+
+
+def _versions(
+    source: Source, model: Model, file: ServoLaw, fit: ServoFit, changes: tuple[ServoChange, ...]
+) -> Iterator[ServoStage]:
+    """The file for commands that are interpolated; and for held ones, if periods are long."""
+    joints, delay = model.robot.joints, changed_law(file, changes).delay
+    yield ServoStage(_written(source, joints, file, changes), changes, delay, False)
+    if fit.period > SLOW:
+        held = _held(changes, fit.period)
+        delay = np.maximum(delay, 0.5 * fit.period)
+        yield ServoStage(_written(source, joints, file, held), held, delay, True)
+
+
+def _identified(recordings: Sequence[Recording], model: Model) -> ServoFit:
+    """Servos by measured torque; by the torque of the model's bodies where none was measured."""
+    runs = [ServoRun.of(run, model.robot.drive_gain) for run in recordings]
+    if not any(is_servo_error(run.settings) for run in recordings):
+        return identify_servos(runs)
+    stated, free = (
+        identify_servos([run.with_model_torque(model, rotor_inertia=stated) for run in runs])
+        for stated in (True, False)
+    )
+    return free if np.any(free.residual**2 < HALVED * stated.residual**2) else stated
+
+
+def _held(changes: tuple[ServoChange, ...], period: float) -> tuple[ServoChange, ...]:
+    """Changes for commands that are held, which by itself delays them by half a period."""
+    shifted = [
+        replace(change, new=change.new - 0.5 * period) if change.quantity == DELAY else change
+        for change in changes
+    ]
+    return tuple(change for change in shifted if change.quantity != DELAY or change.new > LEAST * period)
+
+
+def _written(
+    source: Source, joints: Sequence[str], file: ServoLaw, changes: tuple[ServoChange, ...]
+) -> Source:
+    if not changes:
+        return source
+    fields = {QUANTITIES[change.quantity] for change in changes}
+    law = changed_law(file, changes)
+    return source._replace(text=with_servo_law(source.text, source.folder, source.where, joints, law, fields))
+
+
+def _distance(stage: ServoStage, model: Model, runs: Sequence[Run]) -> float:
+    """Rms error of the joints over whole runs, relative to their motion."""
+    distances = Trial(stage.source, model, runs, POSITION, stage.held).distances(stage.source.text)
+    moved = np.std(np.concatenate([run.position for run in runs]), axis=0)
+    return float(np.sqrt(np.mean((distances.whole / np.maximum(moved, np.finfo(float).tiny)) ** 2)))
