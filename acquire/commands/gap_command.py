@@ -2,21 +2,25 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from exidyn.identification.diagnosis.findings.finding import Finding
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
 from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.gap import Gap, gap
-from exidyn.identification.in_mujoco.ladder import Source, Stage
+from exidyn.identification.in_mujoco.judge import JOINTS, TOOL
+from exidyn.identification.in_mujoco.ladder import Stage
 from exidyn.identification.in_mujoco.replay import POSITION, TORQUE
+from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
-from exidyn.identification.pages.gap_document import gap_html, gap_text, verdict
+from exidyn.identification.pages.gap_document import Written, gap_html, gap_text, verdict
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -40,7 +44,10 @@ from ..terminal.stopwatch import Stopwatch
 
 DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
 """Fields of the recorded robot's drives that an MJCF does not have."""
-STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
+STAGES = {
+    "read": 0.02, "servos": 0.08, "filter": 0.03, "form": 0.1, "search": 0.25, "weigh": 0.05, "simulate": 0.2,
+    "refine": 0.27,
+}  # fmt: skip
 """Stages and their shares of the time."""
 
 
@@ -63,6 +70,11 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
             "and the file have it",
             (POSITION, TORQUE),
         ),
+        Option(
+            "--judge TARGET",
+            "whose error decides what is written: the tool point, or all joints alike; default: tool",
+            (TOOL, JOINTS),
+        ),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
@@ -70,9 +82,10 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
         JSON,
         AS_RECORDED,
     ),
-    """A finding is not written if one of its joints is worse on the held-out runs, or
-if any joint is worse than with the original file. Runs imported with
---effort command have the torque of the file's position servos.""",
+    """Two files are written: the best one by itself, for any simulator, and the one with
+the findings, for exidyn.mujoco.attach. Nothing is written that moves the simulation of
+the held-out runs away from them. Runs imported with --effort command have the torque
+of the file's position servos.""",
 )
 def gap_command(args: Namespace) -> None:
     """Simulate and diagnose, write and print the results."""
@@ -85,13 +98,22 @@ def gap_command(args: Namespace) -> None:
         progress(StageText("read", "read the recordings"))
         model, runs = _read(args)
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
-        result = gap(source, model, runs, args.commands or "", filtering, progress, args.as_recorded)
+        result = gap(
+            source,
+            model,
+            runs,
+            args.commands or "",
+            filtering,
+            progress,
+            args.as_recorded,
+            args.judge or TOOL,
+        )
     written = _write(result, args)
-    improved = str(written[0]) if result.kept else ""
-    table = _table(result, improved)
-    (args.output / "report.html").write_text(gap_html(result, improved), encoding="utf-8")
-    hand_over(gap_text(result, improved), json_text(table), args.json)
-    print_written(*written, args.output / "report.html", *_show(result, model, args))
+    table = _table(result, written)
+    (args.output / "report.html").write_text(gap_html(result, written), encoding="utf-8")
+    hand_over(gap_text(result, written), json_text(table), args.json)
+    paths = [Path(path) for path in dict.fromkeys(written) if path]
+    print_written(*paths, args.output / "report.html", *_show(result, model, args))
 
 
 def _show(result: Gap, model: Model, args: Namespace) -> list[Path]:
@@ -131,44 +153,76 @@ def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
     return replace(model, robot=replace(model.robot, **drives)), runs
 
 
-def _write(result: Gap, args: Namespace) -> list[Path]:
-    """Write the improved MJCF and its fit; return the paths."""
-    if result.kept is None:
-        return []
-    path = args.output / f"{args.arm.stem}-identified.xml"
-    write_whole(path, result.kept.text)
-    write_fit(result.kept.fit, args.output / "fit.json")
-    return [path, args.output / "fit.json"]
+def _write(result: Gap, args: Namespace) -> Written:
+    """Write the improved MJCFs and the fit, and return their paths."""
+    stem, folder = args.arm.stem, args.output
+    if not result.changed:
+        return Written()
+    file = folder / f"{stem}-identified.xml"
+    write_whole(file, result.file.text)
+    fit = result.attached.fit
+    if fit is None:
+        return Written(str(file))
+    attached = folder / f"{stem}-attached.xml"
+    write_whole(attached, result.attached.text)
+    write_fit(fit, folder / "fit.json")
+    return Written(str(file), str(attached), str(folder / "fit.json"))
 
 
-def _table(result: Gap, written: str) -> dict[str, Any]:
+def _table(result: Gap, written: Written) -> dict[str, Any]:
     return {
-        "exidyn_gap": 1,
+        "exidyn_gap": 2,
         "robot": result.diagnosis.name,
         "joints": list(result.diagnosis.joints),
         "commands": result.commands,
+        "commands_held": result.held,
         "horizons": list(result.horizons),
         "validate": [run.name for run in result.runs],
-        "starts": len(result.before.ends),
-        "before": _distances(result.before),
-        "after": _distances(result.after),
+        "starts": len(result.original.ends),
+        "original": _distances(result.original),
+        "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
+        "file": _answer(result.file) | {"written": written.file},
+        "attached": _answer(result.attached) | {"written": written.attached, "fit": written.fit},
+        "findings": [_finding(finding) for finding in result.diagnosis.findings],
         "stages": [_stage(stage) for stage in result.stages],
         "taken_out": list(result.taken_out),
         "beyond": list(result.beyond),
-        "changes": [change._asdict() for change in result.kept.changes] if result.kept else [],
-        "left_out": list(result.kept.left) if result.kept else [],
         "verdict": verdict(result, written),
-        "written": written,
+    }
+
+
+def _answer(answer: Answer) -> dict[str, Any]:
+    return {
+        **_distances(answer.distances),
+        "attaches": answer.attaches,
+        "changes": [change._asdict() for change in answer.changes],
+        "left_out": list(answer.left),
+    }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    """Effect, joints from 1, probability, and probabilities of the alternatives."""
+    return {
+        "effect": finding.effect,
+        "joints": [joint + 1 for joint in finding.joints],
+        "probability": finding.probability,
+        "alternatives": [
+            {
+                "effect": other.effect,
+                "joints": [joint + 1 for joint in other.joints],
+                "probability": other.probability,
+            }
+            for other in finding.alternatives
+        ],
     }
 
 
 def _stage(stage: Stage) -> dict[str, Any]:
     return {
         "name": stage.name,
-        "written": not stage.reason,
+        "kept": not stage.reason,
+        "gain": stage.gain.value if stage.gain else None,
         "reason": stage.reason,
-        "worse": [joint + 1 for joint in stage.worse],
-        "nearer": [joint + 1 for joint in stage.nearer],
         **({} if stage.distances is None else _distances(stage.distances)),
     }
 

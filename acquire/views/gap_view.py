@@ -56,7 +56,11 @@ def _arm(run: Run, variant: str) -> str:
 
 
 def _log_run(stream: rr.RecordingStream, gap: Gap, number: int, run: Run, model: Model) -> None:
-    traces = {RECORDED: run.position, BEFORE: gap.before.traces[number], AFTER: gap.after.traces[number]}
+    traces = {
+        RECORDED: run.position,
+        BEFORE: gap.original.traces[number],
+        AFTER: gap.attached.distances.traces[number],
+    }
     for variant, trace in traces.items():
         name, shown = _arm(run, variant), _frozen_if_diverged(trace)
         stride = max(1, round(len(run.time) / (FRAMES * (run.time[-1] - run.time[0]))))

@@ -24,9 +24,17 @@ SINGULAR = 1e-10
 """Relative eigenvalue of a covariance below which a direction counts as certain."""
 
 
-def needed_changes(fit: Fit, standard: Standard) -> Standard:
-    """The standard parameters, with groups at their nominal values unless the data exclude these."""
+def needed_changes(fit: Fit, standard: Standard, std: np.ndarray | None = None) -> Standard:
+    """The standard parameters, with groups at their nominal values unless the data exclude these.
+
+    Args:
+        fit: The fit.
+        standard: Its standard parameters, shape (p,).
+        std: Additional standard deviations of the parameters, shape (p,).
+    """
     values, covariance = standard.values.copy(), standard.covariance.copy()
+    if std is not None:
+        covariance += np.diag(std**2)
     unknown = np.isinf(np.diag(covariance))
     covariance[unknown, :] = covariance[:, unknown] = 0.0
     groups = [columns[~unknown[columns]] for columns in _groups(fit.model)]

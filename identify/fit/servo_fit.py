@@ -5,8 +5,8 @@ The law of a joint, solved for the position error, is linear in its coefficients
 .. math:: c(t - d) - q = \alpha \tau + \beta \dot q - \varphi \dot c(t - d) - \iota \int (c(t - d) - q)\, dt
     + \gamma, \quad k_p = 1 / \alpha, \; k_v = \beta / \alpha, \ldots
 
-Its noise is that of the encoder. In the form solved for the torque, a stiff servo would multiply that noise by
-its gain, and the fit would prefer small gains. The delay is found on a grid and refined by Gauss-Newton steps.
+Its noise is that of the encoder. In the form solved for the torque, a stiff servo would multiply that noise
+by its gain, and the fit would prefer small gains. The delay is found by a search for the least residual.
 All signals pass the same low-pass, which leaves a linear law as it is; samples at the limit of the torque are
 left out. Standard deviations allow for correlated residuals, since scores are summed over blocks.
 """
@@ -34,6 +34,10 @@ BELOW = 0.9
 """Share of the largest torque below which no sample is saturated."""
 SATURATED = 1.05
 """Torque by the linear law over the limit, above which a sample is saturated."""
+TRIMS = 3
+"""Number of times that samples which do not follow the law are left out, since they may be saturated."""
+OUTLIER = 6.0
+"""Ratio of a residual to the median of all up to which a sample follows the law: 4 standard deviations."""
 DRY = 0.05
 """Relative difference of dry friction from the law of the fit."""
 SLOW = 0.05
@@ -75,7 +79,7 @@ def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
 
 
 class _Fit(NamedTuple):
-    """Numbers of one joint in the order of `ServoLaw`, their standard deviations, and the rms residual [rad]."""
+    """Numbers of one joint in the order of `ServoLaw`, standard deviations, and the rms residual [rad]."""
 
     values: np.ndarray
     stds: np.ndarray
@@ -119,6 +123,9 @@ class _Joint:
         unsaturated &= sliding
         terms = [TORQUE, VELOCITY, ONE, *unknown]
         solution = self._refine(self._search(terms, unsaturated), terms, unsaturated)
+        for _ in range(TRIMS if unknown else 0):
+            kept = unsaturated & self._plausible(solution, unsaturated)
+            solution = self._refine(solution.delay, terms, kept)
         limit, spread, used = self._limit(solution)
         used &= sliding
         solution = self._refine(solution.delay, terms, used)
@@ -128,6 +135,12 @@ class _Joint:
                 solution = more
         fit = _numbers(solution, limit, spread)
         return fit._replace(stds=np.hypot(fit.stds, self._by_friction(solution, fit.values[0])))
+
+    def _plausible(self, solution: _Solution, used: np.ndarray) -> np.ndarray:
+        """Samples whose position error is that of the law, within the scatter of most samples."""
+        columns, error, _ = self._system(solution.delay)
+        residual = np.abs(error - columns[:, solution.terms] @ solution.values)
+        return np.asarray(residual <= OUTLIER * np.median(residual[used]))
 
     def _by_friction(self, solution: _Solution, stiffness: float) -> np.ndarray:
         """Standard deviations of the numbers because dry friction has another law than that of the fit."""
@@ -194,18 +207,21 @@ class _Joint:
         """Limit of the torque, its standard deviation, and the samples below it."""
         columns, error, _ = self._system(solution.delay)
         excess = (error - columns[:, solution.terms] @ solution.values) / solution.values[0]
-        linear = np.abs(columns[:, TORQUE] + excess)
-        top = np.sort(self.size)[-FEWEST // 2]
+        # The torque that was measured; or that of the bodies and of friction
+        acting = [place for place, term in enumerate(solution.terms) if term == TORQUE or term > ONE]
+        torque = columns[:, solution.terms][:, acting] @ solution.values[acting] / solution.values[0]
+        linear, size = np.abs(torque + excess), self.size if len(acting) == 1 else np.abs(torque)
+        top = np.sort(size)[-FEWEST // 2]
         above = (linear > SATURATED * top) & (solution.values[0] > 0.0)
-        if above.sum() < FEWEST or np.std(self.size[above]) > LEVEL * top:
+        if above.sum() < FEWEST or np.std(size[above]) > LEVEL * top:
             return np.inf, np.inf, np.ones(len(linear), bool)
-        limit = float(np.median(self.size[above]))
-        spread = np.sqrt(np.pi / 2.0) * float(np.std(self.size[above])) / np.sqrt(above.sum())  # of a median
+        limit = float(np.median(size[above]))
+        spread = np.sqrt(np.pi / 2.0) * float(np.std(size[above])) / np.sqrt(above.sum())  # of a median
         return limit, spread, ~_near(linear > 0.98 * limit)
 
 
 def _near(marked: np.ndarray) -> np.ndarray:
-    """Marked samples and those that the low-pass mixes with them: four samples are a period of its cut-off."""
+    """Marked samples and those that the low-pass mixes with them: four are a period of its cut-off."""
     return np.convolve(marked, np.ones(9), "same") > 0.0
 
 

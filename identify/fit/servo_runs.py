@@ -9,7 +9,6 @@ from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..effects import RotorInertia
 from ..model import Model
-
 from ..preparation.cutoffs import position_cutoff
 from ..preparation.even import Even
 from ..preparation.filters import low_pass

@@ -1,6 +1,6 @@
 """The two answers of a gap: the best file by itself, and the file with effects attached."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,9 @@ from ..arm.motion import Motion
 from ..errors import ExidynError
 from ..export.mjcf_changes import TERMS, Change
 from ..export.portable import Portable
+from ..export.spread import Spread
 from ..fit.fit import Fit
+from ..fit.identified import standard_parameters
 from ..model import Model
 from ..robot_files.mjcf import compile_mjcf
 from ..text_table import NORMAL_95
@@ -63,9 +65,8 @@ def file_alone(ladder: Ladder, training: Trial, start: Distances) -> Answer:
     """
     trial = ladder.trial
     original = Answer(trial.source.text, start, (), trial.model)
-    versions = list(_fitted(ladder))
-    best = fitted = _refined(ladder, training, original, *_friction(trial, versions))
-    for text, changes in versions:
+    best = fitted = _refined(ladder, training, original, *friction(ladder))
+    for text, changes in _fitted(ladder):
         fitted = _nearer(ladder, fitted, text, changes)
     if fitted is best:
         return best
@@ -73,28 +74,31 @@ def file_alone(ladder: Ladder, training: Trial, start: Distances) -> Answer:
     return _refined(ladder, training, fitted, numbers, np.full(numbers.shape, np.inf))
 
 
-def _refined(
-    ladder: Ladder, training: Trial, answer: Answer, start: np.ndarray, std: np.ndarray
-) -> Answer:
+def _refined(ladder: Ladder, training: Trial, answer: Answer, start: np.ndarray, std: np.ndarray) -> Answer:
     """The answer with refined joint numbers if it is nearer, else as it is."""
-    text, changes = Refinement(training, answer.text, start, std, _scale(training)).refined()
+    text, changes = Refinement(training, answer.text, start, std, scale_of(training)).refined()
     others = [change for change in answer.changes if change.attribute not in REFINED]
     return _nearer(ladder, answer, text, (*others, *changes))
 
 
-def _friction(
-    trial: Trial, versions: Sequence[tuple[bytes, tuple[Change, ...]]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Joint numbers (3, n) of the file, with damping and dry friction of a fit, and their deviations."""
+def friction(ladder: Ladder) -> tuple[np.ndarray, np.ndarray]:
+    """Joint numbers of the file with damping and dry friction of a fit, and standard deviations, (3, n) each.
+
+    The deviations are infinite for what only the file states.
+    """
+    trial = ladder.trial
     numbers = _numbers(trial, trial.source.text)
     std = np.full(numbers.shape, np.inf)
-    for text, changes in versions[:1]:
-        numbers[1:] = _numbers(trial, text)[1:]
-        halves = {(change.where, change.attribute): change.half for change in changes}
-        for row, place in np.ndindex(std.shape):
-            joint = f"joint '{trial.model.robot.joints[place]}'"
-            half = halves.get((joint, REFINED[row]), np.inf) if row else np.inf
-            std[row, place] = np.hypot(half / NORMAL_95, LAW * numbers[row, place])
+    try:
+        step = ladder.step(())
+    except ExidynError:  # it has a stage with the reason
+        return numbers, std
+    numbers[1:] = _numbers(trial, step.text)[1:]
+    spread = Spread(step.fit.model, standard_parameters(step.fit))
+    for row, term in enumerate(FIELDS):
+        halves = [spread.half(place, term) for place in range(numbers.shape[1])]
+        if row:
+            std[row] = np.hypot(np.array(halves) / NORMAL_95, LAW * numbers[row])
     return numbers, std
 
 
@@ -103,8 +107,8 @@ def _numbers(trial: Trial, text: bytes) -> np.ndarray:
     return joint_numbers(compiled, dofs_of(compiled, trial.model.robot.joints))
 
 
-LAW = 0.05
-"""Relative difference of friction between a fit and MuJoCo, which lets dry friction creep."""
+LAW = 0.2
+"""Relative difference of friction between a fit and MuJoCo, whose dry friction creeps on light joints."""
 REFINED = [TERMS[term][0] for term in FIELDS]
 """Attributes that are refined."""
 
@@ -128,7 +132,7 @@ def _fitted(ladder: Ladder) -> Iterator[tuple[bytes, tuple[Change, ...]]]:
         yield ladder.kept.text, ladder.kept.changes
 
 
-def _scale(training: Trial) -> np.ndarray:
+def scale_of(training: Trial) -> np.ndarray:
     """Size of armature, damping and dry friction that shows in the motion of each joint, shape (3, n).
 
     It is a tenth of the torque that moves the joint, at its rms acceleration and velocity.

@@ -29,13 +29,13 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, attached, file_alone
+from .answer import Answer, attached, file_alone, friction
 from .distances import Distances, horizons_of
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
 from .servo_changes import ServoChange
-from .servo_stage import ServoStage, servo_stage, unchanged
+from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
 from .servo_torque import with_servo_torque
 from .trial import Source, Trial
 
@@ -73,6 +73,11 @@ class Gap:
     attached: Answer
     taken_out: tuple[str, ...]
     beyond: tuple[str, ...]
+
+    @property
+    def changed(self) -> bool:
+        """Whether something in the file changes, or effects are attached."""
+        return bool(self.servos or self.file.changes or self.attached.attaches)
 
 
 def gap(
@@ -119,16 +124,19 @@ def gap(
         if commands == TORQUE:
             raw = [(role, _without(run, diagnosis, faults)) for role, run in raw]
         trial = Trial(servos.source, model, _runs(raw, filtering, True), commands, servos.held)
+        training = replace(trial, runs=_runs(raw, filtering, False))
+        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
+        servos = with_tuned_delay(servos, training, friction(ladder))
+        trial, training = (replace(of, source=servos.source) for of in (trial, training))
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
-        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by), start)
+        ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        training = replace(trial, runs=_runs(raw, filtering, False))
         file = file_alone(ladder, training, start)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
-        diagnosis, commands, servos.held, horizons_of(trial.runs), trial.runs, original, servos.changes,
+        diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original, servos.changes,
         (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),

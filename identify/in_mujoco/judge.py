@@ -44,7 +44,9 @@ class Judge:
         before, after = self._squares(first, first), self._squares(second, first)
         diverged = [not np.all(np.isfinite(squares)) for squares in (before, after)]
         if any(diverged):
-            return {(1, 1): Gain.SAME, (1, 0): Gain.BETTER, (0, 1): Gain.WORSE}[int(diverged[0]), int(diverged[1])]
+            return {(1, 1): Gain.SAME, (1, 0): Gain.BETTER, (0, 1): Gain.WORSE}[
+                int(diverged[0]), int(diverged[1])
+            ]
         growth = after - before
         spread = float(np.std(growth)) / np.sqrt(len(growth))
         ratio = np.sqrt(float(np.mean(after)) / max(float(np.mean(before)), np.finfo(float).tiny))

@@ -12,13 +12,14 @@ from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found
 from ..diagnosis.refit import refit
 from ..diagnosis.words.naming import named
+from ..effects import JointEffect, RotorInertia, name_of
 from ..errors import ExidynError
 from ..export.mjcf_changes import Change
 from ..export.mjcf_gears import Gear, add_gears
 from ..export.mjcf_patch import patch
 from ..export.portable import Portable
 from ..fit.fit import Fit
-from ..fit.identified import identified, standard_parameters
+from ..fit.identified import Standard, identified, standard_parameters
 from ..fit.needed_changes import needed_changes
 from ..model import Model
 from ..preparation.prepare import Filtering
@@ -75,6 +76,7 @@ class Ladder:
         last: Distances of what is kept.
         kept: What is kept; None if it is the file as it is.
         stages: What was tried.
+        fits: Fits that were made, by the identities of the findings that they include.
     """
 
     trial: Trial
@@ -83,9 +85,14 @@ class Ladder:
     diagnosis: Diagnosis
     faults: Sequence[Finding]
     judge: Judge
-    last: Distances
+    last: Distances = field(init=False)
     kept: Step | None = None
     stages: list[Stage] = field(default_factory=list)
+    fits: dict[tuple[int, ...], tuple[Fit, Standard]] = field(default_factory=dict)
+
+    def begin(self, trial: Trial, start: Distances) -> None:
+        """Take a version of the file as the one to which findings are added."""
+        self.trial, self.last = trial, start
 
     def climb(self, findings: Sequence[Finding], progress: Callable[[str], None]) -> None:
         """Try the numbers of the file, then each finding."""
@@ -101,7 +108,7 @@ class Ladder:
         """Add a stage, and return whether it is kept."""
         try:
             step = self.step(findings)
-            if finding is not None and _vanished(step.fit, step.arm, finding):
+            if finding is not None and _vanished(step.arm, finding):
                 self.stages.append(Stage(name, None, reason=NEGLIGIBLE))
                 return False
             if finding is None and not step.changes:
@@ -124,11 +131,7 @@ class Ladder:
         Raises:
             ExidynError: The runs cannot be fitted, or the file cannot hold the result.
         """
-        diagnosis = replace(self.diagnosis, findings=(*self.faults, *findings))
-        fit = refit(diagnosis, self.recordings, filtering=self.filtering)
-        if fit is None:
-            raise ExidynError("the diagnosis has no evidence to fit the findings to")
-        standard = needed_changes(fit, standard_parameters(fit))
+        fit, standard = self._fit(findings)
         arm = replace(identified(fit, standard), measurements=())  # gears follow; sensors are not simulated
         source = self.trial.source
         patched = patch(Portable.of(arm), standard, source.text, source.folder, source.where)
@@ -136,13 +139,37 @@ class Ladder:
         text, more = add_gears(patched.text, source.folder, source.where, gears)
         return Step(fit, arm, text, (*patched.changes, *more), patched.left)
 
+    def _fit(self, findings: Sequence[Finding]) -> tuple[Fit, Standard]:
+        """Fit with findings, and standard parameters that differ from the file's only where needed."""
+        key = tuple(id(finding) for finding in findings)
+        if key not in self.fits:
+            diagnosis = replace(self.diagnosis, findings=(*self.faults, *findings))
+            fit = refit(diagnosis, self.recordings, filtering=self.filtering)
+            if fit is None:
+                raise ExidynError("the diagnosis has no evidence to fit the findings to")
+            standard = needed_changes(fit, standard_parameters(fit), self._numerical(fit.model))
+            self.fits[key] = fit, standard
+        return self.fits[key]
 
-def _vanished(fit: Fit, arm: Model, finding: Finding) -> bool:
+    def _numerical(self, model: Model) -> np.ndarray:
+        """Standard deviations of the parameters, shape (p,), because simulations go in steps."""
+        inertia, std = self.trial.numerical_inertia, np.zeros(len(model.nominal_values))
+        for effect, columns in zip(model.effects, model.columns, strict=True):
+            if isinstance(effect, RotorInertia):
+                std[columns] = inertia[effect.columns(model.robot)]
+        return std
+
+
+def _vanished(arm: Model, finding: Finding) -> bool:
     """Whether the effect of a finding has no size in the identified arm."""
-    for effect, values in arm.shares(arm.nominal_values):
-        if effect == finding.effect:
-            return not np.any(values)
-    return False
+    values = [
+        value
+        for effect, values in arm.shares(arm.nominal_values)
+        if name_of(effect) == finding.effect and isinstance(effect, JointEffect)
+        if set(effect.columns(arm.robot)) == set(finding.joints)
+        for value in values.tolist()
+    ]
+    return bool(values) and not any(values)
 
 
 def gears_of(diagnosis: Diagnosis, findings: Sequence[Finding]) -> list[Gear]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ..export.mjcf_changes import DIGITS, TERMS, Change
 from ..export.mjcf_elements import Elements
@@ -34,6 +35,8 @@ DIFFERENCE = 0.05
 RIDGE = 0.01
 """Share of the initial squared error that a change by the scale of a number costs: numbers that the
 simulation does not show stay as they are."""
+FARTHEST = 0.005
+"""Largest change of a delay by simulation [s]: two periods of usual logs."""
 TRIES = 4
 """Maximum number of step sizes in one direction."""
 STRIDE = 10
@@ -78,6 +81,17 @@ class Refinement:
         needed, _ = self._optimum(needed, self._residual(needed), needed != self.old)
         return self._written(needed, halves)
 
+    def delay_shift(self) -> float:
+        """Change of all delays that brings the simulation with the start nearest to the runs [s]."""
+        delay = self.simulator.delay
+
+        def error(shift: float) -> float:
+            self.simulator.delay = np.maximum(delay + shift, 0.0)
+            return float(np.linalg.norm(self._residual(self.start)))
+
+        best = minimize_scalar(error, bounds=(-FARTHEST, FARTHEST), options={"xatol": 5e-5})
+        return float(best.x) if best.fun < error(0.0) else 0.0
+
     def _optimum(
         self, values: np.ndarray, residual: np.ndarray, free: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -116,6 +130,7 @@ class Refinement:
         precision = (jacobian.T @ jacobian + np.diag(self._prior(residual))) / variance
         scale = self.scale.ravel()
         covariance = np.linalg.inv(precision) * np.outer(scale, scale)
+        covariance[: self.scale.shape[1], : self.scale.shape[1]] += np.diag(self.trial.numerical_inertia**2)
         groups = [np.array([place]) for place in range(len(scale))]
         needed, covariance = with_needed_changes(values.ravel(), covariance, self.old.ravel(), groups)
         halves = NORMAL_95 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -151,7 +166,10 @@ class Refinement:
     def _written(self, values: np.ndarray, halves: np.ndarray) -> tuple[bytes, tuple[Change, ...]]:
         source, robot = self.trial.source, self.trial.model.robot
         compiled = compile_mjcf(self.text.decode(), source.folder)
-        elements, edits = Elements(read_tags(self.text, source.where), compiled, source.where), Edits(self.text)
+        elements, edits = (
+            Elements(read_tags(self.text, source.where), compiled, source.where),
+            Edits(self.text),
+        )
         present, changes = joint_numbers(compiled, self.dofs), []
         for row, place in np.ndindex(values.shape):
             attribute, unit = TERMS[list(FIELDS)[row]]
@@ -161,9 +179,7 @@ class Refinement:
                 edits.set(tag, **{attribute: f"{new:.{DIGITS}g}"})
             if new != old:
                 half = float(halves[row, place])
-                changes.append(
-                    Change(f"joint '{name}'", attribute, robot.unit(place, unit), old, new, half)
-                )
+                changes.append(Change(f"joint '{name}'", attribute, robot.unit(place, unit), old, new, half))
         return edits.text(), tuple(changes)
 
 

@@ -120,7 +120,7 @@ class Simulator:
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
-        self._held, self._delay = held, self._take_delays()
+        self._held, self.delay = held, self._take_delays()
         if commands == TORQUE:
             self._silence([int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
@@ -186,7 +186,7 @@ class Simulator:
         """The same for windows (run, first, last), in threads if no effects are attached."""
         if self._attached is not None:
             return [self.roll(*window) for window in windows]
-        from mujoco import rollout  # it takes a while to import
+        rollout = optional("mujoco.rollout", PURPOSE, "mujoco")
 
         kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
         full = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
@@ -245,7 +245,7 @@ class Simulator:
         """Command in each step, as controllers hold or interpolate commands between samples, shape (k, n)."""
         if self._servos:
             assert run.command is not None
-            gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - self._delay
+            gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - self.delay
             if self._held:
                 places = np.searchsorted(run.time, times + TOUCHING, side="right") - 1
                 return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)

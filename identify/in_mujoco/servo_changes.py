@@ -1,4 +1,4 @@
-"""What the identified servos of an arm change in the servos of its file, and only where intervals exclude it."""
+"""Numbers of a file's servos that the identified servos exclude by their intervals."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,9 +16,11 @@ QUANTITIES = {KP: "stiffness", KV: "damping", LIMIT: "limit", DELAY: "delay"}
 UNITS = {KP: "N m/rad", KV: "N m s/rad", LIMIT: "N m", DELAY: "s"}
 DETERMINED = 0.1
 """Largest relative standard deviation of a stiffness that counts as determined."""
-ACCURACY = 0.02
-"""Relative accuracy of gains: a torque is sampled somewhere within a cycle and simulated in steps, which moves
-gains by a percent or two whatever their intervals are."""
+ACCURACY = 5.0
+"""Relative accuracy of gains per sampling period [1/s], 2 % at 4 ms: signals are sampled somewhere within a
+cycle, and commands may jump between, so gains are off by some percent whatever their intervals are."""
+ALIKE = 0.1
+"""Relative standard deviation of the factor by which the gains of an arm's servos differ from the file's."""
 UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of a moment within a cycle, over its duration."""
 
@@ -48,13 +50,37 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
     if not np.any(known):
         return ()
     delay, spread = _delays(fit, known)
-    law = replace(fit.law, delay=delay)
+    stiffness, of_stiffness, helped = _with_common_factor(fit, file, known)
+    law = replace(fit.law, delay=delay, stiffness=stiffness)
+    accuracy = 0.5 * ACCURACY * fit.period
     std = replace(
         fit.std, delay=spread,
-        stiffness=np.hypot(fit.std.stiffness, 0.5 * ACCURACY * law.stiffness),
-        damping=np.hypot(fit.std.damping, 0.5 * ACCURACY * law.damping + UNIFORM * fit.period * law.stiffness / 4),
+        stiffness=np.hypot(of_stiffness, accuracy * law.stiffness),
+        damping=np.hypot(fit.std.damping, accuracy * law.damping + UNIFORM * fit.period * stiffness / 4.0),
     )  # fmt: skip
-    return tuple(_changes(law, std, file, known, fit.measured))
+    return tuple(_changes(law, std, file, known, helped, fit.measured))
+
+
+def _with_common_factor(
+    fit: ServoFit, file: ServoLaw, known: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness, its standard deviation, and whether others of the arm help to determine it, (n,) each.
+
+    If the gains of at least two joints differ from the file's by the same factor, so do those of the other
+    joints, to `ALIKE`, unless their own estimates contradict.
+    """
+    stiffness, std, helped = fit.law.stiffness.copy(), fit.std.stiffness.copy(), np.zeros(len(known), bool)
+    ratios = np.log(stiffness[known] / file.stiffness[known])
+    if len(ratios) < 2 or np.std(ratios) > ALIKE:
+        return stiffness, std, helped
+    common = file.stiffness * np.exp(np.mean(ratios))
+    for joint in np.flatnonzero(~known & np.isfinite(stiffness) & np.isfinite(std)):
+        spread = ALIKE * common[joint]
+        if abs(stiffness[joint] - common[joint]) < NORMAL_95 * np.hypot(std[joint], spread):
+            weights = np.array([std[joint], spread]) ** -2.0
+            stiffness[joint] = weights @ [stiffness[joint], common[joint]] / weights.sum()
+            std[joint], helped[joint] = weights.sum() ** -0.5, True
+    return stiffness, std, helped
 
 
 def determined(fit: ServoFit) -> np.ndarray:
@@ -82,16 +108,23 @@ def _sure(joints: int) -> float:
 
 
 def _changes(
-    law: ServoLaw, std: ServoLaw, file: ServoLaw, known: np.ndarray, measured: bool
+    law: ServoLaw,
+    std: ServoLaw,
+    file: ServoLaw,
+    known: np.ndarray,
+    helped: np.ndarray,
+    measured: bool,
 ) -> Iterator[ServoChange]:
     sure = _sure(len(known))
     for joint in range(len(known)):
         for quantity, name in QUANTITIES.items():
             new, old, spread = (float(getattr(of, name)[joint]) for of in (law, file, std))
             needed = NORMAL_95 if quantity == DELAY else sure
-            if not np.isfinite(new) or not (known[joint] or quantity == DELAY):
+            if not np.isfinite(new) or not (
+                known[joint] or quantity == DELAY or (quantity == KP and helped[joint])
+            ):
                 continue
-            # Without measured torque, damping includes viscous friction: only too little of it is the servo's.
+            # Without measured torque, damping includes viscous friction: only a lack of it is the servo's.
             differs = old - new if quantity == KV and not measured else abs(new - old)
             if differs > needed * spread:
                 yield ServoChange(joint, quantity, old, max(new, 0.0), NORMAL_95 * spread)

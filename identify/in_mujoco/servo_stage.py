@@ -19,15 +19,16 @@ from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law
 from .judge import Gain, Judge
 from .ladder import FARTHER
+from .refine import Refinement
 from .replay import POSITION, Run
 from .servo_changes import DELAY, QUANTITIES, ServoChange, changed_law, servo_changes
 from .trial import Source, Trial
 
 HALVED = 0.5
-"""Ratio of residual variances below which the file's rotor inertia is wrong: friction as this simple model has
-it leaves differences of a tenth."""
+"""Ratio of residual variances below which the file's rotor inertia is wrong: the law of friction leaves
+differences of a tenth."""
 SLOW = 0.005
-"""Sampling period from which on it matters whether commands are held or interpolated [s]: half of it is longer
+"""Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
 than a step of a simulation."""
 LEAST = 0.1
 """Delay in sampling periods that is left of one, if commands are held, from which on it is written."""
@@ -102,6 +103,25 @@ def servo_stage(
     if gain is Gain.WORSE:
         return replace(unchanged(source, model), held=stage.held, gain=gain, reason=FARTHER)
     return replace(stage, gain=gain)
+
+
+def with_tuned_delay(servos: ServoStage, training: Trial, start: tuple[np.ndarray, np.ndarray]) -> ServoStage:
+    """The stage with delays that bring simulations nearest to the training runs; unchanged without delays.
+
+    Torque is sampled somewhere within a cycle; the motion tells the delay more finely. `start` has the joint
+    numbers of the file with identified friction, shape (3, n), and their standard deviations.
+    """
+    if not any(change.quantity == DELAY for change in servos.changes):
+        return servos
+    source, joints = servos.source, training.model.robot.joints
+    shift = Refinement(training, source.text, *start, np.ones(start[0].shape)).delay_shift()
+    changes = tuple(
+        replace(change, new=max(change.new + shift, 0.0)) if change.quantity == DELAY else change
+        for change in servos.changes
+    )
+    law = servo_law(compile_mjcf(source.text.decode(), source.folder), joints)
+    assert law is not None
+    return replace(servos, source=_written(source, joints, law, changes), changes=changes)
 
 
 def _versions(

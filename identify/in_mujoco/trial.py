@@ -2,11 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from ..model import Model
+from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_drives import servo_law
 from .distances import Distances, distances
-from .replay import Run, Simulator
+from .replay import POSITION, Run, Simulator
 
 
 class Source(NamedTuple):
@@ -35,9 +40,23 @@ class Trial:
     commands: str
     held: bool = False
 
+    @cached_property
+    def numerical_inertia(self) -> np.ndarray:
+        """Standard deviation of each joint's armature because simulations go in steps, shape (n,) [kg m^2].
+
+        A servo's damping acts up to half a step early or late, as an inertia of kv times half a step does. So
+        an armature that differs by less may be a matter of the step, here or where the log comes from.
+        """
+        compiled = compile_mjcf(self.source.text.decode(), self.source.folder)
+        law = servo_law(compiled, self.model.robot.joints) if self.commands == POSITION else None
+        step = float(compiled.opt.timestep)
+        return np.zeros(self.model.robot.dof) if law is None else 0.5 * step * np.asarray(law.damping)
+
     def simulator(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Simulator:
         """The simulation of a version of the file, with the effects of an arm attached if requested."""
-        return Simulator(text.decode(), self.source.folder, arm or self.model, self.commands, attach, self.held)
+        return Simulator(
+            text.decode(), self.source.folder, arm or self.model, self.commands, attach, self.held
+        )
 
     def distances(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Distances:
         """Distances between the runs and the simulation of a version of the file."""

@@ -22,7 +22,9 @@ from ..document.html import html
 from ..document.text import text
 from ..in_mujoco.distances import Distances
 from ..in_mujoco.gap import Gap
+from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
+from ..in_mujoco.servo_changes import UNITS
 from ..text_table import digits
 from .diagnosis_plots import bars
 from .svg import Panel, Span, legend, picture
@@ -33,23 +35,40 @@ LONGEST = 20.0
 MILLI = {"rad": "mrad", "m": "mm"}
 
 
-def gap_document(gap: Gap, written: str = "") -> Document:
-    """The document; `written` is the file with the findings, empty if none was written."""
+class Written(NamedTuple):
+    """Paths of the files that were written; empty if a file was not.
+
+    Attributes:
+        file: The best file by itself.
+        attached: The file whose effects are attached.
+        fit: The fit that holds these effects.
+    """
+
+    file: str = ""
+    attached: str = ""
+    fit: str = ""
+
+
+NOTHING = Written()
+"""No file was written."""
+
+
+def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
+    """The document; `written` names the files of both answers."""
     robot = gap.diagnosis.evidence.model.robot if gap.diagnosis.evidence else None
     units = [MILLI[unit] for unit in robot.units("rad")] if robot else ["mrad"] * len(gap.diagnosis.joints)
+    positions = "positions, through the servos of the file" + ", held from sample to sample" * gap.held
     facts = [
-        (
-            "Commanded",
-            "positions, through the servos of the file"
-            if gap.commands == POSITION
-            else "the measured torque",
-        ),
+        ("Commanded", positions if gap.commands == POSITION else "the measured torque"),
         ("Validation runs", ", ".join(run.name for run in gap.runs)),
-        ("Starts", f"{len(gap.before.ends)} instants at which the simulation is set to the recorded state"),
+        ("Starts", f"{len(gap.original.ends)} instants at which the simulation is set to the recorded state"),
     ]
     sections = [
         Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
-        Section("stages", "Gain by finding", [_stages(gap)]),
+        Section("answers", "Both answers", [_answers(gap)]),
+        Section("servos", "Servos", [_servos(gap)] if gap.servos else []),
+        Section("numbers", "Changed numbers of the file", [_numbers(gap)] if gap.file.changes else []),
+        Section("stages", "Gain by stage", [_stages(gap)]),
         Section("joints", "Joint errors, root mean square", [_joints(gap, units)]),
         Section("runs", "Whole runs", [Grid(_plots(gap, robot))] if robot else [], detail=True),
         Section("beside", "Findings outside the file", [Statements(_beside(gap))] if _beside(gap) else []),
@@ -58,12 +77,12 @@ def gap_document(gap: Gap, written: str = "") -> Document:
     return Document(title, "", sections, facts=facts)
 
 
-def gap_text(gap: Gap, written: str = "") -> str:
+def gap_text(gap: Gap, written: Written = NOTHING) -> str:
     """The document as text with 80 columns."""
     return text(gap_document(gap, written))
 
 
-def gap_html(gap: Gap, written: str = "") -> str:
+def gap_html(gap: Gap, written: Written = NOTHING) -> str:
     """The document as one HTML page."""
     return html(gap_document(gap, written))
 
@@ -86,9 +105,9 @@ class Compared(NamedTuple):
     @classmethod
     def of(cls, gap: Gap) -> "Compared":
         """The tool point; if it lies on all joint axes, the joint with the largest error."""
-        if np.any(gap.before.tools > ON_AXIS):
+        if np.any(gap.original.tools > ON_AXIS):
             return cls("the tool point", "tool", "mm", None)
-        joint = int(np.argmax(gap.before.joints[-1]))
+        joint = int(np.argmax(gap.original.joints[-1]))
         name = gap.diagnosis.joints[joint]
         return cls(f"joint {name}", name, "mrad", joint)
 
@@ -104,61 +123,120 @@ class Compared(NamedTuple):
         return f"{digits(1e3 * value, 3)} {self.unit}" if np.isfinite(value) else "an unbounded amount"
 
 
-ON_AXIS = 1e-9
-"""Distance of tool points that is only rounding [m]."""
-
-
-def verdict(gap: Gap, written: str = "") -> list[str]:
-    """Sentences on how much the findings reduce the gap."""
+def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
+    """Sentences on the gap: with the original file, with the file by itself, and with attached effects."""
     compared = Compared.of(gap)
     longest = f"After {gap.horizons[-1]:g} s, {compared.name} of the simulation"
-    before, after = compared.far(gap.before), compared.far(gap.after)
-    if gap.kept is None and all(stage.distances is None for stage in gap.stages):
-        why = "; ".join(dict.fromkeys(stage.reason for stage in gap.stages))
-        return [f"{longest} deviates by {before} from the real arm. No file was written: {why}"]
-    if gap.kept is None:
-        return [
-            f"{longest} deviates by {before} from the real arm. No file was written: every finding makes a "
-            "joint worse"
-        ]
-    first = f"{longest} deviated by {before} from the real arm; with the findings, by {after}"
-    included = [stage for stage in gap.stages[1:] if not stage.reason]
-    statements = [first] if included else [first, "Only numbers that the file already states have changed"]
-    for words, gains in (("Reduce the gap", True), ("Included, without a difference in these runs", False)):
-        names = [stage.name for stage in included if bool(stage.nearer) == gains]
+    original = f"{longest} deviates by {compared.far(gap.original)} from the real arm with the original file"
+    if not gap.changed:
+        return [f"{original}. Nothing that was identified brings it nearer, so no file was written"]
+    statements = [f"{original}, by {compared.far(gap.file.distances)} with the improved file by itself"]
+    if gap.attached.attaches:
+        statements.append(
+            f"With the findings attached, it deviates by {compared.far(gap.attached.distances)}"
+        )
+    for words, gain in (
+        ("Reduce the gap", Gain.BETTER),
+        ("Included, without a difference in these runs", Gain.SAME),
+    ):
+        names = [stage.name for stage in gap.stages if stage.gain is gain and not stage.reason]
         statements += [f"{words}: {joined(names)}"] if names else []
-    if written:
-        attached = "; from exidyn.mujoco import attach adds what MJCF cannot hold" if gap.kept.left else ""
-        statements.append(f"Written: {written}{attached}")
+    statements += [f"{name} keeps an error of {error}, {ratio:.0f} times the others, unexplained by all that was tried"
+                   for name, error, ratio in _unexplained(gap)]  # fmt: skip
+    if written.file:
+        statements.append(f"Written: {written.file}, for any simulator that reads MJCF")
+    if written.attached:
+        statements.append(f"Written: {written.attached}, for exidyn.mujoco.attach with {written.fit}")
     return statements
 
 
-def _stages(gap: Gap) -> Table:
-    """One row per added finding: distances with it, and whether it was written."""
+UNEXPLAINED = 10.0
+"""Ratio of a joint's remaining error to the median of the others above which it is pointed out."""
+
+
+def _unexplained(gap: Gap) -> list[tuple[str, str, float]]:
+    """Joints that keep much larger errors than the others: name, error, ratio."""
+    errors = gap.attached.distances.joints[-1]
+    if len(errors) < 3 or not np.all(np.isfinite(errors)):
+        return []
+    others = [float(np.median(np.delete(errors, joint))) for joint in range(len(errors))]
+    return [
+        (
+            gap.diagnosis.joints[joint],
+            f"{digits(1e3 * float(errors[joint]), 3)} mrad",
+            float(errors[joint] / other),
+        )
+        for joint, other in enumerate(others)
+        if errors[joint] > UNEXPLAINED * other > 0.0
+    ]
+
+
+def _answers(gap: Gap) -> Table:
+    """Distances with the original file, the file by itself, and with attached effects."""
     compared = Compared.of(gap)
+    rows: list[list[Cell]] = [
+        [name, *_distances(compared, distances)]
+        for name, distances in (
+            (AS_IT_WAS, gap.original),
+            ("improved file by itself", gap.file.distances),
+            ("with findings attached", gap.attached.distances),
+        )
+    ]
+    return Table(["simulation", *_head(gap, compared)], rows)
+
+
+def _head(gap: Gap, compared: Compared) -> list[str]:
+    """Headers of the distances after each horizon and over whole runs."""
     times = [f"{compared.short} {horizon:g} s [{compared.unit}]" for horizon in gap.horizons]
-    head = ["added", *times, f"whole run [{compared.unit}]", "written"]
+    return [*times, f"whole run [{compared.unit}]"]
 
-    def numbers(distances: Distances) -> list[Cell]:
-        return [Number(1e3 * float(value), 3) for value in compared.values(distances)]
 
-    rows: list[list[Cell]] = [[AS_IT_WAS, *numbers(gap.before), ""]]
+def _distances(compared: Compared, distances: Distances) -> list[Cell]:
+    return [Number(1e3 * float(value), 3) for value in compared.values(distances)]
+
+
+def _servos(gap: Gap) -> Table:
+    """Changed numbers of the servos, at the joints."""
+    rows: list[list[Cell]] = [
+        [gap.diagnosis.joints[change.joint], change.quantity, UNITS[change.quantity],
+         Number(change.old, 4), Number(change.new, 4), Number(change.half, 2)]
+        for change in gap.servos
+    ]  # fmt: skip
+    return Table(["joint", "servo", "unit", "file", "identified", "± 95 %"], rows, words=(1, 2))
+
+
+def _numbers(gap: Gap) -> Table:
+    """Changed numbers of the file by itself."""
+    rows: list[list[Cell]] = [
+        [change.where, change.attribute, change.unit, Number(change.old, 4), Number(change.new, 4),
+         Number(change.half if np.isfinite(change.half) else np.nan, 2)]
+        for change in gap.file.changes
+    ]  # fmt: skip
+    return Table(["element", "attribute", "unit", "file", "identified", "± 95 %"], rows, words=(1, 2))
+
+
+def _stages(gap: Gap) -> Table:
+    """One row per stage: distances with it and all kept before it, and whether it is kept."""
+    compared = Compared.of(gap)
+    head = ["added", *_head(gap, compared), "kept"]
+    rows: list[list[Cell]] = [[AS_IT_WAS, *_distances(compared, gap.original), ""]]
     for stage in gap.stages:
-        tried = f"no: {stage.reason}" if stage.distances else "no: cannot be modeled"
-        gained = Marked("yes", "good") if stage.nearer else "yes, makes no difference here"
-        written = gained if not stage.reason else tried
-        none: list[Cell] = [Number(np.nan)] * (len(gap.horizons) + 1)
-        rows.append([stage.name, *(numbers(stage.distances) if stage.distances else none), written])
+        gained = Marked("yes", "good") if stage.gain is Gain.BETTER else "yes, makes no difference here"
+        none: list[Cell] = [Number(np.nan)] * (len(head) - 2)
+        numbers = _distances(compared, stage.distances) if stage.distances else none
+        rows.append([stage.name, *numbers, f"no: {stage.reason}" if stage.reason else gained])
     return Table(head, rows, words=(len(head) - 1,))
 
 
 def _joints(gap: Gap, units: Sequence[str]) -> Table:
-    """Error of each joint with the original file and with the written findings."""
+    """Error of each joint with the original file and with the findings attached."""
     head = ["joint", "unit"]
     for title in (*(f"{horizon:g} s" for horizon in gap.horizons), "whole run"):
         head += [f"{title} before", "after"]
     rows: list[list[Cell]] = []
-    errors = [np.vstack([distances.joints, distances.whole]) for distances in (gap.before, gap.after)]
+    errors = [
+        np.vstack([distances.joints, distances.whole]) for distances in (gap.original, gap.attached.distances)
+    ]
     for joint, name in enumerate(gap.diagnosis.joints):
         cells: list[Cell] = [name, units[joint]]
         for before, after in zip(errors[0][:, joint], errors[1][:, joint], strict=True):
@@ -171,7 +249,7 @@ def _plots(gap: Gap, robot: Robot) -> list[Figure]:
     names, units = gap.diagnosis.joints, [MILLI[unit] for unit in robot.units("rad")]
     last, (before, after) = (
         f"after {gap.horizons[-1]:g} s",
-        (distances.joints[-1] for distances in (gap.before, gap.after)),
+        (distances.joints[-1] for distances in (gap.original, gap.attached.distances)),
     )
     picture_ = bars(1e3 * before, 1e3 * after, names, f"joint error {last}", units)
     figures = [Figure(f"Joint error {last}", "root mean square over all starts", picture_)]
@@ -189,7 +267,7 @@ def _trace_plot(gap: Gap, joint: int, unit: str) -> str:
     reach = 1e3 * float(np.ptp(real)) or 1e3  # a diverging line is cut off
     lines = [
         np.clip(1e3 * (distances.traces[0][shown, joint] - real), -reach, reach)
-        for distances in (gap.before, gap.after)
+        for distances in (gap.original, gap.attached.distances)
     ]
     panel = Panel(Span.around(time, margin=0.0), Span.around(*lines), 64, 24, 400, 190)
     content = legend(64, 14, [(style, style) for style in ("before", "after")])
@@ -203,5 +281,5 @@ def _beside(gap: Gap) -> list[str]:
     """Findings that are not part of the file, each with the reason."""
     statements = [f"{name}: removed from the recordings" for name in gap.taken_out]
     statements += [f"{name}: neither MJCF nor exidyn.mujoco can represent it" for name in gap.beyond]
-    approximated = gap.kept.left if gap.kept else ()
+    approximated = gap.attached.left
     return statements + [f"not in the file in its exact form: {words}" for words in approximated]
