@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
 from .mjcf_names import HOLD, enum_of, joint_name, name_of
 
@@ -110,6 +111,34 @@ def servo_stiffness(model: Any, joints: Sequence[str]) -> np.ndarray | None:
     if not actuators:
         return None
     return np.asarray(model.actuator_gainprm[actuators, 0] * model.actuator_gear[actuators, 0] ** 2)
+
+
+def servo_law(model: Any, joints: Sequence[str]) -> ServoLaw | None:
+    """Law of the joints' position servos; None if some joint has none, or some servo filters its command.
+
+    A servo behind a gear g pushes g times its force and measures g times the joint's position, so that its
+    commands are g times those of the law. Torque limits are those in both directions.
+    """
+    actuators = servos(model, joints)
+    if not actuators or np.any(model.actuator_dyntype[actuators] != enum_of("mjtDyn", "mjDYN_NONE")):
+        return None
+    gear = model.actuator_gear[actuators, 0]
+    # MuJoCo has delays since 4.0.
+    delay = np.asarray(getattr(model, "actuator_delay", np.zeros(model.nu)))[actuators]
+    return ServoLaw.of(
+        model.actuator_gainprm[actuators, 0] * gear**2,
+        (0.0 - model.actuator_biasprm[actuators, 2]) * gear**2,
+        np.array([_servo_limit(model, actuator) for actuator in actuators]),
+        delay,
+    )
+
+
+def _servo_limit(model: Any, actuator: int) -> float:
+    """Largest torque that a servo exerts on its joint [N m]; infinite if there is no limit."""
+    joint, limit = int(model.actuator_trnid[actuator][0]), _strength(model, actuator)
+    if model.jnt_actfrclimited[joint]:
+        limit = min(limit, _symmetric_limit(model.jnt_actfrcrange[joint]))
+    return limit
 
 
 def _is_servo(model: Any, actuator: int, joint: int) -> bool:
