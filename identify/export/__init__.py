@@ -10,7 +10,9 @@ from .mjcf import mjcf
 from .portable import FEATURES, Portable, left_out
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
-from .texts import json, toml, urdf
+from .texts import json, toml
+from .urdf import FEATURES as OF_URDF
+from .urdf import urdf
 
 
 class Format(NamedTuple):
@@ -26,7 +28,7 @@ class Format(NamedTuple):
 
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf, ("bodies", "damping", "dry"), ".urdf"),
+    "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
     "isaaclab": Format(isaac, OF_ISAAC, ".py"),
     "sdf": Format(sdf, OF_SDF, ".sdf"),

@@ -1,14 +1,12 @@
-"""Text formats: JSON and robot.toml, which represent the complete model, and URDF."""
+"""Text formats that represent the complete model: JSON and robot.toml."""
 
 from dataclasses import fields
 from typing import Any
-from xml.etree import ElementTree
-from xml.etree.ElementTree import SubElement
 
 import numpy as np
 import pinocchio as pin
 
-from exidyn.quoting import json_text, one_line, xml_document
+from exidyn.quoting import json_text
 
 from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
@@ -16,7 +14,7 @@ from ..effects import Effect, name_of
 from ..measurements import measurement_name
 from ..model import Model
 from ..robot_files.effect_rows import key_of
-from ..robot_files.robot_text import model_text, urdf_text
+from ..robot_files.robot_text import model_text
 from .portable import Portable
 
 FORMAT = 1
@@ -98,14 +96,3 @@ def _plain(value: Any) -> Any:
 def toml(portable: Portable) -> str:
     """A robot file with the identified model, which every command accepts."""
     return model_text(portable.model)
-
-
-def urdf(portable: Portable) -> str:
-    """Links as cylinders; viscous and dry friction in `<dynamics>`."""
-    root = ElementTree.fromstring(urdf_text(portable.model))
-    places = {one_line(name): place for place, name in enumerate(portable.robot.joints)}
-    for joint in root.findall("joint"):
-        if (place := places.get(joint.get("name", ""))) is not None:
-            damping, friction = portable.joints.damping[place], portable.joints.dry[place]
-            SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
-    return xml_document(root)
