@@ -7,10 +7,12 @@ from .isaac import FEATURES as OF_ISAAC
 from .isaac import isaac
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
+from .mjlab import FEATURES as OF_MJLAB
+from .mjlab import mjlab
 from .portable import FEATURES, Portable, left_out
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
-from .texts import json, toml
+from .texts import NOT_IN_TOML, json, toml
 from .urdf import FEATURES as OF_URDF
 from .urdf import urdf
 
@@ -27,13 +29,16 @@ class Format(NamedTuple):
         return left_out(portable, self.features)
 
 
+OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
+
 FORMATS: dict[str, Format] = {
     "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
     "isaaclab": Format(isaac, OF_ISAAC, ".py"),
+    "mjlab": Format(mjlab, OF_MJLAB, ".py"),
     "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
-    "toml": Format(toml, tuple(FEATURES), ".toml"),
+    "toml": Format(toml, OF_TOML, ".toml"),
 }
 """Name -> format; the first line of each function's docstring states the content of the file."""
 

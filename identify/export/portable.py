@@ -12,7 +12,8 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from ..effects import Effect, name_of
+from ..arm.servo_law import ServoLaw
+from ..effects import Effect, StribeckFriction, name_of
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
@@ -32,6 +33,7 @@ class Portable:
         balancers: Springs between two links.
         others: Other effects with their parameters.
         remarks: Sentences on changes that were necessary.
+        servos: Law of the joints' position servos; None if there are none.
     """
 
     model: Model
@@ -39,15 +41,36 @@ class Portable:
     balancers: tuple[Spring, ...]
     others: tuple[tuple[Effect, np.ndarray], ...]
     remarks: tuple[str, ...]
+    servos: ServoLaw | None = None
 
     @property
     def robot(self) -> Robot:
         """Robot of the model, with kinematics, bodies and limits."""
         return self.model.robot
 
+    @property
+    def torque_limit(self) -> np.ndarray:
+        """Largest torque of each joint's motor, shape (n,) [N m]; infinite if there is none."""
+        limit = self.robot.limits.torque
+        return limit if self.servos is None else np.minimum(limit, self.servos.limit)
+
+    @property
+    def static_friction(self) -> np.ndarray:
+        """Dry friction of each joint at rest, with that of `StribeckFriction`, shape (n,) [N m]."""
+        friction = np.maximum(self.joints.dry, 0.0)
+        for effect, values in self.others:
+            if isinstance(effect, StribeckFriction):
+                friction[effect.columns(self.robot)] += np.maximum(values, 0.0)
+        return friction
+
     @classmethod
-    def of(cls, model: Model, payload: str = "") -> "Portable":
+    def of(cls, model: Model, payload: str = "", servos: ServoLaw | None = None) -> "Portable":
         """Sort a model at its nominal values, with the named payload as part of the last link.
+
+        Args:
+            model: Model of the arm.
+            payload: Name of a payload that becomes part of the last link.
+            servos: Law of the position servos; by default that of the robot's `servo`.
 
         Raises:
             RobotError: The model has no such payload, or the payload has no positive mass.
@@ -62,7 +85,16 @@ class Portable:
                 balancers.append(form)
             elif not (effect.of_links or effect.payload):
                 others.append((effect, values))
-        return cls(model, joints, tuple(balancers), tuple(others), remarks)
+        law = _robot_servos(model.robot) if servos is None else servos
+        return cls(model, joints, tuple(balancers), tuple(others), remarks, law)
+
+
+def _robot_servos(robot: Robot) -> ServoLaw | None:
+    """Law of the robot's position servos, whose damping is part of the viscous friction."""
+    if robot.servo is None:
+        return None
+    gain, none = np.abs(robot.drive_gain), np.zeros(robot.dof)
+    return ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:
@@ -139,13 +171,26 @@ ROUNDING = 1e-12
 def left_out(portable: Portable, features: Collection[str]) -> list[str]:
     """One sentence for each part of the model that a format with these features leaves out.
 
-    Formats with springs represent a constant torque by the rest position of the joint's spring.
+    Formats with springs represent a constant torque by the rest position of the joint's spring. Formats with
+    static friction represent `StribeckFriction` but for the velocity over which it fades.
     """
     if "stiffness" in features:
         alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
         portable = replace(portable, joints=replace(portable.joints, constant=alone))
+    if "static" in features and "effects" not in features:
+        portable = _without_stribeck(portable)
     missing = (describe for name, describe in FEATURES.items() if name not in features)
     return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
+
+
+def _without_stribeck(portable: Portable) -> Portable:
+    """The model without Stribeck friction, and with a remark on the velocity over which it fades."""
+    stribeck = [effect for effect, _ in portable.others if isinstance(effect, StribeckFriction)]
+    others = tuple(pair for pair in portable.others if not isinstance(pair[0], StribeckFriction))
+    remarks = [
+        f"the velocity over which stribeck_friction fades: {effect.fade:.4g} rad/s" for effect in stribeck
+    ]
+    return replace(portable, others=others, remarks=(*portable.remarks, *dict.fromkeys(remarks)))
 
 
 def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
@@ -232,11 +277,34 @@ def _bodies(portable: Portable) -> list[str]:
 
 
 def _servos(portable: Portable) -> list[str]:
-    robot = portable.robot
-    if robot.servo is None:
+    """Position servos of the robot file."""
+    return _law(portable) if portable.robot.servo is not None else []
+
+
+def _other_servos(portable: Portable) -> list[str]:
+    """Position servos that are not in the robot file, such as those of an MJCF."""
+    return _law(portable) if portable.robot.servo is None else []
+
+
+def _law(portable: Portable) -> list[str]:
+    law = portable.servos
+    if law is None:
         return []
-    stiffness = np.abs(robot.drive_gain) * robot.servo.gain
-    return [f"position servos, torque over their error: {_amounts(portable, stiffness, 'N m/rad')}"]
+    sentence = f"position servos, torque over their error: {_amounts(portable, law.stiffness, 'N m/rad')}"
+    if np.any(law.damping):
+        sentence += f"; damping: {_amounts(portable, law.damping, 'N m s/rad')}"
+    if np.any(np.isfinite(law.limit)):
+        limit = np.where(np.isfinite(law.limit), law.limit, 0.0)
+        sentence += f"; saturation at {_amounts(portable, limit, 'N m')}"
+    return [sentence]
+
+
+def _of_servos(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+    def describe(portable: Portable) -> list[str]:
+        values = np.zeros(1) if portable.servos is None else getattr(portable.servos, name)
+        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+
+    return describe
 
 
 def _anywhere(portable: Portable) -> Motion:
@@ -290,6 +358,12 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "measurements": _measurements,
     "gains": _gains,
     "servos": _servos,
+    "law": _other_servos,
+    "delay": _of_servos("delay", "delay of the servos", "s"),
+    "feed_forward": _of_servos(
+        "feed_forward", "feed-forward of the servos, torque over commanded velocity", "N m s/rad"
+    ),
+    "integral": _of_servos("integral", "integral part of the servos", "N m/(rad s)"),
     "coupling": _coupling,
     "uncertainty": _uncertainty,
 }

@@ -10,6 +10,7 @@ from exidyn.quoting import json_text
 
 from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
+from ..arm.servo_law import ServoLaw
 from ..effects import Effect, name_of
 from ..measurements import measurement_name
 from ..model import Model
@@ -19,6 +20,9 @@ from .portable import Portable
 
 FORMAT = 1
 """Format version, increased when a reader of the previous version would misinterpret a file."""
+
+NOT_IN_TOML = ("law", "delay", "feed_forward", "integral")
+"""Features of servos that a robot file does not have."""
 
 
 def json(portable: Portable) -> str:
@@ -37,8 +41,14 @@ def json(portable: Portable) -> str:
             | {f.name: getattr(measurement, f.name) for f in fields(measurement)}
             for measurement in model.measurements
         ],
+        "servos": _servos(portable.servos),
     }
     return json_text(_plain(table)) + "\n"
+
+
+def _servos(law: ServoLaw | None) -> dict[str, np.ndarray] | None:
+    """Entry of the position servos, with a list per field; None if there are none."""
+    return None if law is None else {f.name: getattr(law, f.name) for f in fields(law)}
 
 
 def _joint(model: Model, place: int) -> dict[str, Any]:

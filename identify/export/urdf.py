@@ -1,7 +1,8 @@
 """URDF that Pinocchio, PyBullet and Gazebo load as the same arm.
 
-PyBullet takes a link without `<inertial>` as 1 kg, so frames without mass state a mass of 0. Gazebo drops what
-moves on a link without mass, so the base, whose mass no torque depends on, has some and stands on `world`.
+PyBullet takes a link without `<inertial>` as 1 kg, so frames without mass state a mass of 0. Gazebo drops
+what moves on a link without mass, so the base, whose mass no torque depends on, has some and stands on
+`world`.
 """
 
 from xml.etree import ElementTree

@@ -1,4 +1,4 @@
-"""URDF: libsdformat and PyBullet read the same arm as Pinocchio, and no link gets a mass that it does not have."""
+"""URDF: libsdformat and PyBullet read the same arm as Pinocchio, without masses that it does not have."""
 
 from xml.etree import ElementTree
 
@@ -10,7 +10,7 @@ from exidyn.identification.export import FORMATS
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.robots import six_axis, sliding
-from .test_isaac_and_sdf import portable, read_by_libsdformat
+from .test_sdf import portable, read_by_libsdformat
 
 WITH_WORLD = """<robot name="arm">
 <link name="world"/><link name="stand"/><link name="first"><inertial><mass value="2"/>

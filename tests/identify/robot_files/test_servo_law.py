@@ -63,7 +63,9 @@ def test_delay_is_read_where_mujoco_has_one():
 
 def test_older_mujoco_has_no_delay(monkeypatch):
     model = compiled()
-    kept = [name for name in dir(model) if name.startswith(("actuator_", "jnt_")) and name != "actuator_delay"]
+    kept = [
+        name for name in dir(model) if name.startswith(("actuator_", "jnt_")) and name != "actuator_delay"
+    ]
     old = SimpleNamespace(nu=model.nu, njnt=model.njnt, **{name: getattr(model, name) for name in kept})
     monkeypatch.setattr(mjcf_drives, "joint_name", lambda _, joint: JOINTS[joint])
     np.testing.assert_array_equal(servo_law(old, JOINTS).delay, np.zeros(3))
