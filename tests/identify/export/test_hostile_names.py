@@ -36,21 +36,26 @@ def text_of(name, arm):
     return text.encode().decode()
 
 
-@pytest.mark.parametrize("name", ["isaaclab", "mjlab"])
+PYTHON = {
+    "isaaclab": {"DelayedPDActuatorCfg"},
+    "isaaclab-bam": {"BamActuatorCfg", "BamMotorCfg"},
+    "mjlab": {"BuiltinPositionActuatorCfg"},
+}
+"""Format -> classes that its Python calls."""
+
+
+@pytest.mark.parametrize("name", PYTHON)
 def test_python_is_literals_only(name, arm, monkeypatch):
-    law = ServoLaw.of(*np.full((2, 2), 3.0), np.full(2, np.inf), np.array([0.02, 0.04]))
+    law = ServoLaw.of(*np.full((3, 2), 3.0), np.array([0.02, 0.04]))
     text, called = text_of(name, replace(arm, servos=law)), []
     monkeypatch.setattr(builtins, "exidyn_was_here", lambda: called.append(True), raising=False)
     calls = [node.func.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
-    assert set(calls) == {
-        "round",
-        "DelayedPDActuatorCfg" if name == "isaaclab" else "BuiltinPositionActuatorCfg",
-    }
+    assert set(calls) == {"round", *PYTHON[name]}
     made = run(text, monkeypatch)
     assert not called
     assert made["ROBOT"] == arm.robot.name
-    actuators = made["ACTUATORS"].values() if name == "isaaclab" else made["ACTUATORS"]
-    key = "joint_names_expr" if name == "isaaclab" else "target_names_expr"
+    actuators = made["ACTUATORS"] if name == "mjlab" else made["ACTUATORS"].values()
+    key = "target_names_expr" if name == "mjlab" else "joint_names_expr"
     patterns = [pattern for actuator in actuators for pattern in getattr(actuator, key)]
     assert [bool(re.fullmatch(p, j)) for p, j in zip(patterns, arm.robot.joints, strict=True)] == [True] * 2
 
@@ -75,6 +80,11 @@ def test_json_holds_the_names(arm):
     table = json.loads(text_of("json", arm))
     assert table["robot"] == arm.robot.name
     assert [joint["name"] for joint in table["joints"]] == list(arm.robot.joints)
+
+
+def test_bam_holds_the_names(arm):
+    table = json.loads(text_of("bam", replace(arm, servos=ServoLaw.of(*np.ones((4, 2))))))
+    assert list(table) == list(arm.robot.joints)
 
 
 def test_toml_holds_the_names(arm):
