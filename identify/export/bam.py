@@ -14,6 +14,7 @@ import numpy as np
 from exidyn.quoting import json_text
 
 from ..effects import LoadDependentFriction, StribeckFriction
+from ..effects.effect import JointEffect
 from ..errors import RobotError
 from .portable import Portable
 
@@ -127,7 +128,7 @@ def bam_notes(portable: Portable) -> list[str]:
     return notes
 
 
-def _largest(portable: Portable, kind: type, shape: str) -> tuple[np.ndarray, np.ndarray]:
+def _largest(portable: Portable, kind: type[JointEffect], shape: str) -> tuple[np.ndarray, np.ndarray]:
     """Sum of an effect's values on each joint, and the shape of its last row there, each of shape (n,)."""
     total, shapes = np.zeros((2, portable.robot.dof))
     for effect, values in portable.others:

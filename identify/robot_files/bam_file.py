@@ -117,9 +117,7 @@ def left_out_of_bam(table: Mapping[str, Any]) -> list[str]:
     if table.get("friction_stribeck") and alpha != OUR_ALPHA:
         sentences.append(f"alpha {alpha:.4g}, with which Stribeck friction fades: it is {OUR_ALPHA:g}")
     if table.get("load_friction_external", 0.0) != table.get("load_friction_motor", 0.0):
-        sentences.append(
-            "the direction of load friction: it is that of a balanced joint, driven or held"
-        )
+        sentences.append("the direction of load friction: it is that of a balanced joint, driven or held")
     if table.get("q_offset"):
         sentences.append(f"q_offset {table['q_offset']:.4g} rad of the test bench")
     if "kt" in table:
