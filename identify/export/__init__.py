@@ -9,13 +9,14 @@ from .isaac import FEATURES as OF_ISAAC
 from .isaac import isaac
 from .isaac_bam import FEATURES as OF_ISAAC_BAM
 from .isaac_bam import isaac_bam
+from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
 from .mjlab import FEATURES as OF_MJLAB
 from .mjlab import mjlab
 from .pace import FEATURES as OF_PACE
 from .pace import pace, pace_notes
-from .portable import FEATURES, Portable, left_out
+from .portable import Portable
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
 from .texts import NOT_IN_TOML, json, toml
