@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from exidyn.identification.arm.robot import Robot
+from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
@@ -19,6 +21,9 @@ from exidyn.identification.fit.identified import Standard, standard_parameters
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers.tables.written import TABLES, left_out
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.robot_files.description import is_mjcf
+from exidyn.identification.robot_files.mjcf import compile_mjcf
+from exidyn.identification.robot_files.mjcf_drives import servo_law
 from exidyn.identification.text_table import digits, paragraph
 from exidyn.identification.text_table import table as text_table
 
@@ -34,6 +39,7 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
         "exidyn export exidyn-fit/fit.json --to mjcf",
         "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
         "exidyn export exidyn-fit/fit.json --to mjcf --patch arm.xml",
+        "exidyn export arm-identified.xml --to isaaclab",
         "exidyn export run.mcap --to csv",
     ),
     (
@@ -66,7 +72,8 @@ def export_command(args: Namespace) -> None:
     else:
         model = read_arm(args.arm)
         moved = _moved(args.arm, model)
-        portable, form = Portable.of(model, args.payload), FORMATS[args.to]
+        portable = Portable.of(model, args.payload, _servos_of_file(args.arm, model.robot))
+        form = FORMATS[args.to]
         robot = portable.robot
         if args.patch is None:
             missing, content = form.leaves_out(portable), form.text(portable)
@@ -90,6 +97,12 @@ def export_command(args: Namespace) -> None:
     text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
     hand_over(text, json_text(table), args.json)
     print_written(path)
+
+
+def _servos_of_file(source: str, robot: Robot) -> ServoLaw | None:
+    """Law of the position servos of an MJCF; None for other files, and if not all joints have servos."""
+    path = Path(source)
+    return servo_law(compile_mjcf(path), robot.joints) if is_mjcf(path) else None
 
 
 def _check_patch(args: Namespace) -> None:

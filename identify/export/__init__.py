@@ -3,35 +3,60 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from .bam import FEATURES as OF_BAM
+from .bam import bam, bam_notes
 from .isaac import FEATURES as OF_ISAAC
 from .isaac import isaac
+from .isaac_bam import FEATURES as OF_ISAAC_BAM
+from .isaac_bam import isaac_bam
+from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
-from .portable import FEATURES, Portable, left_out
+from .mjlab import FEATURES as OF_MJLAB
+from .mjlab import mjlab
+from .pace import FEATURES as OF_PACE
+from .pace import pace, pace_notes
+from .portable import Portable
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
-from .texts import json, toml, urdf
+from .texts import NOT_IN_TOML, json, toml
+from .urdf import FEATURES as OF_URDF
+from .urdf import urdf
 
 
 class Format(NamedTuple):
-    """An export format: function for the text, the `FEATURES` it can represent, and the file extension."""
+    """An export format.
 
-    text: Callable[[Portable], str]
+    Attributes:
+        text: Function that returns the content of the file; bytes if it is no text.
+        features: `FEATURES`, and names of effects, that the format can represent.
+        ending: Extension of the file.
+        notes: Function that returns sentences on what the format only approximates.
+    """
+
+    text: Callable[[Portable], str | bytes]
     features: tuple[str, ...]
     ending: str
+    notes: Callable[[Portable], list[str]] = lambda portable: []
 
     def leaves_out(self, portable: Portable) -> list[str]:
         """One sentence for each part of the model that the format cannot represent."""
-        return left_out(portable, self.features)
+        return [*left_out(portable, self.features), *self.notes(portable)]
 
+
+OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf, ("bodies", "damping", "dry"), ".urdf"),
+    "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
     "isaaclab": Format(isaac, OF_ISAAC, ".py"),
+    "isaaclab-bam": Format(isaac_bam, OF_ISAAC_BAM, ".py", bam_notes),
+    "mjlab": Format(mjlab, OF_MJLAB, ".py"),
+    "bam": Format(bam, OF_BAM, ".json", bam_notes),
+    "pace": Format(pace, OF_PACE, ".pt", pace_notes),
     "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
-    "toml": Format(toml, tuple(FEATURES), ".toml"),
+    "toml": Format(toml, OF_TOML, ".toml"),
 }
 """Name -> format; the first line of each function's docstring states the content of the file."""
 

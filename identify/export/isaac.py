@@ -1,9 +1,9 @@
 """Isaac Lab: actuators of an arm for `ArticulationCfg.actuators`.
 
-The fields require Isaac Lab 2.3 or later; from 3.0 on, the limits also have other names.
+The fields are those of Isaac Lab 3.0. An explicit actuator limits its own torque (`actuator_effort_limit`);
+an implicit one leaves that to the solver (`joint_effort_limit`). A delay counts physics steps.
 """
 
-import re
 from collections.abc import Callable
 from textwrap import indent
 
@@ -11,72 +11,76 @@ import numpy as np
 
 from exidyn.quoting import python_text
 
-from ..arm.robot import Robot
 from .portable import Portable
+from .python_code import by_joint, call, patterns, steps
 
-FEATURES = ("armature", "damping", "dry", "servos")
-DIGITS = 6
-"""Number of significant digits: solvers work in single precision."""
+FEATURES = ("armature", "damping", "dry", "static", "servos", "law", "delay")
 
 FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
-    "effort_limit_sim": lambda portable: portable.robot.limits.torque,
-    "velocity_limit_sim": lambda portable: portable.robot.limits.velocity,
-    "stiffness": lambda portable: _stiffness(portable.robot),
-    "damping": lambda portable: np.zeros(portable.robot.dof),
+    "joint_velocity_limit": lambda portable: portable.robot.limits.velocity,
+    "stiffness": lambda portable: _of_servos(portable, "stiffness"),
+    "damping": lambda portable: _of_servos(portable, "damping"),
     "armature": lambda portable: np.maximum(portable.joints.armature, 0.0),
-    "friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
+    "friction": lambda portable: portable.static_friction,
     "dynamic_friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
     "viscous_friction": lambda portable: np.maximum(portable.joints.damping, 0.0),
 }
 """Field of an actuator -> its value for each joint in SI units, shape (n,)."""
-HEAD = '''"""Actuators of an arm for Isaac Lab, by exidyn; SI units, at the joints.
+HEAD = '''"""Actuators of an arm for Isaac Lab 3.0, by exidyn; SI units, at the joints.
 
 ArticulationCfg(..., actuators=ACTUATORS). {law}
+In Isaac Lab 2.3, joint_effort_limit is effort_limit_sim, joint_velocity_limit is velocity_limit_sim, and
+actuator_effort_limit is effort_limit.
 """
 
-from isaaclab.actuators import ImplicitActuatorCfg
+from isaaclab.actuators import {classes}
 
 ROBOT = {name}
-ACTUATORS = {{
-    "arm": ImplicitActuatorCfg(
-        joint_names_expr={joints},
+{step}ACTUATORS = {{
+{actuators}
+}}
 '''
-BY_SERVO = "stiffness is that of the servos; their own\ndamping is part of viscous_friction, so damping is 0."
+STEP = "PHYSICS_STEP = 0.005  # sim.dt [s]: put that of your simulation here\n"
+BY_SERVO = "stiffness and damping are those of the servos; viscous_friction is passive."
 BY_EFFORT = "stiffness and damping are 0, for effort\ncommands; put the gains of a position controller there."
 
 
 def isaac(portable: Portable) -> str:
-    """Python for an Isaac Lab configuration: limits, armature, friction, servos; no bodies."""
-    robot = portable.robot
-    law = BY_EFFORT if robot.servo is None else BY_SERVO
-    patterns = [re.escape(joint) for joint in robot.joints]
-    head = HEAD.format(name=python_text(robot.name), law=law, joints=_listed(patterns))
-    rows = [
-        f"{name}={_by_joint(patterns, values(portable))},"
-        for name, values in FIELDS.items()
-        if np.any(np.isfinite(values(portable)))
+    """Python for an Isaac Lab configuration: limits, armature, friction, servos, delay; no bodies."""
+    delays = np.zeros(portable.robot.dof) if portable.servos is None else portable.servos.delay
+    groups = {float(delay): np.flatnonzero(delays == delay) for delay in delays}
+    names = ["arm"] if len(groups) == 1 else [f"arm{place}" for place in range(1, len(groups) + 1)]
+    entries = [
+        f"{python_text(name)}: {_actuator(portable, places, delay)},"
+        for name, (delay, places) in zip(names, groups.items(), strict=True)
     ]
-    return head + indent("\n".join(rows), " " * 8) + "\n    ),\n}\n"
+    return HEAD.format(
+        law=BY_EFFORT if portable.servos is None else BY_SERVO,
+        classes=", ".join(sorted({_class(delay) for delay in groups})),
+        name=python_text(portable.robot.name),
+        step=STEP if any(groups) else "",
+        actuators=indent("\n".join(entries), "    "),
+    )
 
 
-def _stiffness(robot: Robot) -> np.ndarray:
-    if robot.servo is None:
-        return np.zeros(robot.dof)
-    return np.abs(robot.drive_gain) * robot.servo.gain
+def _class(delay: float) -> str:
+    return "DelayedPDActuatorCfg" if delay else "ImplicitActuatorCfg"
 
 
-def _listed(patterns: list[str]) -> str:
-    return f"[{', '.join(map(python_text, patterns))}]"
+def _actuator(portable: Portable, places: np.ndarray, delay: float) -> str:
+    """The configuration of the joints with one delay [s], by their indices."""
+    joints = [portable.robot.joints[place] for place in places]
+    limit = "actuator_effort_limit" if delay else "joint_effort_limit"
+    values = {limit: portable.torque_limit} | {name: field(portable) for name, field in FIELDS.items()}
+    arguments = {"joint_names_expr": f"[{', '.join(patterns(joints))}]"}
+    for name, of_all in values.items():
+        if np.any(np.isfinite(of_all[places])):
+            arguments[name] = by_joint(joints, of_all[places])
+    if delay:
+        arguments |= {"min_delay": steps(delay), "max_delay": steps(delay)}
+    return call(_class(delay), arguments)
 
 
-def _by_joint(patterns: list[str], values: np.ndarray) -> str:
-    """One number if all joints have the same value, else a number for each joint with a finite value."""
-    if np.all(values == values[0]):
-        return _number(values[0])
-    known = [(p, v) for p, v in zip(patterns, values, strict=True) if np.isfinite(v)]
-    rows = "".join(f"    {python_text(pattern)}: {_number(value)},\n" for pattern, value in known)
-    return f"{{\n{rows}}}"
-
-
-def _number(value: float) -> str:
-    return repr(float(f"{value:.{DIGITS}g}"))
+def _of_servos(portable: Portable, name: str) -> np.ndarray:
+    """A gain of the servos, shape (n,); 0 without servos."""
+    return np.zeros(portable.robot.dof) if portable.servos is None else getattr(portable.servos, name)

@@ -1,24 +1,21 @@
-r"""`Portable`: a model in the terms that simulators share, and the parts that each format leaves out.
+r"""`Portable`: a model in the terms that simulators share.
 
 Simulators accept only physically consistent bodies, so inconsistent parameters are moved to the nearest
 consistent ones. About the center of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(I) E - I` is the second moment
 of the mass and therefore positive definite: the triangle inequality of the principal moments of inertia.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..arm.motion import Motion
 from ..arm.robot import Robot
-from ..effects import Effect, name_of
+from ..arm.servo_law import ServoLaw
+from ..effects import Effect, StribeckFriction
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
-from ..fit.base_parameters import rich_motion
 from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
-from ..measurements import measurement_name
 from ..model import Model
 
 
@@ -32,6 +29,7 @@ class Portable:
         balancers: Springs between two links.
         others: Other effects with their parameters.
         remarks: Sentences on changes that were necessary.
+        servos: Law of the joints' position servos; None if there are none.
     """
 
     model: Model
@@ -39,15 +37,36 @@ class Portable:
     balancers: tuple[Spring, ...]
     others: tuple[tuple[Effect, np.ndarray], ...]
     remarks: tuple[str, ...]
+    servos: ServoLaw | None = None
 
     @property
     def robot(self) -> Robot:
         """Robot of the model, with kinematics, bodies and limits."""
         return self.model.robot
 
+    @property
+    def torque_limit(self) -> np.ndarray:
+        """Largest torque of each joint's motor, shape (n,) [N m]; infinite if there is none."""
+        limit = self.robot.limits.torque
+        return limit if self.servos is None else np.minimum(limit, self.servos.limit)
+
+    @property
+    def static_friction(self) -> np.ndarray:
+        """Dry friction of each joint at rest, with that of `StribeckFriction`, shape (n,) [N m]."""
+        friction = np.maximum(self.joints.dry, 0.0)
+        for effect, values in self.others:
+            if isinstance(effect, StribeckFriction):
+                friction[effect.columns(self.robot)] += np.maximum(values, 0.0)
+        return friction
+
     @classmethod
-    def of(cls, model: Model, payload: str = "") -> "Portable":
+    def of(cls, model: Model, payload: str = "", servos: ServoLaw | None = None) -> "Portable":
         """Sort a model at its nominal values, with the named payload as part of the last link.
+
+        Args:
+            model: Model of the arm.
+            payload: Name of a payload that becomes part of the last link.
+            servos: Law of the position servos; by default that of the robot's `servo`.
 
         Raises:
             RobotError: The model has no such payload, or the payload has no positive mass.
@@ -62,7 +81,16 @@ class Portable:
                 balancers.append(form)
             elif not (effect.of_links or effect.payload):
                 others.append((effect, values))
-        return cls(model, joints, tuple(balancers), tuple(others), remarks)
+        law = _robot_servos(model.robot) if servos is None else servos
+        return cls(model, joints, tuple(balancers), tuple(others), remarks, law)
+
+
+def _robot_servos(robot: Robot) -> ServoLaw | None:
+    """Law of the robot's position servos, whose damping is part of the viscous friction."""
+    if robot.servo is None:
+        return None
+    gain, none = np.abs(robot.drive_gain), np.zeros(robot.dof)
+    return ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:
@@ -127,170 +155,3 @@ def possible(values: np.ndarray, largest: float) -> np.ndarray:
         return values
     pseudo[:3, :3] = (axes * np.maximum(moments, least)) @ axes.T + around
     return of_pseudo_inertia(pseudo)
-
-
-EARTH = np.array([0.0, 0.0, -9.81])
-"""Gravity that simulators assume for formats without gravity [m/s^2]."""
-
-ROUNDING = 1e-12
-"""Share of the largest value below which a value counts as rounding."""
-
-
-def left_out(portable: Portable, features: Collection[str]) -> list[str]:
-    """One sentence for each part of the model that a format with these features leaves out.
-
-    Formats with springs represent a constant torque by the rest position of the joint's spring.
-    """
-    if "stiffness" in features:
-        alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
-        portable = replace(portable, joints=replace(portable.joints, constant=alone))
-    missing = (describe for name, describe in FEATURES.items() if name not in features)
-    return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
-
-
-def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
-    """Words for the nonzero values (n,) of all joints, or for one number if all joints have the same.
-
-    `unit` is that of revolute joints; if there are both kinds of joints, each number has its own unit.
-    """
-    units = portable.robot.units(unit)
-    alike = len(set(units)) == 1
-    if len(values) > 1 and alike and np.all(values == values[0]):
-        return f"{values[0]:.4g} {units[0]}"
-    rounding = ROUNDING * np.max(np.abs(values))
-    rows = zip(portable.robot.joints, values, units, strict=True)
-    words = [f"{j} {v:.4g}" + ("" if alike else f" {u}") for j, v, u in rows if abs(v) > rounding]
-    return ", ".join(words) + (f" {units[0]}" if alike else "")
-
-
-def _of_joints(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
-    def describe(portable: Portable) -> list[str]:
-        values = getattr(portable.joints, name)
-        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
-
-    return describe
-
-
-def _gravity(portable: Portable) -> list[str]:
-    gravity = portable.robot.gravity
-    if np.allclose(gravity, EARTH):
-        return []
-    return [f"gravity: {', '.join(f'{g:g}' for g in gravity)} m/s^2 in the base frame"]
-
-
-def _balancers(portable: Portable) -> list[str]:
-    return [
-        f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
-        f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
-        for spring in portable.balancers
-    ]
-
-
-def _others(portable: Portable) -> list[str]:
-    """Other effects, with the largest torque of each within the limits of the joints."""
-    motion, robot = _anywhere(portable), portable.robot
-    sentences = []
-    for effect, values in portable.others:
-        torque = effect.regressor(robot, motion) @ values + effect.known_torque(robot, motion)
-        most = np.max(np.abs(torque), axis=0)
-        words = f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}"
-        sentences.append(f"{words} ({', '.join(_numbers(effect, robot, values))})")
-    return sentences
-
-
-def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
-    """Parameters and shapes of an effect, each with its unit."""
-    for parameter, value in zip(effect.parameters(robot), values, strict=True):
-        yield f"{parameter.name} {value:.4g} {parameter.unit}".removesuffix(" 1")
-    for name, shape in effect.shapes().items():
-        yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
-
-
-def _measurements(portable: Portable) -> list[str]:
-    """Effects between the arm and its recordings, with their numbers."""
-    sentences = []
-    for measurement in portable.model.measurements:
-        numbers = (f"{f.name} {_plain(getattr(measurement, f.name))}" for f in fields(measurement))
-        sentences.append(f"{measurement_name(measurement)}: {', '.join(numbers)}")
-    return sentences
-
-
-def _plain(value: object) -> str:
-    """Words for the value of a field."""
-    if isinstance(value, tuple):
-        return " ".join(map(str, value))
-    return "of all" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _bodies(portable: Portable) -> list[str]:
-    kinematics = portable.robot.kinematics
-    masses = ", ".join(
-        f"{joint} {body.mass:.4g}"
-        for joint, body in zip(portable.robot.joints, list(kinematics.inertias)[1:], strict=True)
-    )
-    return [f"kinematics and bodies; mass behind each joint: {masses} kg"]
-
-
-def _servos(portable: Portable) -> list[str]:
-    robot = portable.robot
-    if robot.servo is None:
-        return []
-    stiffness = np.abs(robot.drive_gain) * robot.servo.gain
-    return [f"position servos, torque over their error: {_amounts(portable, stiffness, 'N m/rad')}"]
-
-
-def _anywhere(portable: Portable) -> Motion:
-    """Random motion within the velocity limits, with random temperatures and the nominal load."""
-    motion = rich_motion(portable.model)
-    limit = portable.robot.limits.velocity
-    fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
-    velocity = np.clip(motion.velocity, -fastest, fastest)
-    return portable.model.loaded(replace(motion, velocity=velocity))
-
-
-def _reversal(portable: Portable) -> list[str]:
-    joints = portable.joints
-    if not np.any(joints.dry):
-        return []
-    turning = _amounts(portable, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
-    return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
-
-
-def _gains(portable: Portable) -> list[str]:
-    gain = portable.robot.drive_gain
-    return (
-        []
-        if np.all(gain == 1.0) or portable.robot.servo
-        else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
-    )
-
-
-def _coupling(portable: Portable) -> list[str]:
-    coupling = portable.robot.coupling
-    if np.allclose(coupling, np.eye(len(coupling))):
-        return []
-    return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
-
-
-def _uncertainty(portable: Portable) -> list[str]:
-    return ["standard deviations of the parameters, and the jerk limits"]
-
-
-FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
-    "bodies": _bodies,
-    "gravity": _gravity,
-    "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
-    "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
-    "dry": _of_joints("dry", "coulomb_friction", "N m"),
-    "reversal": _reversal,
-    "stiffness": _of_joints("stiffness", "stiffness of joint_spring", "N m/rad"),
-    "constant": _of_joints("constant", "constant torque of current_offset and joint_spring", "N m"),
-    "balancers": _balancers,
-    "effects": _others,
-    "measurements": _measurements,
-    "gains": _gains,
-    "servos": _servos,
-    "coupling": _coupling,
-    "uncertainty": _uncertainty,
-}
-"""Part of a model -> function that describes it if a format cannot represent it."""

@@ -1,26 +1,28 @@
-"""Text formats: JSON and robot.toml, which represent the complete model, and URDF."""
+"""Text formats that represent the complete model: JSON and robot.toml."""
 
 from dataclasses import fields
 from typing import Any
-from xml.etree import ElementTree
-from xml.etree.ElementTree import SubElement
 
 import numpy as np
 import pinocchio as pin
 
-from exidyn.quoting import json_text, one_line, xml_document
+from exidyn.quoting import json_text
 
 from ..arm.newton_euler import joints_of, link_frames
 from ..arm.robot import Limits
+from ..arm.servo_law import ServoLaw
 from ..effects import Effect, name_of
 from ..measurements import measurement_name
 from ..model import Model
 from ..robot_files.effect_rows import key_of
-from ..robot_files.robot_text import model_text, urdf_text
+from ..robot_files.robot_text import model_text
 from .portable import Portable
 
 FORMAT = 1
 """Format version, increased when a reader of the previous version would misinterpret a file."""
+
+NOT_IN_TOML = ("law", "delay", "feed_forward", "integral")
+"""Features of servos that a robot file does not have."""
 
 
 def json(portable: Portable) -> str:
@@ -39,8 +41,14 @@ def json(portable: Portable) -> str:
             | {f.name: getattr(measurement, f.name) for f in fields(measurement)}
             for measurement in model.measurements
         ],
+        "servos": _servos(portable.servos),
     }
     return json_text(_plain(table)) + "\n"
+
+
+def _servos(law: ServoLaw | None) -> dict[str, np.ndarray] | None:
+    """Entry of the position servos, with a list per field; None if there are none."""
+    return None if law is None else {f.name: getattr(law, f.name) for f in fields(law)}
 
 
 def _joint(model: Model, place: int) -> dict[str, Any]:
@@ -98,14 +106,3 @@ def _plain(value: Any) -> Any:
 def toml(portable: Portable) -> str:
     """A robot file with the identified model, which every command accepts."""
     return model_text(portable.model)
-
-
-def urdf(portable: Portable) -> str:
-    """Links as cylinders; viscous and dry friction in `<dynamics>`."""
-    root = ElementTree.fromstring(urdf_text(portable.model))
-    places = {one_line(name): place for place, name in enumerate(portable.robot.joints)}
-    for joint in root.findall("joint"):
-        if (place := places.get(joint.get("name", ""))) is not None:
-            damping, friction = portable.joints.damping[place], portable.joints.dry[place]
-            SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
-    return xml_document(root)

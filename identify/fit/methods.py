@@ -98,11 +98,11 @@ class FitMethods:
         write_fit(cast("Fit", self), path)
         return Path(path)
 
-    def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str:
+    def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str | bytes:
         """Identified model as text for a simulator, also written to a file if a path is given.
 
         Args:
-            format: Name in `FORMATS`: urdf, mjcf, isaaclab, sdf, json or toml.
+            format: Name in `FORMATS`, such as urdf, mjcf, isaaclab, mjlab, sdf, json or toml.
             path: File to write.
             payload: Name of a payload of the model that becomes part of the last link.
 
@@ -115,7 +115,7 @@ class FitMethods:
             raise UnknownKey(format, "export: format", tuple(FORMATS))
         text = FORMATS[format].text(Portable.of(self.identified, payload))
         if path is not None:
-            Path(path).write_text(text, encoding="utf-8")
+            Path(path).write_bytes(text.encode() if isinstance(text, str) else text)
         return text
 
     def report(self, path: Path | str) -> Path:

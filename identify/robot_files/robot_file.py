@@ -15,6 +15,7 @@ from ..arm.newton_euler import joints_of
 from ..arm.robot import Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..model import Model
+from .bam_file import with_bam_rows
 from .description import NAMED, is_description, read_kinematics
 from .effect_rows import read_effects, read_measurements, read_priors
 from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
@@ -146,11 +147,15 @@ def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
     kinematics = _kinematics(table, folder or Path(), where)
     robot = _robot(table, kinematics)
+    doubts = kinematics.doubts
+    if table.get("effect"):
+        rows, sentences = with_bam_rows(tables(table["effect"], "effect"), robot.joints, folder or Path())
+        table["effect"], doubts = rows, (*doubts, *sentences)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
     rows = table.get("measurement", [])
     measurements = read_measurements(tables(rows, "measurement") if rows else (), robot)
-    return Model(robot, effects, stated, measurements=measurements), kinematics.doubts
+    return Model(robot, effects, stated, measurements=measurements), doubts
 
 
 def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:

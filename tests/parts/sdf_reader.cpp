@@ -31,6 +31,7 @@ int main(int, char **argv) {
   for (uint64_t i = 0; i < model->JointCount(); ++i) {
     const auto *joint = model->JointByIndex(i);
     const auto *axis = joint->Axis(0);
+    if (!axis) continue;  // it is fixed
     ignition::math::Vector3d direction;
     if (!axis->ResolveXyz(direction, "__model__").empty()) return 1;
     std::cout << "joint " << joint->Name();

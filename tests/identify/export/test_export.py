@@ -23,7 +23,8 @@ from exidyn.identification.effects import (
 )
 from exidyn.identification.errors import FitError, RobotError
 from exidyn.identification.export import FORMATS, Portable
-from exidyn.identification.export.portable import left_out, possible
+from exidyn.identification.export.left_out import left_out
+from exidyn.identification.export.portable import possible
 from exidyn.identification.fit.agreement import agreement
 from exidyn.identification.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from exidyn.identification.fit.identified import identified

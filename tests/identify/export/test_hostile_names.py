@@ -5,17 +5,20 @@ import builtins
 import json
 import re
 import tomllib
-from types import ModuleType
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import mujoco
+import numpy as np
 import pytest
 
+from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.robot_files.commented import commented_text
 from exidyn.identification.robot_files.robot_file import parse_model
 from exidyn.quoting import one_line
 
+from ...parts.config_stand_ins import run
 from ...parts.runs.simulated import known
 from ...parts.small.hostile_names import NAMES, model, values
 
@@ -33,21 +36,27 @@ def text_of(name, arm):
     return text.encode().decode()
 
 
-def test_isaac_lab_is_literals_only(arm, monkeypatch):
-    text, called = text_of("isaaclab", arm), []
+PYTHON = {
+    "isaaclab": {"DelayedPDActuatorCfg"},
+    "isaaclab-bam": {"BamActuatorCfg", "BamMotorCfg"},
+    "mjlab": {"BuiltinPositionActuatorCfg"},
+}
+"""Format -> classes that its Python calls."""
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_python_is_literals_only(name, arm, monkeypatch):
+    law = ServoLaw.of(*np.full((3, 2), 3.0), np.array([0.02, 0.04]))
+    text, called = text_of(name, replace(arm, servos=law)), []
     monkeypatch.setattr(builtins, "exidyn_was_here", lambda: called.append(True), raising=False)
-    tree = ast.parse(text)
-    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    assert [call.func.id for call in calls] == ["ImplicitActuatorCfg"]
-    module = ModuleType("isaaclab.actuators")
-    module.ImplicitActuatorCfg = lambda **fields: fields
-    monkeypatch.setitem(__import__("sys").modules, "isaaclab", ModuleType("isaaclab"))
-    monkeypatch.setitem(__import__("sys").modules, "isaaclab.actuators", module)
-    made = {}
-    exec(compile(tree, "actuators.py", "exec"), made)
+    calls = [node.func.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    assert set(calls) == {"round", *PYTHON[name]}
+    made = run(text, monkeypatch)
     assert not called
     assert made["ROBOT"] == arm.robot.name
-    patterns = made["ACTUATORS"]["arm"]["joint_names_expr"]
+    actuators = made["ACTUATORS"] if name == "mjlab" else made["ACTUATORS"].values()
+    key = "target_names_expr" if name == "mjlab" else "joint_names_expr"
+    patterns = [pattern for actuator in actuators for pattern in getattr(actuator, key)]
     assert [bool(re.fullmatch(p, j)) for p, j in zip(patterns, arm.robot.joints, strict=True)] == [True] * 2
 
 
@@ -71,6 +80,11 @@ def test_json_holds_the_names(arm):
     table = json.loads(text_of("json", arm))
     assert table["robot"] == arm.robot.name
     assert [joint["name"] for joint in table["joints"]] == list(arm.robot.joints)
+
+
+def test_bam_holds_the_names(arm):
+    table = json.loads(text_of("bam", replace(arm, servos=ServoLaw.of(*np.ones((4, 2))))))
+    assert list(table) == list(arm.robot.joints)
 
 
 def test_toml_holds_the_names(arm):

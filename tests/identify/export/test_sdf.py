@@ -1,24 +1,21 @@
-"""Isaac Lab's actuators, run against stand-ins of its classes; SDF, read by libsdformat where that is."""
+"""SDF, read by libsdformat where that is."""
 
 import subprocess
-import sys
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identification.arm.robot import Limits, PositionServo
+from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import (
     CoulombFriction,
     CurrentOffset,
     JointSpring,
     RigidBody,
     RotorInertia,
-    StribeckFriction,
     ViscousFriction,
 )
 from exidyn.identification.export import FORMATS, Portable
@@ -33,69 +30,12 @@ READER = Path(__file__).parents[2] / "parts" / "sdf_reader.cpp"
 EFFECTS = (RigidBody(), RotorInertia(), ViscousFriction(), CoulombFriction())
 
 
-@dataclass
-class ImplicitActuatorCfg:
-    """The fields that Isaac Lab 2.3 documents, and 3.0 still takes."""
-
-    joint_names_expr: list
-    stiffness: object
-    damping: object
-    effort_limit_sim: object = None
-    velocity_limit_sim: object = None
-    armature: object = None
-    friction: object = None
-    dynamic_friction: object = None
-    viscous_friction: object = None
-
-
 def portable(robot, *more, limited=True, **changed):
     n = robot.dof
     limits = Limits(*np.outer([-2.0, 1.5, 3.0, 9.0, 90.0, 40.0], np.arange(1.0, n + 1.0)))
     robot = replace(robot, **({"limits": limits} if limited else {}), **changed)
     model = Model(robot, (*EFFECTS, *more))
     return Portable.of(known(model, drawn(model)))
-
-
-def actuators(text, monkeypatch):
-    """What a configuration gets that imports it."""
-    module = ModuleType("isaaclab.actuators")
-    module.ImplicitActuatorCfg = ImplicitActuatorCfg
-    monkeypatch.setitem(sys.modules, "isaaclab", ModuleType("isaaclab"))
-    monkeypatch.setitem(sys.modules, "isaaclab.actuators", module)
-    made = {}
-    exec(compile(text, "actuators.py", "exec"), made)
-    return made["ACTUATORS"]["arm"]
-
-
-def by_joint(value, joints):
-    return np.array([value[joint] for joint in joints] if isinstance(value, dict) else [value] * len(joints))
-
-
-def test_isaac_lab_gets_limits_armature_friction_and_servos(monkeypatch):
-    servo = PositionServo(np.full(6, 2.0), np.full(6, np.inf))
-    arm = portable(six_axis(), StribeckFriction(), servo=servo, drive_gain=np.arange(10.0, 16.0))
-    found, joints = actuators(FORMATS["isaaclab"].text(arm), monkeypatch), arm.robot.joints
-    assert found.joint_names_expr == list(joints)
-    expected = {
-        "effort_limit_sim": arm.robot.limits.torque, "velocity_limit_sim": arm.robot.limits.velocity,
-        "stiffness": 2.0 * np.arange(10.0, 16.0), "damping": np.zeros(6), "armature": arm.joints.armature,
-        "friction": arm.joints.dry, "dynamic_friction": arm.joints.dry,
-        "viscous_friction": arm.joints.damping,
-    }  # fmt: skip
-    assert {field.name for field in fields(found)} == {*expected, "joint_names_expr"}
-    for name, values in expected.items():
-        np.testing.assert_allclose(by_joint(getattr(found, name), joints), values, rtol=1e-5, err_msg=name)
-    left = FORMATS["isaaclab"].leaves_out(arm)
-    assert any(line.startswith("kinematics and bodies; mass behind each joint: joint1 ") for line in left)
-    assert any(line.startswith("stribeck_friction: up to") and "fade 0.1 rad/s" in line for line in left)
-    assert not any("servos" in line for line in left)
-
-
-def test_isaac_lab_of_an_arm_without_servos_or_limits_leaves_both_open(monkeypatch):
-    arm = portable(six_axis(), limited=False)
-    found = actuators(FORMATS["isaaclab"].text(arm), monkeypatch)
-    assert found.stiffness == 0.0
-    assert found.effort_limit_sim is None
 
 
 def read_by_libsdformat(text, tmp_path):

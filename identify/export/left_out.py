@@ -1,0 +1,224 @@
+"""The parts of a model that an export format leaves out, with their sizes."""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..arm.motion import Motion
+from ..arm.robot import Robot
+from ..effects import Effect, StribeckFriction, name_of
+from ..fit.base_parameters import rich_motion
+from ..measurements import measurement_name
+from .portable import Portable
+
+EARTH = np.array([0.0, 0.0, -9.81])
+"""Gravity that simulators assume for formats without gravity [m/s^2]."""
+
+ROUNDING = 1e-12
+"""Share of the largest value below which a value counts as rounding."""
+
+
+def left_out(portable: Portable, features: Collection[str]) -> list[str]:
+    """One sentence for each part of the model that a format with these features leaves out.
+
+    Formats with springs represent a constant torque by the rest position of the joint's spring. Formats with
+    static friction represent `StribeckFriction` but for the velocity over which it fades. Features may also
+    be names of effects.
+    """
+    if "stiffness" in features:
+        alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
+        portable = replace(portable, joints=replace(portable.joints, constant=alone))
+    if "static" in features:
+        portable = _without_stribeck(portable)
+    others = tuple(pair for pair in portable.others if name_of(pair[0]) not in features)
+    portable = replace(portable, others=others)
+    missing = (describe for name, describe in FEATURES.items() if name not in features)
+    return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
+
+
+def _without_stribeck(portable: Portable) -> Portable:
+    """The model without Stribeck friction, and with a remark on the velocity over which it fades."""
+    stribeck = [effect for effect, _ in portable.others if isinstance(effect, StribeckFriction)]
+    others = tuple(pair for pair in portable.others if not isinstance(pair[0], StribeckFriction))
+    remarks = [
+        f"the velocity over which stribeck_friction fades: {effect.fade:.4g} rad/s" for effect in stribeck
+    ]
+    return replace(portable, others=others, remarks=(*portable.remarks, *dict.fromkeys(remarks)))
+
+
+def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
+    """Words for the nonzero values (n,) of all joints, or for one number if all joints have the same.
+
+    `unit` is that of revolute joints; if there are both kinds of joints, each number has its own unit.
+    """
+    units = portable.robot.units(unit)
+    alike = len(set(units)) == 1
+    if len(values) > 1 and alike and np.all(values == values[0]):
+        return f"{values[0]:.4g} {units[0]}"
+    rounding = ROUNDING * np.max(np.abs(values))
+    rows = zip(portable.robot.joints, values, units, strict=True)
+    words = [f"{j} {v:.4g}" + ("" if alike else f" {u}") for j, v, u in rows if abs(v) > rounding]
+    return ", ".join(words) + (f" {units[0]}" if alike else "")
+
+
+def _of_joints(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+    def describe(portable: Portable) -> list[str]:
+        values = getattr(portable.joints, name)
+        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+
+    return describe
+
+
+def _gravity(portable: Portable) -> list[str]:
+    gravity = portable.robot.gravity
+    if np.allclose(gravity, EARTH):
+        return []
+    return [f"gravity: {', '.join(f'{g:g}' for g in gravity)} m/s^2 in the base frame"]
+
+
+def _balancers(portable: Portable) -> list[str]:
+    return [
+        f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
+        f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
+        for spring in portable.balancers
+    ]
+
+
+def _others(portable: Portable) -> list[str]:
+    """Other effects, with the largest torque of each within the limits of the joints."""
+    motion, robot = _anywhere(portable), portable.robot
+    sentences = []
+    for effect, values in portable.others:
+        torque = effect.regressor(robot, motion) @ values + effect.known_torque(robot, motion)
+        most = np.max(np.abs(torque), axis=0)
+        words = f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}"
+        sentences.append(f"{words} ({', '.join(_numbers(effect, robot, values))})")
+    return sentences
+
+
+def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
+    """Parameters and shapes of an effect, each with its unit."""
+    for parameter, value in zip(effect.parameters(robot), values, strict=True):
+        yield f"{parameter.name} {value:.4g} {parameter.unit}".removesuffix(" 1")
+    for name, shape in effect.shapes().items():
+        yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
+
+
+def _measurements(portable: Portable) -> list[str]:
+    """Effects between the arm and its recordings, with their numbers."""
+    sentences = []
+    for measurement in portable.model.measurements:
+        numbers = (f"{f.name} {_plain(getattr(measurement, f.name))}" for f in fields(measurement))
+        sentences.append(f"{measurement_name(measurement)}: {', '.join(numbers)}")
+    return sentences
+
+
+def _plain(value: object) -> str:
+    """Words for the value of a field."""
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    return "of all" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _bodies(portable: Portable) -> list[str]:
+    kinematics = portable.robot.kinematics
+    masses = ", ".join(
+        f"{joint} {body.mass:.4g}"
+        for joint, body in zip(portable.robot.joints, list(kinematics.inertias)[1:], strict=True)
+    )
+    return [f"kinematics and bodies; mass behind each joint: {masses} kg"]
+
+
+def _servos(portable: Portable) -> list[str]:
+    """Position servos of the robot file."""
+    return _law(portable) if portable.robot.servo is not None else []
+
+
+def _other_servos(portable: Portable) -> list[str]:
+    """Position servos that are not in the robot file, such as those of an MJCF."""
+    return _law(portable) if portable.robot.servo is None else []
+
+
+def _law(portable: Portable) -> list[str]:
+    law = portable.servos
+    if law is None:
+        return []
+    sentence = f"position servos, torque over their error: {_amounts(portable, law.stiffness, 'N m/rad')}"
+    if np.any(law.damping):
+        sentence += f"; damping: {_amounts(portable, law.damping, 'N m s/rad')}"
+    if np.any(np.isfinite(law.limit)):
+        limit = np.where(np.isfinite(law.limit), law.limit, 0.0)
+        sentence += f"; saturation at {_amounts(portable, limit, 'N m')}"
+    return [sentence]
+
+
+def _of_servos(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+    def describe(portable: Portable) -> list[str]:
+        values = np.zeros(1) if portable.servos is None else getattr(portable.servos, name)
+        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+
+    return describe
+
+
+def _anywhere(portable: Portable) -> Motion:
+    """Random motion within the velocity limits, with random temperatures and the nominal load."""
+    motion = rich_motion(portable.model)
+    limit = portable.robot.limits.velocity
+    fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
+    velocity = np.clip(motion.velocity, -fastest, fastest)
+    return portable.model.loaded(replace(motion, velocity=velocity))
+
+
+def _reversal(portable: Portable) -> list[str]:
+    joints = portable.joints
+    if not np.any(joints.dry):
+        return []
+    turning = _amounts(portable, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
+    return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
+
+
+def _gains(portable: Portable) -> list[str]:
+    gain = portable.robot.drive_gain
+    return (
+        []
+        if np.all(gain == 1.0) or portable.robot.servo
+        else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
+    )
+
+
+def _coupling(portable: Portable) -> list[str]:
+    coupling = portable.robot.coupling
+    if np.allclose(coupling, np.eye(len(coupling))):
+        return []
+    return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
+
+
+def _uncertainty(portable: Portable) -> list[str]:
+    return ["standard deviations of the parameters, and the jerk limits"]
+
+
+FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
+    "bodies": _bodies,
+    "gravity": _gravity,
+    "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
+    "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
+    "dry": _of_joints("dry", "coulomb_friction", "N m"),
+    "reversal": _reversal,
+    "stiffness": _of_joints("stiffness", "stiffness of joint_spring", "N m/rad"),
+    "constant": _of_joints("constant", "constant torque of current_offset and joint_spring", "N m"),
+    "balancers": _balancers,
+    "effects": _others,
+    "measurements": _measurements,
+    "gains": _gains,
+    "servos": _servos,
+    "law": _other_servos,
+    "delay": _of_servos("delay", "delay of the servos", "s"),
+    "feed_forward": _of_servos(
+        "feed_forward", "feed-forward of the servos, torque over commanded velocity", "N m s/rad"
+    ),
+    "integral": _of_servos("integral", "integral part of the servos", "N m/(rad s)"),
+    "coupling": _coupling,
+    "uncertainty": _uncertainty,
+}
+"""Part of a model -> function that describes it if a format cannot represent it."""
