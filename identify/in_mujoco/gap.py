@@ -136,8 +136,8 @@ def gap(
         file = file_alone(ladder, training, start)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
-        diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original, servos.changes,
-        (*servo_stages, *ladder.stages), file, attached(ladder, file),
+        diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original,
+        servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
     )  # fmt: skip

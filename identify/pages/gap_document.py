@@ -141,7 +141,7 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     ):
         names = [stage.name for stage in gap.stages if stage.gain is gain and not stage.reason]
         statements += [f"{words}: {joined(names)}"] if names else []
-    statements += [f"{name} keeps an error of {error}, {ratio:.0f} times the others, unexplained by all that was tried"
+    statements += [f"{name} keeps an error of {error}, {ratio:.0f} times the others, which nothing explains"
                    for name, error, ratio in _unexplained(gap)]  # fmt: skip
     if written.file:
         statements.append(f"Written: {written.file}, for any simulator that reads MJCF")
