@@ -2,7 +2,6 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
+from exidyn.identification.export.mjcf_controller import with_motors
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.gap import Gap, gap
@@ -19,11 +19,9 @@ from exidyn.identification.model import Model
 from exidyn.identification.pages.gap_document import gap_html, gap_text, verdict
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
-from exidyn.identification.robot_files.robot_file import read_model
 
-from ..arguments.command import Command, Option
+from ..arguments.command import Command, Option, not_negative, positive
 from ..arguments.options import (
     AS_RECORDED,
     JSON,
@@ -35,11 +33,10 @@ from ..arguments.options import (
     require_json,
 )
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
+from ..files.simulated_arm import controlled, import_runs, simulated_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 
-DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
-"""Fields of the recorded robot's drives that an MJCF does not have."""
 STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
 """Stages and their shares of the time."""
 
@@ -50,6 +47,7 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
     (
         "exidyn gap arm.xml run.mcap --validate other.mcap",
         "exidyn gap arm.xml run.mcap --payload loaded.mcap --mass 0.2 --validate other.mcap",
+        "exidyn gap legs.xml run.mcap --validate other.mcap --kp 20 --kd 0.5",
         "exidyn gap arm.xml one.mcap two.mcap --validate other.mcap --commands torque --json gap.json",
     ),
     (
@@ -63,6 +61,13 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
             "and the file have it",
             (POSITION, TORQUE),
         ),
+        Option(
+            "--kp KP...",
+            "torque per position error of a controller that drives the file's motors, one number or one per "
+            "joint [N m/rad]",
+            positive,
+        ),
+        Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", not_negative),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
@@ -84,9 +89,12 @@ def gap_command(args: Namespace) -> None:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         model, runs = _read(args)
+        original = source.text
+        if args.kp:
+            source, model, runs = controlled(source, model, runs, args.kp, args.kd or [0.0])
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         result = gap(source, model, runs, args.commands or "", filtering, progress, args.as_recorded)
-    written = _write(result, args)
+    written = _write(result, args, original)
     improved = str(written[0]) if result.kept else ""
     table = _table(result, improved)
     (args.output / "report.html").write_text(gap_html(result, improved), encoding="utf-8")
@@ -115,28 +123,24 @@ def _source(path: Path) -> Source:
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
     """The model of the recorded joints, and all runs with their roles."""
-    full_model = read_model(args.arm)
     roles = [(role, path) for role, paths in ((ROLE, args.runs), (HELD_OUT, args.validate)) for path in paths]
-    read = [(role, run) for role, path in roles for run in import_source(path, full_model)]
-    read += [
-        (LOADED, carrying(run, loaded))
-        for loaded in args.payload
-        for run in import_source(loaded.path, full_model)
-    ]
+    paths = [path for _, path in roles] + [loaded.path for loaded in args.payload]
+    imported = import_runs(args.arm, paths)
+    read = [(role, run) for (role, _), runs in zip(roles, imported, strict=False) for run in runs]
+    carried = zip(args.payload, imported[len(roles) :], strict=True)
+    read += [(LOADED, carrying(run, loaded)) for loaded, runs in carried for run in runs]
     named = distinct_bodies(renamed(run for _, run in read))
     runs = list(zip((role for role, _ in read), named, strict=True))
-    robot = runs[0][1].robot
-    model = full_model if robot.joints == full_model.robot.joints else read_model(args.arm, robot.joints)
-    drives = {name: getattr(robot, name) for name in DRIVES}
-    return replace(model, robot=replace(model.robot, **drives)), runs
+    return simulated_arm(args.arm, runs[0][1].robot), runs
 
 
-def _write(result: Gap, args: Namespace) -> list[Path]:
-    """Write the improved MJCF and its fit; return the paths."""
+def _write(result: Gap, args: Namespace, original: bytes) -> list[Path]:
+    """Write the improved MJCF, with the motors of the original, and its fit; return the paths."""
     if result.kept is None:
         return []
     path = args.output / f"{args.arm.stem}-identified.xml"
-    write_whole(path, result.kept.text)
+    text = result.kept.text
+    write_whole(path, with_motors(text, original, str(path)) if args.kp else text)
     write_fit(result.kept.fit, args.output / "fit.json")
     return [path, args.output / "fit.json"]
 
