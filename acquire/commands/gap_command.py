@@ -21,7 +21,7 @@ from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
 
-from ..arguments.command import Command, Option, not_negative, positive
+from ..arguments.command import Command, Option, any_number, positive
 from ..arguments.options import (
     AS_RECORDED,
     JSON,
@@ -67,7 +67,7 @@ STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.0
             "joint [N m/rad]",
             positive,
         ),
-        Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", not_negative),
+        Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", any_number),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),

@@ -1,4 +1,4 @@
-"""The arm of a simulation's MJCF as recordings describe it: their joints, drives, mounting and held joints."""
+"""The arm of a simulation's MJCF as recordings describe it: joints, drives, mounting and held joints."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -69,7 +69,7 @@ def controlled(
         kd: Torque against the velocity, one number or one per joint [N m s/rad].
 
     Raises:
-        RobotError: The count of gains is wrong, or a joint does not have exactly one motor.
+        RobotError: A gain or their count is wrong, or a joint does not have exactly one motor.
     """
     robot = model.robot
     controller = Controller(_per_joint(robot, kp, "--kp"), _per_joint(robot, kd, "--kd"))
@@ -81,9 +81,12 @@ def controlled(
 def _per_joint(robot: Robot, values: Sequence[float], option: str) -> np.ndarray:
     if len(values) not in (1, robot.dof):
         raise RobotError(
-            f"{option}: {len(values)} numbers for {robot.dof} joints ({', '.join(robot.joints)}); give one for "
-            "all joints, or one per joint"
+            f"{option}: {len(values)} numbers for {robot.dof} joints ({', '.join(robot.joints)}); give one "
+            "for all joints, or one per joint"
         )
+    for value in values:
+        if not 0.0 <= value < np.inf:
+            raise RobotError(f"{option}: {value:g}; a gain is a finite number of at least 0")
     return np.full(robot.dof, values, float)
 
 

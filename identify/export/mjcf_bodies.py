@@ -116,7 +116,8 @@ def _scales(numbers: np.ndarray) -> np.ndarray:
 
 def _write_body(file: File, body: int, numbers: np.ndarray, edits: Edits) -> None:
     words = {
-        "pos": number_words(numbers[1:4]), "mass": number_words(numbers[:1]), "fullinertia": number_words(numbers[4:]),
+        "pos": number_words(numbers[1:4]), "mass": number_words(numbers[:1]),
+        "fullinertia": number_words(numbers[4:]),
     }  # fmt: skip
     tag = file.elements.body(body)
     inertial = next((child for child in tag.children if child.name == "inertial"), None)

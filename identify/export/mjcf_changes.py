@@ -82,6 +82,7 @@ def nearly_equal(old: float, new: float) -> bool:
 
 
 def number_words(values: Iterable[float]) -> str:
+    """Text of numbers of one kind; those that are rounding errors of the largest are 0."""
     numbers = np.array(list(values))
     numbers[np.abs(numbers) < 10.0**-DIGITS * np.abs(numbers).max()] = 0.0  # rounding
     return " ".join(f"{value:.{DIGITS}g}" for value in numbers)

@@ -1,8 +1,8 @@
 """Position servos in place of an MJCF's motors, for arms that a controller outside of the file drives.
 
-Policies of legged robots command positions, and a program computes the torque of the file's motors from them:
-kp (command - position) - kd velocity. A simulation with the same law needs servos. They replace the motors for
-the time of the simulation only: the motors are restored in the text that users get.
+Policies of legged robots command positions, and a program computes the torque of the file's motors from
+them: kp (command - position) - kd velocity. A simulation with the same law needs servos. They replace the
+motors during the simulation only: the motors are restored in the text that users get.
 """
 
 from collections.abc import Sequence

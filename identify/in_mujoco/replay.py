@@ -89,8 +89,8 @@ def what_is_commanded(model: Any, runs: Sequence[Run], joints: Sequence[str], re
         )
     if requested == POSITION and not has_servos:
         raise RobotError(
-            "the file lacks position servos for some joints; state the gains of the controller (--kp KP --kd KD), "
-            "or replay the effort with --commands torque"
+            "the file lacks position servos for some joints; state the gains of the controller "
+            "(--kp KP --kd KD), or replay the effort with --commands torque"
         )
     return requested or (POSITION if has_servos and not without_commands else TORQUE)
 

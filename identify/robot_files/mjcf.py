@@ -142,9 +142,7 @@ def mjcf_kinematics(
     )
 
 
-def body_parts(
-    model: Any, moving: Collection[str] | None, held: Held, where: str
-) -> list[Part]:
+def body_parts(model: Any, moving: Collection[str] | None, held: Held, where: str) -> list[Part]:
     """Place of each body of a compiled MJCF in the tree of joints that `mjcf_kinematics` makes."""
     return _tree(model, held_positions(model, moving, held, where), where)[1]
 

@@ -18,9 +18,7 @@ ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 """Angles of the points that stand for an ellipsoid, since coal has no distance from one to a half-space."""
 
 
-def read_mjcf_geometry(
-    path: Path, moving: Sequence[str] | None, held: Held
-) -> pin.GeometryModel | None:
+def read_mjcf_geometry(path: Path, moving: Sequence[str] | None, held: Held) -> pin.GeometryModel | None:
     """Collision bodies of the robot that `read_mjcf` reads with the same arguments, without pairs.
 
     The name of each is that of its body and a number. Everything that is fixed to the base, including floors

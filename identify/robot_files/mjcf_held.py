@@ -110,8 +110,8 @@ def _stated(model: Any, joint: int, value: float | tuple[float, ...], where: str
         length = float(np.linalg.norm(position[-4:]))
         if length == 0.0:
             raise RobotError(
-                f"{where}: held: joint '{joint_name(model, joint)}' has a quaternion of length 0; no rotation "
-                "is 1, 0, 0, 0"
+                f"{where}: held: joint '{joint_name(model, joint)}' has a quaternion of length 0; no "
+                "rotation is 1, 0, 0, 0"
             )
         position[-4:] /= length
     return position

@@ -69,7 +69,9 @@ def parse_urdf(
             link.remove(shape)  # `read_geometry` reads them; urdfdom would complain about unknown shapes
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
     described = _gather(limits, tuple(model.names)[1:])
-    return Kinematics(model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)), held=dict(held))
+    return Kinematics(
+        model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)), held=dict(held)
+    )
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
@@ -118,9 +120,7 @@ def _held_position(value: object, where: str) -> float | tuple[float, ...]:
     return number(value, where)
 
 
-def _hold(
-    joints: Mapping[str, Element], moving: Collection[str] | None, held: Held, where: str
-) -> None:
+def _hold(joints: Mapping[str, Element], moving: Collection[str] | None, held: Held, where: str) -> None:
     """Fix every joint that does not move, at its position in `held` or at zero.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Joints that a recording does not contain are held, or follow, in model, simulation and written file alike."""
+"""Joints that a recording does not contain are held, or follow, in model and simulation alike."""
 
 from dataclasses import replace
 
