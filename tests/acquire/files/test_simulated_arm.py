@@ -65,7 +65,9 @@ def test_a_joint_that_the_file_lacks_is_named(recorded):
 
 def test_logs_without_a_robot_need_a_model_of_all_joints(recorded):
     Path("log.csv").write_text("t,q1,q2,tau1,tau2\n0,0,0,0,0\n")
-    with pytest.raises(RobotError, match=r"joint 'float' is free or a ball.*Hold joints still in a robot.toml"):
+    with pytest.raises(
+        RobotError, match=r"joint 'float' is free or a ball.*Hold joints still in a robot.toml"
+    ):
         import_runs(Path("stand.xml"), [Path("log.csv")])
 
 
