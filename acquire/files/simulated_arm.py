@@ -18,8 +18,11 @@ from exidyn.identification.recordings.servo_error import is_servo_error
 from exidyn.identification.robot_files.mjcf import movable_mjcf_joints
 from exidyn.identification.robot_files.robot_file import read_model
 
-DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
-"""Fields of the recorded robot's drives that an MJCF does not have."""
+STATED = (
+    "drive_gain", "drive_gain_tolerance", "gear_ratio", "servo", "direct_drive", "passive",
+    "inertial_tolerance", "inertias_stated",
+)  # fmt: skip
+"""Fields of the recorded robot that an MJCF does not have."""
 SELF_CONTAINED = ("exidyn", "case_folder")
 """Kinds of logs that contain their robot."""
 SAME_PLACE = 1e-4
@@ -47,8 +50,7 @@ def simulated_arm(arm: Path, recorded: Robot) -> Model:
     names = {name for joints in movable_mjcf_joints(arm) for name in joints}
     held = {name: position for name, position in recorded.held.items() if name in names}
     model = read_model(arm, recorded.joints, held)
-    drives = {name: getattr(recorded, name) for name in DRIVES}
-    robot = replace(model.robot, **drives)
+    robot = replace(model.robot, **{name: getattr(recorded, name) for name in STATED})
     return replace(model, robot=_mounted(robot, recorded))
 
 

@@ -31,6 +31,7 @@ ROBOT = """mjcf = "stand.xml"
 joints = ["hip", "knee"]
 held = { float = [0, 0, 1, 0, 1, 0, 0] }
 gravity = [0, 0.5, -9.8]
+inertial_tolerance = 0.05
 [drive]
 gain = 20
 servo_gain = 1
@@ -52,6 +53,7 @@ def test_the_simulated_arm_is_the_recorded_one(recorded):
     assert dict(robot.held) == {"float": (0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0)}
     np.testing.assert_array_equal(robot.gravity, [0.0, 0.5, -9.8])
     np.testing.assert_array_equal(robot.drive_gain, [20.0, 20.0])
+    assert (robot.inertial_tolerance, robot.inertias_stated) == (0.05, True)
     # Upside down: the leg points upward.
     np.testing.assert_allclose(robot.kinematics.jointPlacements[1].rotation[2], [0.0, 0.0, -1.0], atol=1e-12)
     assert robot.kinematics.jointPlacements[1].translation[2] == 1.0
