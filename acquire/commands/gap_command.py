@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from exidyn.identification.diagnosis.findings.finding import Finding
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
+from exidyn.identification.export.mjcf_controller import with_motors
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
@@ -23,11 +24,9 @@ from exidyn.identification.model import Model
 from exidyn.identification.pages.gap_document import Written, gap_html, gap_text, verdict
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
-from exidyn.identification.robot_files.robot_file import read_model
 
-from ..arguments.command import Command, Option
+from ..arguments.command import Command, Option, any_number, positive
 from ..arguments.options import (
     AS_RECORDED,
     JSON,
@@ -39,6 +38,7 @@ from ..arguments.options import (
     require_json,
 )
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
+from ..files.simulated_arm import controlled, import_runs, simulated_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 
@@ -57,6 +57,7 @@ STAGES = {
     (
         "exidyn gap arm.xml run.mcap --validate other.mcap",
         "exidyn gap arm.xml run.mcap --payload loaded.mcap --mass 0.2 --validate other.mcap",
+        "exidyn gap legs.xml run.mcap --validate other.mcap --kp 20 --kd 0.5",
         "exidyn gap arm.xml one.mcap two.mcap --validate other.mcap --commands torque --json gap.json",
     ),
     (
@@ -75,6 +76,13 @@ STAGES = {
             "whose error decides what is written: the tool point, or all joints alike; default: tool",
             (TOOL, JOINTS),
         ),
+        Option(
+            "--kp KP...",
+            "torque per position error of a controller that drives the file's motors, one number or one per "
+            "joint [N m/rad]",
+            positive,
+        ),
+        Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", any_number),
         *filters(),
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
@@ -97,6 +105,9 @@ def gap_command(args: Namespace) -> None:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         model, runs = _read(args)
+        original = source.text
+        if args.kp:
+            source, model, runs = controlled(source, model, runs, args.kp, args.kd or [0.0])
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         result = gap(
             source,
@@ -108,7 +119,7 @@ def gap_command(args: Namespace) -> None:
             args.as_recorded,
             args.judge or TOOL,
         )
-    written = _write(result, args)
+    written = _write(result, args, original)
     table = _table(result, written)
     (args.output / "report.html").write_text(gap_html(result, written), encoding="utf-8")
     hand_over(gap_text(result, written), json_text(table), args.json)
@@ -137,36 +148,36 @@ def _source(path: Path) -> Source:
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
     """The model of the recorded joints, and all runs with their roles."""
-    full_model = read_model(args.arm)
     roles = [(role, path) for role, paths in ((ROLE, args.runs), (HELD_OUT, args.validate)) for path in paths]
-    read = [(role, run) for role, path in roles for run in import_source(path, full_model)]
-    read += [
-        (LOADED, carrying(run, loaded))
-        for loaded in args.payload
-        for run in import_source(loaded.path, full_model)
-    ]
+    paths = [path for _, path in roles] + [loaded.path for loaded in args.payload]
+    imported = import_runs(args.arm, paths)
+    read = [(role, run) for (role, _), runs in zip(roles, imported, strict=False) for run in runs]
+    carried = zip(args.payload, imported[len(roles) :], strict=True)
+    read += [(LOADED, carrying(run, loaded)) for loaded, runs in carried for run in runs]
     named = distinct_bodies(renamed(run for _, run in read))
     runs = list(zip((role for role, _ in read), named, strict=True))
-    robot = runs[0][1].robot
-    model = full_model if robot.joints == full_model.robot.joints else read_model(args.arm, robot.joints)
-    drives = {name: getattr(robot, name) for name in DRIVES}
-    return replace(model, robot=replace(model.robot, **drives)), runs
+    return simulated_arm(args.arm, runs[0][1].robot), runs
 
 
-def _write(result: Gap, args: Namespace) -> Written:
-    """Write the improved MJCFs and the fit, and return their paths."""
+def _write(result: Gap, args: Namespace, original: bytes) -> Written:
+    """Write the improved MJCFs, with the motors of the original, and the fit; return their paths."""
     stem, folder = args.arm.stem, args.output
     if not result.changed:
         return Written()
     file = folder / f"{stem}-identified.xml"
-    write_whole(file, result.file.text)
+    write_whole(file, _with_motors(result.file.text, original, args))
     fit = result.attached.fit
     if fit is None:
         return Written(str(file))
     attached = folder / f"{stem}-attached.xml"
-    write_whole(attached, result.attached.text)
+    write_whole(attached, _with_motors(result.attached.text, original, args))
     write_fit(fit, folder / "fit.json")
     return Written(str(file), str(attached), str(folder / "fit.json"))
+
+
+def _with_motors(text: bytes, original: bytes, args: Namespace) -> bytes:
+    """The text, with the motors of the original where a controller stood in for them."""
+    return with_motors(text, original, str(args.arm)) if args.kp else text
 
 
 def _table(result: Gap, written: Written) -> dict[str, Any]:

@@ -101,7 +101,7 @@ def _init(args: Namespace, progress: Progress) -> None:
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
     chosen = dict(args.columns or ())
     table = _table(args.logs, args.rate, chosen)
-    model, fixed_joints = _arm(args.urdf, log, table)
+    model, fixed_joints = _arm(args.urdf, log, table, chosen)
     progress("weigh units, order of joints, mounting and gains")
     proposal = _proposal(args.logs, table, model, chosen)
     if table is None:
@@ -221,12 +221,17 @@ def _require_same(logs: Sequence[Path], names: Sequence[Sequence[str]]) -> None:
             )
 
 
-def _arm(urdf: Path, log: Path, table: Table | None) -> tuple[Model, list[str]]:
-    """The arm, and the joints that are held fixed because the log does not have them."""
+def _arm(urdf: Path, log: Path, table: Table | None, chosen: Mapping[str, Names]) -> tuple[Model, list[str]]:
+    """The arm, and the joints that are held fixed because the log does not have them.
+
+    `chosen` are the columns of each signal, if they are named: as many as joints stand for all joints.
+    """
     if not is_description(urdf):
         return read_model(urdf), []
     free, unsupported = movable_joints(urdf)
-    if table is not None:
+    if any(len(names) == len(free) for names in chosen.values() if not isinstance(names, str)):
+        moving = free
+    elif table is not None:
         moving = joints_named(table.names, free, table.joints)
     else:
         in_log = joints_of_bag(log) if kind_of(log) == "ros2_bag" else free

@@ -1,5 +1,6 @@
 """`Robot`: kinematics, nominal inertias, limits and drives of one arm."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -26,6 +27,8 @@ SLIDING = {
     "rad/(N m)": "m/N",
 }
 """Unit for a revolute joint -> unit for a prismatic joint."""
+Held = Mapping[str, float | tuple[float, ...]]
+"""Joints that do not move, and their positions: [rad, m], or several numbers for a free joint or a ball."""
 
 
 def _not_given() -> np.ndarray:
@@ -106,6 +109,8 @@ class Robot:
         coupling: Matrix of the paper's (22) with unit diagonal: motor velocity over gear ratio =
             coupling @ joint velocity, shape (n, n) [-].
         flange: Placement of the flange in the frame of the last link; the frame of payloads.
+        held: Other joints of the described arm that are held away from their reference, and their positions.
+            The simulation of its MJCF holds them there too.
     """
 
     name: str
@@ -123,6 +128,7 @@ class Robot:
     servo: PositionServo | None = None
     coupling: np.ndarray = field(default_factory=_not_given)
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    held: Held = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = self.kinematics.nv

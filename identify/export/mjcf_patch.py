@@ -12,11 +12,13 @@ from ..fit.identified import Standard
 from ..robot_files.mjcf import body_parts, compile_mjcf
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import joint_name
-from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
+from .left_out import left_out
+from .mjcf_bodies import body_changes
+from .mjcf_changes import Change, File, change_gravity, gravcomp_changes, joint_changes
 from .mjcf_elements import Elements
-from .mjcf_same import accepted, described, require_same
+from .mjcf_same import accepted, described, held_in, require_same
 from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
-from .portable import Portable, left_out
+from .portable import Portable
 from .spread import Spread
 from .xml_text import Edits, read_tags
 
@@ -56,7 +58,7 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     spread, edits = Spread(portable.model, standard), Edits(text)
     changes = [
         *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
-        *servo_changes(file, wanted, edits),
+        *servo_changes(file, wanted, edits), *gravcomp_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
     halfway = compile_mjcf(edits.text().decode(), folder)
@@ -79,7 +81,7 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     if missing := [joint for joint in joints if joint not in names]:
         raise RobotError(f"{where} has no joint {', '.join(missing)}; it describes another arm")
     nominal = described(compiled, portable, where)
-    parts = body_parts(compiled, joints, {}, where)
+    parts = body_parts(compiled, joints, held_in(compiled, portable.robot), where)
     return File(where, elements, compiled, [names.index(joint) for joint in joints], parts, nominal)
 
 

@@ -5,10 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arm.robot import Held, Robot
 from ..effects.rigid_body import inertial_parameters
 from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import mjcf_kinematics
+from ..robot_files.mjcf_names import joint_name
 from ..robot_files.robot_file import described_model
 from .mjcf_changes import SAME, TERMS, sizes
 from .portable import Portable
@@ -36,7 +38,7 @@ def described(compiled: Any, portable: Portable, where: str) -> Model:
         RobotError: Joints are at other places than in the robot.
     """
     robot = portable.robot
-    kinematics = mjcf_kinematics(compiled, where, robot.joints)
+    kinematics = mjcf_kinematics(compiled, where, robot.joints, held_in(compiled, robot))
     mine, theirs = robot.kinematics, kinematics.model
     for joint, name in enumerate(robot.joints, start=1):
         matches = theirs.names[joint] == name and mine.parents[joint] == theirs.parents[joint]
@@ -45,6 +47,12 @@ def described(compiled: Any, portable: Portable, where: str) -> Model:
                 f"{where}: joint '{name}' is at another place than in the model; give the MJCF of its robot"
             )
     return described_model(robot.name, kinematics)
+
+
+def held_in(compiled: Any, robot: Robot) -> Held:
+    """Held joints of a robot that the file has; those of a URDF may be fixed in an MJCF of the same arm."""
+    names = [joint_name(compiled, joint) for joint in range(compiled.njnt)]
+    return {name: position for name, position in robot.held.items() if name in names}
 
 
 def accepted(portable: Portable) -> tuple[Portable, list[str]]:

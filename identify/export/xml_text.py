@@ -93,6 +93,13 @@ class Edits:
         return text
 
 
+def element_end(text: bytes, tag: Tag) -> int:
+    """Offset of the end of an element without content [bytes]."""
+    end = _end(text, tag.start)
+    closing = re.compile(rb"\s*</[^>]*>").match(text, end)
+    return end if text[end - 2 : end] == b"/>" or closing is None else closing.end()
+
+
 def _end(text: bytes, start: int) -> int:
     """Offset of the end of a start tag."""
     match = TAG.match(text, start)

@@ -109,7 +109,12 @@ def _starts(runs: Sequence[Run], longest: float) -> list[tuple[Run, int]]:
 
 
 def _tool_distance(robot: Robot, simulated: np.ndarray, recorded: np.ndarray) -> np.ndarray:
-    """Distance between the tool points at two series of positions (k, n), shape (k,) [m]."""
+    """Distance between the tool points at two series of positions (k, n), shape (k,) [m].
+
+    It is 0 for a robot with several chains, such as legs, which has no single tool point.
+    """
+    if len(set(robot.kinematics.parents)) < robot.dof:
+        return np.zeros(len(simulated))
     data = robot.kinematics.createData()
     return np.array(
         [

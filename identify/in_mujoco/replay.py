@@ -18,6 +18,7 @@ from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of, joint_name
 from .attached import Attached
 from .callbacks import PURPOSE, optional
+from .held import hold_others, mount
 
 POSITION, TORQUE = "position", "torque"
 """What is commanded: positions, which the servos of the file follow, or the measured torque."""
@@ -91,7 +92,8 @@ def what_is_commanded(
         )
     if requested == POSITION and not has_servos:
         raise RobotError(
-            "the file lacks position servos for some joints; replay the effort with --commands torque"
+            "the file lacks position servos for some joints; state the gains of the controller "
+            "(--kp KP --kd KD), or replay the effort with --commands torque"
         )
     return requested or (POSITION if has_servos and not without_commands else TORQUE)
 
@@ -114,6 +116,8 @@ class Simulator:
         self._mujoco = optional("mujoco", PURPOSE, "mujoco")
         self.model, self._arm, self._commands = compile_mjcf(text, folder), arm, commands
         self.model.opt.disableflags |= enum_of("mjtDisableBit", "mjDSBL_AUTORESET")
+        self._others = hold_others(self.model, arm.robot, "MJCF")
+        mount(self.model, arm.robot.gravity)
         self._data = self._mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in arm.robot.joints]
         self._qpos = [int(joint.qposadr[0]) for joint in joints]
@@ -212,6 +216,7 @@ class Simulator:
         model, data = self.model, self._data
         self._mujoco.mj_resetData(model, data)
         data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        self._others.place(model, data)
         if self._twists:
             self._bend(run, first)
         step = model.opt.timestep

@@ -52,7 +52,7 @@ def with_servo_torque(
     if not actuators:
         raise RecordingError(
             f"{recording.name} has servo errors but no measured effort, and the file has no position servo "
-            "for every joint, so the torque is unknown"
+            "for every joint, so the torque is unknown. State the gains of the controller: --kp KP --kd KD"
         )
     others = {name: signal for name, signal in recording.signals.items() if name not in EFFORT}
     position, command = recording.signals["position"], recording.signals["command"]

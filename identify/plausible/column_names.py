@@ -124,15 +124,12 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
 
 def _readings(name: str, joints: Sequence[str], numbered: Sequence[str]) -> Iterator[tuple[str, int]]:
     """Interpretations of a name as a pattern and the index of a joint."""
-    lower = name.lower()
-    of_joint = [
-        joint for joint in joints if re.search(rf"(?<![^\W_]){re.escape(joint.lower())}(?![^\W_])", lower)
-    ]
-    if of_joint:
-        joint = max(of_joint, key=len)
-        begin = lower.index(joint.lower())
-        yield name[:begin] + "{joint}" + name[begin + len(joint) :], list(joints).index(joint)
-        return
+    for spellings in (joints, _short_names(joints)):
+        if spelled := [joint for joint in spellings if joint and _spelled(joint, name)]:
+            joint = max(spelled, key=len)
+            begin = name.lower().index(joint.lower())
+            yield name[:begin] + "{joint}" + name[begin + len(joint) :], list(spellings).index(joint)
+            return
     for match in re.finditer(r"\d+", name):
         pattern, number = name[: match.start()] + "{number}" + name[match.end() :], int(match[0])
         if not set(joints) <= set(numbered):
@@ -141,3 +138,14 @@ def _readings(name: str, joints: Sequence[str], numbered: Sequence[str]) -> Iter
             yield pattern, list(joints).index(numbered[number - 1])
     if len(joints) == 1:
         yield name, 0
+
+
+def _spelled(joint: str, name: str) -> bool:
+    """Whether a column's name contains that of a joint, as a word of its own."""
+    return bool(re.search(rf"(?<![^\W_]){re.escape(joint.lower())}(?![^\W_])", name.lower()))
+
+
+def _short_names(joints: Sequence[str]) -> list[str]:
+    """Names of joints without the word joint: FL_hip for FL_hip_joint; empty for a bare number."""
+    short = [re.sub(r"(?i)^joint_|_joint$", "", joint) for joint in joints]
+    return ["" if name.isdigit() or short.count(name) > 1 else name for name in short]

@@ -17,6 +17,7 @@ from .recording import EFFORT, Recording, Signal
 from .recording_findings import findings, finite, is_number
 from .restored_signals import restored
 from .saturated import without_saturated
+from .servo_error import is_servo_error
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""
@@ -235,9 +236,9 @@ def _beyond_limits(recording: Recording) -> list[str]:
 
 
 def _limited(recording: Recording, name: str) -> list[str]:
-    """Warnings about efforts that stop at a limit."""
+    """Warnings about efforts that stop at a limit; those of servo errors compare with the servo's limit."""
     signal = recording.signals.get(name)
-    if signal is None or len(signal) < 2:
+    if signal is None or len(signal) < 2 or is_servo_error(recording.settings):
         return []
     warnings = []
     for joint, values in zip(recording.robot.joints, signal.values.T, strict=True):

@@ -1,10 +1,11 @@
 """A file that describes an arm: a URDF, xacro macros that expand to a URDF, or an MJCF."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from types import MappingProxyType
 from xml.etree import ElementTree
 
+from ..arm.robot import Held
 from . import urdf
 from .kinematics import Kinematics
 from .mjcf import movable_mjcf_joints, read_mjcf
@@ -37,7 +38,7 @@ def is_mjcf(path: Path) -> bool:
 
 
 def read_kinematics(
-    path: Path, moving: Collection[str] | None = None, held: Mapping[str, float] = MappingProxyType({})
+    path: Path, moving: Collection[str] | None = None, held: Held = MappingProxyType({})
 ) -> Kinematics:
     """Kinematics of a description.
 
@@ -45,6 +46,7 @@ def read_kinematics(
         path: Path of the file.
         moving: Names of the joints that move; the others are held. None: all joints except `held`.
         held: Names of joints that are held away from their reference, and their positions [rad, m].
+            A free joint of an MJCF has a position and a quaternion, a ball a quaternion.
 
     Raises:
         RobotError: The file is wrong, or has content that no model can represent; the message names it.

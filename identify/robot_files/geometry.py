@@ -14,6 +14,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from ..arm.robot import Held
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
 from .folders import PACKAGE, Folders, ros_folders
@@ -50,7 +51,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
 
 
 def _read_urdf_geometry(
-    urdf: Path, moving: list[str] | None, held: dict[str, float], package_dirs: tuple[str | Path, ...]
+    urdf: Path, moving: list[str] | None, held: Held, package_dirs: tuple[str | Path, ...]
 ) -> pin.GeometryModel | None:
     text = read_urdf(urdf)
     kinematics = parse_urdf(text, str(urdf), moving, held).model
@@ -69,7 +70,7 @@ def _read_urdf_geometry(
     return geometry if geometry.ngeoms else None
 
 
-def _description_of(source: str | Path) -> tuple[Path | None, list[str] | None, dict[str, float]]:
+def _description_of(source: str | Path) -> tuple[Path | None, list[str] | None, Held]:
     """URDF or MJCF of a robot, None if it has none; its moving joints, and its held joints."""
     path = Path(source)
     if str(source) in builtin_names():

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..arm.robot import Limits
+from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
 from .toml_fields import check_keys, matrix, number, numbers, string
 
@@ -35,6 +35,7 @@ class Kinematics:
         doubts: Implausible content of the description, one sentence each.
         effects: `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
         coupling: Coupling of motors and joints, as in `Robot`; empty if there is none.
+        held: Joints that are held away from their reference, and their positions, as in `Robot`.
     """
 
     model: pin.Model
@@ -44,6 +45,7 @@ class Kinematics:
     doubts: tuple[str, ...] = ()
     effects: tuple[Mapping[str, Any], ...] | None = None
     coupling: np.ndarray = field(default_factory=lambda: np.empty(0))
+    held: Held = field(default_factory=dict)
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:

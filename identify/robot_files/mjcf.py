@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import BrokenTree, MissingPackage, RobotError, UnknownJoint
+from ..arm.robot import Held
+from ..errors import BrokenTree, MissingPackage
 from ..notebook import optional
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
 from .mjcf_drives import motor_coupling, torque_limits
 from .mjcf_files import require_mjcf_files
-from .mjcf_names import HOLD, enum_of, following_joints, joint_name, locked_joints, name_of, single, turns
+from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
+from .mjcf_names import HOLD, enum_of, following_joints, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
 from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
@@ -82,7 +84,7 @@ def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
 
 
 def read_mjcf(
-    path: Path, moving: Collection[str] | None = None, held: Mapping[str, float] = MappingProxyType({})
+    path: Path, moving: Collection[str] | None = None, held: Held = MappingProxyType({})
 ) -> Kinematics:
     """Kinematics of an MJCF.
 
@@ -90,7 +92,8 @@ def read_mjcf(
         path: Path of the file.
         moving: Names of the joints that move; the others are held at their reference. None: all joints
             except `held`.
-        held: Names of joints that are held away from their reference, and their positions [rad, m].
+        held: Names of joints that are held away from their reference, and their positions: [rad, m], or
+            position and quaternion of a free joint, or quaternion of a ball.
 
     Raises:
         BrokenTree: MuJoCo cannot compile it, or it is not a tree of joints with one degree of freedom.
@@ -104,10 +107,10 @@ def mjcf_kinematics(
     model: Any,
     where: str,
     moving: Collection[str] | None = None,
-    held: Mapping[str, float] = MappingProxyType({}),
+    held: Held = MappingProxyType({}),
 ) -> Kinematics:
     """Kinematics of a compiled MJCF; arguments and errors are those of `read_mjcf`."""
-    still = _held(model, moving, held, where)
+    still = held_positions(model, moving, held, where)
     joints = [joint for joint in range(model.njnt) if joint not in still]
     if not joints:
         raise BrokenTree(f"{where}: no joint moves; at least one must be a hinge or slide")
@@ -135,38 +138,16 @@ def mjcf_kinematics(
         doubts=tuple(doubts),
         effects=effect_rows(model, joints),
         coupling=motor_coupling(model, joints, where),
+        held=dict(held),
     )
 
 
-def body_parts(
-    model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
-) -> list[Part]:
+def body_parts(model: Any, moving: Collection[str] | None, held: Held, where: str) -> list[Part]:
     """Place of each body of a compiled MJCF in the tree of joints that `mjcf_kinematics` makes."""
-    return _tree(model, _held(model, moving, held, where), where)[1]
+    return _tree(model, held_positions(model, moving, held, where), where)[1]
 
 
-def _held(
-    model: Any, moving: Collection[str] | None, held: Mapping[str, float], where: str
-) -> dict[int, float]:
-    """Joints that are held, and their distances from their reference positions [rad, m].
-
-    Joints that an equality locks are held where it locks them.
-    """
-    names = [joint_name(model, joint) for joint in range(model.njnt)]
-    for name in (*(moving or ()), *held):
-        if name not in names:
-            raise UnknownJoint(name, where, names)
-    still = {joint: 0.0 for joint, name in enumerate(names) if moving is not None and name not in moving}
-    still |= locked_joints(model)
-    for name, position in held.items():
-        joint = names.index(name)
-        if not single(model, joint):
-            raise RobotError(f"{where}: joint '{name}' cannot be held at a position: it is free or a ball")
-        still[joint] = position - float(model.qpos0[model.jnt_qposadr[joint]])
-    return still
-
-
-def _tree(model: Any, still: Mapping[int, float], where: str) -> tuple[pin.Model, list[Part]]:
+def _tree(model: Any, still: Mapping[int, np.ndarray], where: str) -> tuple[pin.Model, list[Part]]:
     """Pinocchio's model of the joints that are not held, and the place of each body in it."""
     tree, parts = pin.Model(), [Part(0, pin.SE3.Identity())]
     for body in range(1, model.nbody):
@@ -180,22 +161,20 @@ def _tree(model: Any, still: Mapping[int, float], where: str) -> tuple[pin.Model
 
 
 def _add_body(
-    tree: pin.Model, model: Any, body: int, parent: Part, still: Mapping[int, float], where: str
+    tree: pin.Model, model: Any, body: int, parent: Part, still: Mapping[int, np.ndarray], where: str
 ) -> Part:
     """Add the joints of a body in series; MuJoCo turns each joint about its anchor in the body."""
     index, place = parent.joint, parent.placement * placement_of(model.body_pos[body], model.body_quat[body])
     start, link = int(model.body_jntadr[body]), name_of(model, "body", body)
     joints = range(start, start + int(model.body_jntnum[body]))
     for joint in joints:
-        if not single(model, joint):  # it is held: bodies are at the reference position
+        if joint in still:
+            place = held_placement(model, joint, still[joint], place)
             continue
         anchor, axis = pin.SE3(np.eye(3), model.jnt_pos[joint].copy()), model.jnt_axis[joint].copy()
         hinge, name = turns(model, joint), joint_name(model, joint)
-        if joint in still:
-            place = place * anchor * _moved(axis, still[joint], hinge) * anchor.inverse()
-            continue
         reference = float(model.qpos0[model.jnt_qposadr[joint]])
-        frame = place * anchor * _moved(axis, -reference, hinge)
+        frame = place * anchor * joint_motion(axis, -reference, hinge)
         last = joint == joints[-1]
         kind = "revolute" if hinge else "prismatic"
         try:
@@ -206,18 +185,6 @@ def _add_body(
             raise BrokenTree(f"{where}: {error}") from error
         place = anchor.inverse()
     return Part(index, place)
-
-
-def _moved(axis: np.ndarray, distance: float, hinge: bool) -> pin.SE3:
-    if distance == 0.0:
-        return pin.SE3.Identity()
-    return pin.SE3(pin.exp3(axis * distance), np.zeros(3)) if hinge else pin.SE3(np.eye(3), axis * distance)
-
-
-def placement_of(position: np.ndarray, quaternion: np.ndarray) -> pin.SE3:
-    """Placement of a position (3,) [m] and a quaternion w, x, y, z."""
-    w, x, y, z = quaternion
-    return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), position.copy())
 
 
 def own_inertia(model: Any, body: int) -> pin.Inertia:

@@ -36,12 +36,25 @@ def _strength(model: Any, actuator: int) -> float:
     strongest = np.inf
     if model.actuator_forcelimited[actuator]:
         strongest = _symmetric_limit(model.actuator_forcerange[actuator])
-    plain = model.actuator_biastype[actuator] == enum_of("mjtBias", "mjBIAS_NONE")
-    plain &= model.actuator_gaintype[actuator] == enum_of("mjtGain", "mjGAIN_FIXED")
-    if plain and model.actuator_ctrllimited[actuator]:
+    if is_motor(model, actuator) and model.actuator_ctrllimited[actuator]:
         gain = abs(float(model.actuator_gainprm[actuator][0]))
         strongest = min(strongest, gain * _symmetric_limit(model.actuator_ctrlrange[actuator]))
     return gear * strongest
+
+
+def is_motor(model: Any, actuator: int) -> bool:
+    """Whether an actuator's force is its control times a constant."""
+    plain = model.actuator_biastype[actuator] == enum_of("mjtBias", "mjBIAS_NONE")
+    return bool(plain and model.actuator_gaintype[actuator] == enum_of("mjtGain", "mjGAIN_FIXED"))
+
+
+def motors(model: Any, joint: str) -> list[int]:
+    """Indices of the actuators of a joint."""
+    names = [joint_name(model, number) for number in range(model.njnt)]
+    kinds = zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True)
+    return [
+        index for index, (kind, target) in enumerate(kinds) if kind in _of_joints() and names[target] == joint
+    ]
 
 
 def _symmetric_limit(ends: np.ndarray) -> float:

@@ -1,6 +1,6 @@
 """Collision geometry of an MJCF: geoms that can collide, with convex hulls in place of meshes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,17 +8,17 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from ..arm.robot import Held
 from .hulls import hull
-from .mjcf import Part, body_parts, compile_mjcf, mjcf_kinematics, placement_of
+from .mjcf import Part, body_parts, compile_mjcf, mjcf_kinematics
+from .mjcf_held import placement_of
 from .mjcf_names import enum_of, name_of
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 """Angles of the points that stand for an ellipsoid, since coal has no distance from one to a half-space."""
 
 
-def read_mjcf_geometry(
-    path: Path, moving: Sequence[str] | None, held: Mapping[str, float]
-) -> pin.GeometryModel | None:
+def read_mjcf_geometry(path: Path, moving: Sequence[str] | None, held: Held) -> pin.GeometryModel | None:
     """Collision bodies of the robot that `read_mjcf` reads with the same arguments, without pairs.
 
     The name of each is that of its body and a number. Everything that is fixed to the base, including floors

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.newton_euler import joints_of
-from ..arm.robot import Limits, PositionServo, Robot
+from ..arm.robot import Held, Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..model import Model
 from .bam_file import with_bam_rows
@@ -33,7 +33,7 @@ from .toml_fields import (
     strings,
     tables,
 )
-from .urdf import read_choice
+from .urdf import read_choice, read_held
 
 __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
@@ -79,7 +79,7 @@ def builtin_names() -> list[str]:
 def read_model(
     source: str | Path,
     joints: Sequence[str] | None = None,
-    held: Mapping[str, float] = MappingProxyType({}),
+    held: Held = MappingProxyType({}),
 ) -> Model:
     """Model from a robot.toml, from a .urdf, .xacro or MJCF, or from the name of a built-in robot.
 
@@ -119,6 +119,7 @@ def described_model(name: str, kinematics: Kinematics) -> Model:
     """Model from a description alone: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
+    known["held"] = kinematics.held
     robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
@@ -165,6 +166,8 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     name = string(table.get("name", "robot"), "name")
     source, value = sources[0], table[sources[0]]
     chosen = [key for key in ("joints", "held") if key in table]
+    if source == "link" and chosen == ["held"]:  # of the description from which the rows were made
+        return replace(link_kinematics(tables(value, "link"), name), held=read_held(table["held"], where))
     if chosen and source not in DESCRIPTIONS:
         raise RobotError(
             f"{where}: {chosen[0]} selects joints of a urdf or mjcf; all rows of {source} are used"
@@ -195,7 +198,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
     revolute = np.array([joint.revolute for joint in joints_of(model)])
     limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), revolute)
-    return Robot(model.name, model, limits, flange=flange, **known)
+    return Robot(model.name, model, limits, flange=flange, held=kinematics.held, **known)
 
 
 def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:

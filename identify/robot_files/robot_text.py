@@ -40,6 +40,8 @@ def model_text(model: Model) -> str:
         "name": robot.name,
         "gravity": robot.gravity,
     }
+    if robot.held:
+        head["held"] = robot.held
     if robot.inertias_stated:
         head["inertial_tolerance"] = robot.inertial_tolerance
     if not any(effect.of_links for effect in model.effects):

@@ -10,10 +10,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from ..arm.robot import Limits
+from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
 from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
-from .toml_fields import number, read_text, strings
+from .toml_fields import number, numbers, read_text, strings
 from .urdf_checks import MOVING, axis_of, check_joint, check_urdf, link_at, numbers_of, read_tree, urdf_doubts
 from .xacro_macros import expanded
 
@@ -41,7 +41,7 @@ def parse_urdf(
     text: str,
     where: str = "URDF",
     moving: Collection[str] | None = None,
-    held: Mapping[str, float] = MappingProxyType({}),
+    held: Held = MappingProxyType({}),
 ) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute joint without limits.
 
@@ -69,7 +69,9 @@ def parse_urdf(
             link.remove(shape)  # `read_geometry` reads them; urdfdom would complain about unknown shapes
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
     described = _gather(limits, tuple(model.names)[1:])
-    return Kinematics(model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)))
+    return Kinematics(
+        model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)), held=dict(held)
+    )
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
@@ -87,25 +89,38 @@ def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]
     return free, bound
 
 
-def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None, dict[str, float]]:
+def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None, Held]:
     """Values of the keys `joints`, joints that move, or None; and `held`, joints with positions [rad, m].
 
     Raises:
         RobotError: A value is wrong, or both name the same joint.
     """
     moving = strings(table["joints"], "joints") if "joints" in table else None
-    held = table.get("held", {})
-    if not isinstance(held, dict):
-        raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
+    held = read_held(table.get("held", {}), where)
     conflicting = sorted(set(moving or ()) & set(held))
     if conflicting:
         raise RobotError(f"{where}: {', '.join(conflicting)} in joints, which move, and in held")
-    return moving, {joint: number(value, f"held: {joint}") for joint, value in held.items()}
+    return moving, held
 
 
-def _hold(
-    joints: Mapping[str, Element], moving: Collection[str] | None, held: Mapping[str, float], where: str
-) -> None:
+def read_held(held: object, where: str) -> Held:
+    """Positions of held joints: a number [rad, m] each, or a list for a free joint or a ball of an MJCF.
+
+    Raises:
+        RobotError: A value is wrong.
+    """
+    if not isinstance(held, dict):
+        raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
+    return {joint: _held_position(value, f"held: {joint}") for joint, value in held.items()}
+
+
+def _held_position(value: object, where: str) -> float | tuple[float, ...]:
+    if isinstance(value, list):
+        return tuple(numbers(value, len(value), where).tolist())
+    return number(value, where)
+
+
+def _hold(joints: Mapping[str, Element], moving: Collection[str] | None, held: Held, where: str) -> None:
     """Fix every joint that does not move, at its position in `held` or at zero.
 
     Raises:
@@ -124,10 +139,10 @@ def _hold(
             joint.remove(element)
 
 
-def _place(joint: Element, position: float, where: str) -> None:
+def _place(joint: Element, position: float | tuple[float, ...], where: str) -> None:
     """Apply a position [rad, m] to a joint's origin."""
     axis, kind = axis_of(joint), joint.get("type")
-    if kind not in MOVING or not np.any(axis):
+    if kind not in MOVING or not np.any(axis) or isinstance(position, tuple):
         raise RobotError(f"{where} cannot be held at a position: it is {kind}, axis {axis.tolist()}")
     axis = axis / np.linalg.norm(axis)
     origin = joint.find("origin")

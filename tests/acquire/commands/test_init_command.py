@@ -328,3 +328,18 @@ def test_the_hint_for_a_log_of_fewer_joints_leads_on(files, capsys):
     joints = json.dumps(list(LOG.model.robot.joints[:4]))
     (files / "four.toml").write_text(f'format = 1\nurdf = "arm.urdf"\njoints = {joints}\n')
     assert main(["init", "part.csv", "--urdf", "four.toml", "-o", "made.toml"]) == 0
+
+
+def test_columns_of_all_joints_stand_for_joints_with_other_names(files):
+    words = [f"axle{'abcdef'[k]}" for k in range(LOG.model.robot.dof - 1)] + [LOG.model.robot.joints[-1]]
+    named = {"t": LOG.time}
+    for prefix, values in (("q", LOG.position), ("i", LOG.current)):
+        named |= {f"{prefix}_{word}": column for word, column in zip(words, values.T, strict=True)}
+    rows = np.column_stack(list(named.values()))
+    np.savetxt("words.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
+    letters = {"position": "q", "current": "i"}
+    chosen = [
+        f"{signal}={','.join(f'{letter}_{word}' for word in words)}" for signal, letter in letters.items()
+    ]
+    assert main(["init", "words.csv", "--urdf", "arm.urdf", "--columns", *chosen]) == 0
+    assert read_model(files / "robot.toml").robot.joints == LOG.model.robot.joints

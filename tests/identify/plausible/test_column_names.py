@@ -64,3 +64,11 @@ def test_numbers_stand_for_the_joints_that_the_log_names():
 def test_joints_of_which_a_file_has_positions_alone_are_told_from_those_it_does_not_have(effort):
     names = ["t", "- elbow_position", "- wrist_position", *effort]
     assert joints_named(names, ("wheel", "elbow", "wrist", "finger")) == ["elbow", "wrist"]
+
+
+def test_columns_may_name_joints_without_the_word_joint():
+    joints = ("FL_hip_joint", "FL_calf_joint")
+    (position, command) = families(["q_FL_hip", "q_FL_calf", "cmd_FL_hip", "cmd_FL_calf"], joints)
+    assert (position.pattern, position.signal) == ("q_{joint}", "position")
+    assert (command.pattern, command.signal) == ("cmd_{joint}", "command")
+    assert [family.pattern for family in families(["q1", "q2"], ("joint_1", "joint_2"))] == ["q{number}"]

@@ -1,0 +1,108 @@
+"""Position servos in place of an MJCF's motors, for arms that a controller outside of the file drives.
+
+Policies of legged robots command positions, and a program computes the torque of the file's motors from
+them: kp (command - position) - kd velocity. A simulation with the same law needs servos. They replace the
+motors during the simulation only: the motors are restored in the text that users get.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import RobotError
+from ..robot_files.mjcf import compile_mjcf
+from ..robot_files.mjcf_drives import is_motor, motors
+from ..robot_files.mjcf_names import name_of
+from .mjcf_changes import number_words
+from .mjcf_elements import Elements
+from .xml_text import Edits, Tag, element_end, read_tags
+
+
+class Controller(NamedTuple):
+    """Gains of a controller of n joints.
+
+    Attributes:
+        stiffness: Torque per position error kp, shape (n,) [N m/rad].
+        damping: Torque against the velocity kd, shape (n,) [N m s/rad].
+    """
+
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+def with_controller(
+    text: bytes, folder: str, where: str, joints: Sequence[str], controller: Controller
+) -> bytes:
+    """The text of an MJCF with position servos in place of the motors of some joints.
+
+    Args:
+        text: Text of the MJCF.
+        folder: Folder of the files that it refers to.
+        where: Name of the file in errors.
+        joints: Joints that the controller drives.
+        controller: Gains of the controller.
+
+    Raises:
+        RobotError: A joint does not have exactly one motor.
+    """
+    compiled, root = compile_mjcf(text.decode(), folder), read_tags(text, where)
+    elements = Elements(root, compiled, where)
+    chosen = [_motor_of(compiled, joint, where) for joint in joints]
+    tags = [elements.actuator(actuator) for actuator in chosen]
+    text = _renamed(text, tags)
+    edits, elements = Edits(text), Elements(read_tags(text, where), compiled, where)
+    for actuator, kp, kd in zip(chosen, controller.stiffness, controller.damping, strict=True):
+        edits.set(elements.actuator(actuator), **_servo(compiled, actuator, float(kp), float(kd)))
+    return edits.text()
+
+
+def with_motors(text: bytes, original: bytes, where: str) -> bytes:
+    """A text that was made from one with servos, with the actuators of the original."""
+    new, old = (_actuators(read_tags(each, where)) for each in (text, original))
+    for tag, before in reversed(list(zip(new, old, strict=True))):
+        end = element_end(text, tag)
+        text = text[: tag.start] + original[before.start : element_end(original, before)] + text[end:]
+    return text
+
+
+def _motor_of(compiled: Any, joint: str, where: str) -> int:
+    """Index of the motor of a joint."""
+    candidates = motors(compiled, joint)
+    if len(candidates) != 1 or not is_motor(compiled, candidates[0]):
+        others = ", ".join(f"'{name_of(compiled, 'actuator', actuator)}'" for actuator in candidates)
+        raise RobotError(
+            f"{where}: a controller (--kp, --kd) needs exactly one motor at joint '{joint}'; the file has "
+            f"{others or 'no actuator'}. Position servos of the file have their own kp and kv"
+        )
+    return candidates[0]
+
+
+def _servo(compiled: Any, actuator: int, kp: float, kd: float) -> dict[str, str]:
+    """Attributes of a <general> that is a servo with the torque limits of a motor."""
+    gear, gain = (float(table[actuator][0]) for table in (compiled.actuator_gear, compiled.actuator_gainprm))
+    low, high = -np.inf, np.inf
+    if compiled.actuator_forcelimited[actuator]:
+        low, high = compiled.actuator_forcerange[actuator]
+    if compiled.actuator_ctrllimited[actuator]:
+        ends = np.sort(gain * compiled.actuator_ctrlrange[actuator])
+        low, high = max(low, ends[0]), min(high, ends[1])
+    limit = {"forcelimited": "true", "forcerange": number_words([low, high])} if np.isfinite(high) else {}
+    kp, kd = kp / gear**2, kd / gear**2
+    return {
+        "ctrllimited": "false", "gaintype": "fixed", "gainprm": number_words([kp]),
+        "biastype": "affine", "biasprm": number_words([0.0, -kp, -kd]), **limit,
+    }  # fmt: skip
+
+
+def _renamed(text: bytes, tags: Sequence[Tag]) -> bytes:
+    """The text with these elements called <general>, which has all attributes of a motor."""
+    for tag in sorted(tags, key=lambda tag: tag.start, reverse=True):
+        end, old = element_end(text, tag), tag.name.encode()
+        element = b"<general" + text[tag.start + 1 + len(old) : end].replace(b"</" + old, b"</general")
+        text = text[: tag.start] + element + text[end:]
+    return text
+
+
+def _actuators(root: Tag) -> list[Tag]:
+    return [tag for part in root.children if part.name == "actuator" for tag in part.children]

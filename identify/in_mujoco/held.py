@@ -1,0 +1,82 @@
+"""Joints of a simulation that no recording contains: held rigidly, or led by a joint that is recorded.
+
+The identified model has no such joints. A held joint gets a rotor of 1e15 kg m^2 in the compiled model, so no
+force moves it: the other joints move as if it was welded, without the softness of a constraint. A joint that
+an equality couples to a recorded joint stays free and follows it.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..export.mjcf_gears import TWIST
+from ..export.mjcf_same import held_in
+from ..robot_files.mjcf_held import followed, held_positions
+from ..robot_files.mjcf_names import enum_of, joint_equalities, joint_name
+
+ROTOR = 1e15
+"""Inertia of a held joint [kg m^2, kg]: a force of 1000 N moves it by less than 1e-8 m in 100 s."""
+
+
+class Others(NamedTuple):
+    """Joints of a simulation that a robot does not have.
+
+    Attributes:
+        held: Address in `qpos` of each held joint -> its position, shape (1,), (4,) or (7,).
+        led: Equality, and addresses in `qpos` of the joint that follows and its leader.
+    """
+
+    held: Mapping[int, np.ndarray]
+    led: Sequence[tuple[int, int, int]]
+
+    def place(self, model: Any, data: Any) -> None:
+        """Set the positions of these joints, from those of the robot's joints."""
+        for start, position in self.held.items():
+            data.qpos[start : start + len(position)] = position
+        for equality, follower, leader in self.led:
+            data.qpos[follower] = followed(model, equality, float(data.qpos[leader]))
+
+
+def hold_others(model: Any, robot: Robot, where: str) -> Others:
+    """Hold all joints of a compiled MJCF that the robot does not have, except twists of its gears.
+
+    Raises:
+        RobotError: A held joint has a position that is wrong for its kind.
+    """
+    names = [joint_name(model, joint) for joint in range(model.njnt)]
+    twists = [TWIST.format(joint) for joint in robot.joints]
+    moving = [name for name in names if name in robot.joints or name in twists]
+    positions = held_positions(model, moving, held_in(model, robot), where)
+    led = _led(model, positions)
+    for _, follower, _ in led:
+        del positions[follower]
+    addresses = model.jnt_qposadr
+    for joint, position in positions.items():
+        start = int(model.jnt_dofadr[joint])
+        model.dof_armature[start : start + max(len(position) - 1, 1)] = ROTOR
+    return Others(
+        {int(addresses[joint]): position for joint, position in positions.items()},
+        [(e, int(addresses[follower]), int(addresses[leader])) for e, follower, leader in led],
+    )
+
+
+def _led(model: Any, positions: Mapping[int, np.ndarray]) -> list[tuple[int, int, int]]:
+    """Equalities by which joints follow a joint that is not held, in the order from leader to follower."""
+    led: list[tuple[int, int, int]] = []
+    equalities = joint_equalities(model)
+    for _ in equalities:
+        for equality in equalities:
+            _, follower, leader = equality
+            moves = leader >= 0 and (leader not in positions or leader in (row[1] for row in led))
+            if moves and follower in positions and equality not in led:
+                led.append(equality)
+    return led
+
+
+def mount(model: Any, gravity: np.ndarray) -> None:
+    """Set the gravity (3,) [m/s^2] of a compiled MJCF, unless the file compensates or disables it."""
+    disabled = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
+    if not disabled and not np.any(model.body_gravcomp):
+        model.opt.gravity[:] = gravity
