@@ -11,8 +11,8 @@ from common import Kept, show
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.robot_files.mjcf_drives import servos
 
-from .arms import cases
 from .concealed import STEP, Case
+from .effect_arms import cases
 
 STEPS, ROUNDS = 1000, 5
 """Steps of a round, and rounds in turn, of which the fastest counts: other programs only slow one down."""

@@ -30,8 +30,8 @@ from exidyn.identification.model import Model
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.recording import Recording
 
-from .arms import COULOMB, usual_torque
 from .concealed import Case, described, record
+from .effect_arms import COULOMB, usual_torque
 
 MODELS = ("ur10e", "panda_nohand", "iiwa14")
 """Whose servos have a damping of their own in the file: one by `dampratio` would change with the armature."""
