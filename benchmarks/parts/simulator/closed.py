@@ -17,7 +17,7 @@ from .answers import Said, said
 from .arms import TORQUE, Arm
 from .judge import tool_error
 from .motions import SEEDS, logged, moved
-from .real_arm import Motion
+from .real_arm import Motion, interpolated
 from .score import score
 
 NOISE = 0.05
@@ -69,8 +69,15 @@ def _given(arm: Arm, seconds: float) -> list[tuple[str, Any]]:
 
 
 def _attached(arm: Arm, answer: Said, third: Motion) -> float:
-    """Error of the file with effects attached, by exidyn's simulator on the third log [mm]."""
+    """Error of the file with effects attached, by exidyn's simulator on the third motion [mm].
+
+    It starts in the states of the real arm too: those of the log would add errors of sensors.
+    """
     run = Run.of(logged(arm, third, SEEDS["third"], "third"), Filtering())
+    position, velocity = (
+        interpolated(run.time, third.time, values) for values in (third.position, third.velocity)
+    )
+    run = run._replace(position=position, velocity=velocity)
     found = simulated(_source(arm), answer.attached, answer.arm, [run], POSITION, attach=True)
     return 1e3 * float(found.tool[-1])
 

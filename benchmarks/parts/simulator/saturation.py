@@ -1,7 +1,7 @@
 """Limits of servos that saturate: such that an arm spends a share of its samples at the limit.
 
-A joint at its limit lags behind, and so stays there longer. Therefore the limit is searched with the whole arm,
-including everything else that is concealed.
+A joint at its limit lags behind, and so stays there longer. Therefore the limit is searched with the whole
+arm, including everything else that is concealed.
 """
 
 from pathlib import Path
