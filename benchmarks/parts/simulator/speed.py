@@ -36,9 +36,8 @@ class Cost(NamedTuple):
 
 
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
-    """Steps a second with effects over those of plain MuJoCo; the effects are those of the real arms."""
-    names = ("dynamixel_2r", "ur10e")
-    chosen = cases(folder / "mjcf", names) if quick else cases(folder / "mjcf")
+    """Steps a second with effects over those of plain MuJoCo; the effects are those of the cases."""
+    chosen = cases(folder / "mjcf", ("dynamixel_2r",)) if quick else cases(folder / "mjcf")
     costs = {case.name: cost(case) for case in chosen}
     rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
     show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)
