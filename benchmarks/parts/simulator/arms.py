@@ -1,97 +1,134 @@
-"""Real arms: models of Menagerie, each with friction of its own and other physics that no MJCF holds."""
+"""24 real arms: six models as users have them, four arms of each, the same every time.
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+Three of them have nothing concealed, so every number that is changed there is changed for nothing. The
+values of the others are drawn with the name of the arm as the seed. Half of the logs hold the motors'
+torque; the others hold commands and positions alone, some at 50 Hz as of hobby servos.
+"""
+
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
 
-from exidyn.identification.effects import (
-    Effect,
-    FrictionAsymmetry,
-    Hysteresis,
-    LoadDependentFriction,
-    Prior,
-    StribeckFriction,
-)
 from exidyn.identification.model import Model
-from exidyn.trajectories.random_motion import random_fourier
 
-from .concealed import Case, described, with_effects
+from .concealed import described
+from .draws import Usual, drawn
+from .motions import FAST
+from .physics import Item
+from .real_arm import RealArm
+from .saturation import sizing_motion, with_limits
 
-MODELS = ("dynamixel_2r", "ur10e", "so_arm100", "panda_nohand", "piper", "iiwa14")
-ARMS = 3
-"""Of each model; one of them has nothing concealed."""
-COULOMB = (0.05, 0.15)
-"""Of each joint, over its rms torque; the file's own stays, if that is more."""
-
-Concealed = Callable[[str, float, np.random.Generator], tuple[Effect, float]]
-"""An effect of a joint with the value of its parameter, for an rms torque of the joint [N m]."""
-
-PHYSICS: dict[str, Concealed] = {
-    "stribeck_friction": lambda joint, torque, draw: (
-        StribeckFriction((joint,), fade=draw.uniform(0.08, 0.2)), draw.uniform(0.15, 0.3) * torque,
-    ),
-    "load_dependent_friction": lambda joint, torque, draw: (
-        LoadDependentFriction((joint,)), draw.uniform(0.1, 0.2),
-    ),
-    "friction_asymmetry": lambda joint, torque, draw: (
-        FrictionAsymmetry((joint,), viscous=True), draw.uniform(0.05, 0.1) * torque,
-    ),
-    "hysteresis": lambda joint, torque, draw: (
-        Hysteresis((joint,), presliding=draw.uniform(2e-3, 1e-2)), draw.uniform(0.15, 0.3) * torque,
-    ),
-}  # fmt: skip
-"""Name -> how it is drawn: a third of a joint's torque at most, so that no arm is absurd.
-
-Drag differs by direction too. With dry friction alone the effect is a constant torque, which every fit has,
-but for rest and its neighbourhood: of the samples above 10 mrad/s in three of these logs all that tells them
-apart is a log-likelihood of 0.02, and of slower ones friction has no law.
-"""
+TORQUE, COMMANDS = "torque", "commands"
+SLOW = 50.0
+"""Sampling rate of hobby servos [Hz]."""
+FRICTION = 0.15
+"""Share of a joint's rms torque that is its usual friction, where the file states less."""
+COARSE = ("dynamixel_2r", "so_arm100")
+"""Models whose servos have encoders of 4096 counts; others have 2^17."""
 
 
-def cases(folder: Path, models: tuple[str, ...] = MODELS, arms: int = ARMS) -> Iterator[Case]:
-    """Real arms, the same ones each time."""
-    for name in models:
-        path = folder / f"{name}.xml"
-        nominal = described(path)
-        for number in range(arms):
-            # The first has nothing concealed, the others one effect and two.
-            yield _case(f"{name} {number + 1}", path, nominal, number)
+class Arm(NamedTuple):
+    """A real arm and the logs that it leaves.
+
+    Attributes:
+        name: Name of the arm.
+        path: Path of the user's file.
+        nominal: What the file describes.
+        items: What is concealed.
+        log: Effort of its logs, `TORQUE` or `COMMANDS`.
+        rate: Sampling rate [Hz].
+        temperature: Whether logs hold the motors' temperatures.
+    """
+
+    name: str
+    path: Path
+    nominal: Model
+    items: tuple[Item, ...]
+    log: str
+    rate: float = FAST
+    temperature: bool = False
+
+    @property
+    def encoder(self) -> float:
+        """Resolution of positions [rad]."""
+        return 2.0 * np.pi / (2**12 if self.path.stem in COARSE else 2**17)
+
+    def real(self) -> RealArm:
+        """The arm in MuJoCo."""
+        return RealArm(self.path, self.nominal.robot.joints, self.items)
 
 
-def _case(name: str, path: Path, nominal: Model, count: int) -> Case:
-    draw = np.random.default_rng(crc32(name.encode()))
-    torque, joints = usual_torque(nominal), nominal.robot.joints
-    real = _with_friction(nominal, draw.uniform(*COULOMB, len(joints)) * torque)
-    concealed = []
-    for joint in draw.permutation(len(joints))[:count]:
-        # Friction by load is nothing where there is none.
-        names = [one for one in PHYSICS if one != "load_dependent_friction" or _bears(nominal, int(joint))]
-        effect = str(draw.choice(names))
-        real = with_effects(real, PHYSICS[effect](joints[joint], float(torque[joint]), draw))
-        concealed.append((effect, int(joint)))
-    return Case(name, path, nominal, real, tuple(concealed))
+class Row(NamedTuple):
+    """One row of `TABLE`; items are written "kind joint", "kind all" or "kind base"."""
+
+    model: str
+    log: str
+    items: tuple[str, ...] = ()
+    rate: float = FAST
+    temperature: bool = False
 
 
-def _with_friction(model: Model, dry: np.ndarray) -> Model:
-    stated = dict(model.stated)
-    for joint, value in enumerate(dry):
-        name = f"Fc{joint + 1}"
-        stated[name] = Prior(max(float(value), stated[name].value if name in stated else 0.0))
-    return replace(model, stated=stated)
+TABLE = (
+    Row("dynamixel_2r", TORQUE),
+    Row("dynamixel_2r", COMMANDS, ("delay all", "kp all")),
+    Row("dynamixel_2r", TORQUE, ("coulomb 0", "load 1")),
+    Row("dynamixel_2r", COMMANDS, ("kp 0", "viscous 1"), rate=SLOW),
+    Row("ur10e", TORQUE, ("delay all", "thermal 1")),
+    Row("ur10e", COMMANDS, ("kv 0", "mass 2")),
+    Row("ur10e", TORQUE, ("cable 2",)),
+    Row("ur10e", COMMANDS),
+    Row("so_arm100", COMMANDS, ("delay all", "kp all"), rate=SLOW),
+    Row("so_arm100", COMMANDS, ("forcerange 0",), rate=SLOW),
+    Row("so_arm100", TORQUE, ("stribeck 1", "load 2")),
+    Row("so_arm100", TORQUE, ("armature 0", "coulomb 2")),
+    Row("panda_nohand", TORQUE, ("thermal 1",), temperature=True),
+    Row("panda_nohand", TORQUE, ("kp 1", "spring 3")),
+    Row("panda_nohand", COMMANDS, ("delay all", "viscous 1")),
+    Row("panda_nohand", COMMANDS, ("kv 0", "mass 3")),
+    Row("piper", TORQUE, ("gravcomp base",)),
+    Row("piper", COMMANDS, ("delay 1", "forcerange 0")),
+    Row("piper", TORQUE, ("stribeck 1", "cable 3")),
+    Row("piper", COMMANDS, rate=SLOW),
+    Row("iiwa14", TORQUE, ("delay all", "forcerange 0")),
+    Row("iiwa14", COMMANDS, ("load 1",)),
+    Row("iiwa14", TORQUE, ("tilt base", "armature 0")),
+    Row("iiwa14", COMMANDS, ("kp 1", "cable 3")),
+)
+QUICK = (0, 1, 2, 3)
+"""Rows of the quick run."""
 
 
-def usual_torque(model: Model) -> np.ndarray:
-    """Rms torque of each joint in random motion, shape (n,) [N m]."""
-    motion = random_fourier(model.robot.limits, 10.0, seed=0).at(np.arange(0.0, 10.0, 0.05))
-    return np.asarray(np.sqrt(np.mean(model.torque(motion, model.nominal_values) ** 2, axis=0)))
+def arms(folder: Path, rows: tuple[int, ...] = tuple(range(len(TABLE)))) -> Iterator[Arm]:
+    """Real arms by rows of the table, of models in a folder."""
+    for row in rows:
+        number = 1 + sum(other.model == TABLE[row].model for other in TABLE[:row])
+        yield _arm(f"{TABLE[row].model} {number}", folder, TABLE[row])
 
 
-def _bears(model: Model, joint: int) -> bool:
-    """Whether gears of a joint carry a load that changes: half of its torque."""
-    motion = random_fourier(model.robot.limits, 10.0, seed=0).at(np.arange(0.0, 10.0, 0.05))
-    bodies = replace(model, effects=tuple(one for one in model.effects if one.of_links), stated={})
-    load = bodies.torque(motion, bodies.nominal_values)[:, joint]
-    return bool(np.sqrt(np.mean(load**2)) > 0.5 * usual_torque(model)[joint])
+def _arm(name: str, folder: Path, row: Row) -> Arm:
+    path, draw = folder / f"{row.model}.xml", np.random.default_rng(crc32(name.encode()))
+    nominal = described(path)
+    usual = _usual(path, nominal)
+    joints = {"all": tuple(range(nominal.robot.dof)), "base": ()}
+    items = []
+    for kind, where in (words.split() for words in row.items):
+        items.append(drawn(kind, joints.get(where) or _joint(where), usual, draw))
+    return Arm(name, path, nominal, with_limits(path, nominal, items), row.log, row.rate, row.temperature)
+
+
+def _joint(where: str) -> tuple[int, ...]:
+    return (int(where),) if where.isdigit() else ()
+
+
+def _usual(path: Path, nominal: Model) -> list[Usual]:
+    """What each joint of the original file does in a random motion."""
+    arm = RealArm(path, nominal.robot.joints, ())
+    motion = sizing_motion(arm, nominal)
+    torque, velocity = (np.sqrt(np.mean(values**2, axis=0)) for values in (motion.torque, motion.velocity))
+    dofs = [place.dof for place in arm.places]
+    friction = np.maximum(arm.model.dof_frictionloss[dofs], FRICTION * torque)
+    numbers = zip(torque, friction, velocity, arm.model.dof_M0[dofs], strict=True)
+    return [Usual(*map(float, row)) for row in numbers]

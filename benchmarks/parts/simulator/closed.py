@@ -1,109 +1,86 @@
-"""The gap between MuJoCo as the real arm, with physics concealed, and the simulation by its file.
+"""The gap between plain MuJoCo as the real arm and the simulation by its file, judged on a third motion.
 
-Logs hold the motors' torque; or, as those of position servos, commands and positions alone.
+exidyn is given two motions: it fits the first and decides by the second. The third judges both answers: the
+file by the benchmark's own rollouts, and the file with effects attached by exidyn's simulator.
 """
 
 import time
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-from common import Kept, show
-
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.in_mujoco.gap import Gap, gap
-from exidyn.identification.in_mujoco.ladder import Source
-from exidyn.identification.recordings.recording import Recording
-from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
+from exidyn.identification.in_mujoco.gap import gap
+from exidyn.identification.in_mujoco.ladder import Source, simulated
+from exidyn.identification.in_mujoco.replay import POSITION, Run
+from exidyn.identification.preparation.prepare import Filtering
 
-from .arms import MODELS, cases
-from .concealed import Case, record
+from .answers import Said, said
+from .arms import TORQUE, Arm
+from .judge import tool_error
+from .motions import SEEDS, logged, moved
+from .real_arm import Motion, interpolated
+from .score import score
 
-SECONDS = 20.0
-"""Of each run."""
-QUICK = 0.6
-"""Share of that in a quick run."""
-COMMANDS = "commands"
-LOGS = ("torque", COMMANDS)
+NOISE = 0.05
+"""Error below which a file is no worse than another [mm]: the resolution of an encoder at the tool point."""
+WORSE = 1.01
+"""Factor of an error above which a file is worse."""
 
 
-def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
-    """Figures of all arms and both kinds of log; the quick run has one arm of each kind."""
-    chosen = [*cases(folder / "mjcf", ("dynamixel_2r",) if quick else MODELS)]
-    pairs = [(case, log) for log in LOGS for case in chosen]
-    if quick:
-        pairs = [(chosen[2], "torque"), (chosen[1], COMMANDS), (chosen[0], COMMANDS)]
-    seconds = SECONDS * QUICK if quick else SECONDS
-    found = {
-        f"{case.name}, {log}": kept.of(
-            f"{case.name}, {log}, {seconds:g} s", lambda case=case, log=log: answered(case, log, seconds)
-        )
-        for case, log in pairs
+def answered(arm: Arm, seconds: float) -> dict[str, Any]:
+    """Figures of one arm; those of an arm that is refused hold the message."""
+    began, third = time.process_time(), moved(arm, seconds, SEEDS["third"])
+    original = arm.path.read_text()
+    robot = arm.nominal.robot
+    figures = {
+        "log": f"{arm.log}, {arm.rate:g} Hz",
+        "concealed": [(item.kind, item.joints, item.values) for item in arm.items],
+        "original_mm": tool_error(original, robot, third),
+        "true_file_mm": tool_error(arm.real().text(), robot, third),
     }
-    _show(found)
-    logs = {log: _summary([one for name, one in found.items() if name.endswith(log)]) for log in LOGS}
-    return {**_summary([*found.values()]), "by_log": logs, "by_arm": found}
+    try:
+        result = gap(_source(arm), arm.nominal, _given(arm, seconds))
+        figures |= judged(arm, said(result, original), third, figures["original_mm"])
+    except Exception as error:
+        figures["refused"] = f"{type(error).__name__}: {error}"
+    return figures | {"cpu_seconds": time.process_time() - began}
 
 
-def answered(case: Case, log: str, seconds: float) -> dict[str, Any]:
-    """What is found of one arm, and what it closes."""
-    began = time.process_time()
-    found = closed(case, log, seconds)
-    findings = {(one.effect, joint) for one in found.diagnosis.findings for joint in one.joints or (-1,)}
-    before, after = (1e3 * float(one.tool[-1]) for one in (found.before, found.after))
-    concealed = set(case.concealed)
-    return {
-        "concealed": sorted(concealed),
-        "named": sorted(findings & concealed),
-        "false": sorted(findings - concealed),
-        "undecided": sorted((one.effect, *one.joints) for one in found.diagnosis.undecided),
-        "before_mm": before,
-        "after_mm": after,
-        "gap_left": after / before,
-        "worse": int(np.sum(found.after.joints[-1] > found.before.joints[-1] + 1e-4)),
-        "suspected": bool(found.diagnosis.suspicions),
-        "cpu_seconds": time.process_time() - began,
+def judged(arm: Arm, answer: Said, third: Motion, original: float) -> dict[str, Any]:
+    """Figures of an answer about an arm, whose original file has an error on its third motion [mm]."""
+    scores = score(arm.items, answer, arm.log == TORQUE)
+    file = tool_error(answer.file.decode(), arm.nominal.robot, third)
+    attached = _attached(arm, answer, third)
+    figures = {
+        "named": scores.named,
+        "false": scores.false,
+        "file_mm": file,
+        "attached_mm": attached,
+        "file_worse": file > WORSE * original + NOISE,
     }
+    if arm.items:
+        return figures | {"gap_left_file": file / original, "gap_left_attached": attached / original}
+    return figures | {"changed": sorted(answer.changed)}
 
 
-def closed(case: Case, log: str, seconds: float) -> Gap:
-    """The gap of one arm, by position commands."""
-    runs = [
-        (role, record(case, seconds, seed, role)) for seed, role in enumerate(("identify", "slow", HELD_OUT))
-    ]
-    if log == COMMANDS:
-        runs = [(role, commands_alone(run)) for role, run in runs]
-    source = Source(case.path.read_bytes(), str(case.path.parent), case.path.name)
-    return gap(source, case.nominal, runs)
+def _given(arm: Arm, seconds: float) -> list[tuple[str, Any]]:
+    """Logs that exidyn is given, by role."""
+    roles = ("identify", HELD_OUT)
+    return [(role, logged(arm, moved(arm, seconds, SEEDS[role]), SEEDS[role], role)) for role in roles]
 
 
-def commands_alone(run: Recording) -> Recording:
-    """The log as `exidyn import --effort command` reads one without torque."""
-    servo = servo_of(run.robot, None, None)
-    signals = with_servo_error(run.signals, servo, run.name)
-    return replace(run, signals=signals, settings=dict(run.settings) | {LAW: servo_words(servo)})
+def _attached(arm: Arm, answer: Said, third: Motion) -> float:
+    """Error of the file with effects attached, by exidyn's simulator on the third motion [mm].
+
+    It starts in the states of the real arm too: those of the log would add errors of sensors.
+    """
+    run = Run.of(logged(arm, third, SEEDS["third"], "third"), Filtering())
+    position, velocity = (
+        interpolated(run.time, third.time, values) for values in (third.position, third.velocity)
+    )
+    run = run._replace(position=position, velocity=velocity)
+    found = simulated(_source(arm), answer.attached, answer.arm, [run], POSITION, attach=True)
+    return 1e3 * float(found.tool[-1])
 
 
-def _show(found: dict[str, Any]) -> None:
-    rows = [
-        [name, len(one["concealed"]), len(one["named"]), len(one["false"]), one["before_mm"], one["after_mm"]]
-        for name, one in found.items()
-    ]
-    head = ["arm, log", "concealed", "named", "false", "mm after 2 s", "with what was found"]
-    show("MuJoCo as the real arm", head, rows)
-
-
-def _summary(every: list[dict[str, Any]]) -> dict[str, Any]:
-    if not every:
-        return {"arms": 0}
-    concealed = sum(len(one["concealed"]) for one in every)
-    return {
-        "arms": len(every),
-        "concealed": concealed,
-        "named": sum(len(one["named"]) for one in every) / max(concealed, 1),
-        "false": sum(len(one["false"]) for one in every),
-        "gap_left": float(np.median([one["gap_left"] for one in every])),
-        "worse": sum(one["worse"] for one in every),
-        "suspected": sum(one["suspected"] for one in every),
-    }
+def _source(arm: Arm) -> Source:
+    return Source(arm.path.read_bytes(), str(arm.path.parent), arm.path.name)

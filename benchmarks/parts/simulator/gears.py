@@ -80,8 +80,8 @@ CASES = {
 
 
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
-    """Figures of all cases; the quick run has one of each kind."""
-    chosen = list(CASES)[::2] if quick else list(CASES)
+    """Figures of all cases; the quick run has one with play."""
+    chosen = list(CASES)[2:3] if quick else list(CASES)
     found = {name: kept.of(f"gears: {name}", lambda name=name: answered(CASES[name])) for name in chosen}
     rows = [
         [name, one["true"], one["written"], one["half"], *(1e3 * value for value in one["distances"])]

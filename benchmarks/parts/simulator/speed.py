@@ -11,8 +11,8 @@ from common import Kept, show
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.robot_files.mjcf_drives import servos
 
-from .arms import cases
 from .concealed import STEP, Case
+from .effect_arms import cases
 
 STEPS, ROUNDS = 1000, 5
 """Steps of a round, and rounds in turn, of which the fastest counts: other programs only slow one down."""
@@ -36,9 +36,8 @@ class Cost(NamedTuple):
 
 
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
-    """Steps a second with effects over those of plain MuJoCo; the effects are those of the real arms."""
-    names = ("dynamixel_2r", "ur10e")
-    chosen = cases(folder / "mjcf", names) if quick else cases(folder / "mjcf")
+    """Steps a second with effects over those of plain MuJoCo; the effects are those of the cases."""
+    chosen = cases(folder / "mjcf", ("dynamixel_2r",)) if quick else cases(folder / "mjcf")
     costs = {case.name: cost(case) for case in chosen}
     rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
     show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)

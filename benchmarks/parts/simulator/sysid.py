@@ -1,9 +1,9 @@
-"""Beside mujoco.sysid, of the same logs: numbers of a file that are other ones in the real arm.
+"""Beside mujoco.sysid, by the same logs: numbers of a file that are wrong, and a delay of every servo.
 
-MuJoCo is the real arm, armature, damping and frictionloss of every joint drawn anew. mujoco.sysid is told
-which numbers those are, and its simulation has their very physics; it begins at the file's and fits by
-rollouts of whole runs. exidyn is told nothing, and fits every number of the model. Both files are then
-simulated alike.
+Plain MuJoCo is the real arm; armature, damping, frictionloss and delay of every joint are drawn. mujoco.sysid
+is told which numbers are wrong, and its simulation has their very physics; it begins at the file's numbers
+and fits by rollouts of whole runs. exidyn is told nothing: it fits every number of the model, on the first
+motion, and decides by a second. Both files are judged alike on a third.
 """
 
 import tempfile
@@ -20,43 +20,51 @@ import mujoco
 import numpy as np
 from common import Kept, show
 
-from exidyn.identification.export.mjcf_patch import patch
-from exidyn.identification.export.portable import Portable
-from exidyn.identification.fit.identification import identify
-from exidyn.identification.fit.identified import identified, standard_parameters
-from exidyn.identification.in_mujoco.distances import Distances, distances
-from exidyn.identification.in_mujoco.replay import POSITION, Run, Simulator, servos
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.in_mujoco.gap import gap
+from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.in_mujoco.replay import POSITION
 from exidyn.identification.model import Model
-from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.recording import Recording
 
-from .arms import COULOMB, usual_torque
-from .concealed import Case, described, record
+from .answers import said
+from .arms import TORQUE, Arm
+from .concealed import described
+from .effect_arms import COULOMB, usual_torque
+from .judge import tool_error
+from .motions import SEEDS, logged, moved
+from .physics import Item, set_number
+from .real_arm import places_of
 
 MODELS = ("ur10e", "panda_nohand", "iiwa14")
-"""Whose servos have a damping of their own in the file: one by `dampratio` would change with the armature."""
+"""Models whose servos state a damping: one by `dampratio` would change with the armature."""
 QUICK = ("iiwa14",)
 SECONDS, QUICK_SECONDS = 20.0, 6.0
-"""Of each run: one is fitted, another one judges."""
+"""Duration of each run."""
 SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
-"""Of each joint: of the file's number, or of that below where it has none; dry friction of the rms torque."""
+"""Range of each number of a joint, over `starts`."""
 NONE = {"armature": 0.1, "damping": 1.0}
+"""Numbers for joints of which the file states none."""
+DELAYS = (0.005, 0.03)
+"""Range of the delays of servos [s]."""
+LONGEST = 0.06
+"""Upper bound of the search for a delay [s]."""
 WIDEST = 10.0
 """Bounds of the search, over the largest number drawn."""
 SIGNALS = (("position",), ("position", "torque"))
-"""That it is given; a quick run has the latter alone, which is the better on all three arms."""
+"""Signals that sysid is given; a quick run has the latter alone, which is the better on all three arms."""
 SENSORS = {"position": mujoco.mjtSensor.mjSENS_JOINTPOS, "torque": mujoco.mjtSensor.mjSENS_JOINTACTFRC}
 
 
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
-    """Held-out errors and times of both, of every arm."""
+    """Errors on the third motion and times of both, for every arm."""
     try:
         from mujoco.sysid import optimize  # noqa: F401
     except ImportError:
         print('beside mujoco.sysid: skipped, its libraries are missing; pip install "mujoco[sysid]"')
         return {}
     seconds = QUICK_SECONDS if quick else SECONDS
-    found = {
+    by_arm = {
         name: kept.of(
             f"sysid, {name}, {seconds:g} s",
             lambda name=name: compared(folder / "mjcf" / f"{name}.xml", seconds),
@@ -64,13 +72,13 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
         for name in (QUICK if quick else MODELS)
     }
     head = ["arm", "the file", "exidyn", "sysid", "CPU exidyn [s]", "CPU sysid [s]"]
-    rows = [[name, *(one[key] for key in ("before_mm", "mm", "sysid_mm", "cpu", "sysid_cpu"))]
-            for name, one in found.items()]  # fmt: skip
-    show("Tool point after 2 s on a run held out [mm]", head, rows)
+    keys = ("original_mm", "mm", "sysid_mm", "cpu", "sysid_cpu")
+    rows = [[name, *(arm[key] for key in keys)] for name, arm in by_arm.items()]
+    show("Tool point after 2 s on the third motion [mm]", head, rows)
     return {
-        "error_over_sysid": max(one["mm"] / one["sysid_mm"] for one in found.values()),
-        "cpu_over_sysid": max(one["cpu"] / one["sysid_cpu"] for one in found.values()),
-        "beside_sysid": found,
+        "error_over_sysid": max(arm["mm"] / arm["sysid_mm"] for arm in by_arm.values()),
+        "cpu_over_sysid": max(arm["cpu"] / arm["sysid_cpu"] for arm in by_arm.values()),
+        "beside_sysid": by_arm,
     }
 
 
@@ -80,114 +88,131 @@ def compared(path: Path, seconds: float) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as scratch:
         real = Path(scratch) / path.name
         real.write_text(real_arm(path, nominal))
-        case = Case(path.stem, real, nominal, None, ())
-        logs = [record(case, seconds, seed, name) for seed, name in enumerate(("identify", "other"))]
-        true = real.read_text()
-    judge = [Run.of(logs[1], Filtering())]
-    found: dict[str, Any] = {"before_mm": _tool(path.read_text(), path, nominal, judge)}
-    (text, arm), found["cpu"] = timed(lambda: by_fit(path, nominal, logs[0]))
-    found["mm"] = _tool(text.decode(), path, nominal, judge)
-    found["attached_mm"] = _tool(text.decode(), path, arm, judge, attach=True)
-    found["true_mm"] = _tool(true, path, nominal, judge)
+        arm = Arm(path.stem, real, nominal, _delays(path, nominal), TORQUE)
+        motions = {role: moved(arm, seconds, seed) for role, seed in SEEDS.items()}
+        true = arm.real().text()
+    logs = {role: logged(arm, motion, SEEDS[role], role) for role, motion in motions.items()}
+    judge = partial(tool_error, robot=nominal.robot, motion=motions["third"])
+    text, cpu = timed(lambda: by_exidyn(path, nominal, logs))
+    figures = {"original_mm": judge(path.read_text()), "true_mm": judge(true), "mm": judge(text), "cpu": cpu}
     told = {}
     for names in SIGNALS if seconds == SECONDS else SIGNALS[-1:]:
-        text, cpu = timed(partial(by_sysid, path, nominal, logs[0], names))
-        told[" and ".join(names)] = {"mm": _tool(text, path, nominal, judge), "cpu": cpu}
-    best = min(told.values(), key=lambda one: float(one["mm"]))
-    return found | {"sysid_mm": best["mm"], "sysid_cpu": best["cpu"], "sysid_by": told}
+        text, cpu = timed(partial(by_sysid, path, nominal, logs["identify"], names))
+        told[" and ".join(names)] = {"mm": judge(text), "cpu": cpu}
+    best = min(told.values(), key=lambda result: float(result["mm"]))
+    return figures | {"sysid_mm": best["mm"], "sysid_cpu": best["cpu"], "sysid_by": told}
+
+
+def _delays(path: Path, nominal: Model) -> tuple[Item, ...]:
+    """A delay of every servo."""
+    draw = np.random.default_rng(crc32(f"{path.stem} delays".encode()))
+    every = range(nominal.robot.dof)
+    return tuple(Item("delay", (joint,), {"seconds": draw.uniform(*DELAYS)}) for joint in every)
 
 
 def real_arm(path: Path, nominal: Model) -> str:
-    """The file with other numbers in every joint, the same ones each time."""
+    """The file with other numbers in every joint, the same each time."""
     spec, draw = mujoco.MjSpec.from_file(str(path)), np.random.default_rng(crc32(path.stem.encode()))
     for name, numbers in starts(path, nominal).items():
         for key, start in numbers.items():
-            _set(spec.joint(name), key, draw.uniform(*SHARES[key]) * start)
+            set_number(spec.joint(name), key, draw.uniform(*SHARES[key]) * start)
     spec.compile()
     return str(spec.to_xml())
 
 
 def starts(path: Path, nominal: Model) -> dict[str, dict[str, float]]:
-    """By joint, numbers of which those of the real arm are shares."""
-    model, found = mujoco.MjModel.from_xml_path(str(path)), {}
+    """Numbers of which those of the real arm are shares, by joint."""
+    model, numbers = mujoco.MjModel.from_xml_path(str(path)), {}
     for name, torque in zip(nominal.robot.joints, usual_torque(nominal), strict=True):
         dof = int(model.joint(name).dofadr[0])
-        own = {key: float(getattr(model, f"dof_{key}")[dof]) or NONE[key] for key in NONE}
-        found[name] = own | {"frictionloss": float(torque)}
-    return found
+        stated = {key: float(getattr(model, f"dof_{key}")[dof]) or NONE[key] for key in NONE}
+        numbers[name] = stated | {"frictionloss": float(torque)}
+    return numbers
 
 
-def _set(joint: Any, key: str, value: float) -> None:
-    """Set a number of a joint, which is one of three where it is a ball's."""
-    if np.ndim(getattr(joint, key)):
-        getattr(joint, key)[0] = value
-    else:
-        setattr(joint, key, value)
-
-
-def by_fit(path: Path, nominal: Model, log: Recording) -> tuple[bytes, Model]:
-    """The file and the arm by exidyn's fit."""
-    fit = identify([log], [], model=nominal)
-    arm, text = identified(fit), path.read_bytes()
-    made = patch(Portable.of(arm), standard_parameters(fit), text, str(path.parent), path.name)
-    return made.text, arm
+def by_exidyn(path: Path, nominal: Model, logs: dict[str, Recording]) -> str:
+    """The file by exidyn, which is told nothing, from two motions."""
+    source = Source(path.read_bytes(), str(path.parent), path.name)
+    given = [(role, logs[role]) for role in ("identify", HELD_OUT)]
+    return said(gap(source, nominal, given, POSITION), path.read_text()).file.decode()
 
 
 def by_sysid(path: Path, nominal: Model, log: Recording, names: Sequence[str]) -> str:
     """The file by mujoco.sysid, from the file's numbers."""
     from mujoco import sysid
 
-    joints = nominal.robot.joints
+    spec = _measured(path, nominal.robot.joints, names)
+    model, position = spec.compile(), log.signals["position"]
+    servos = [place.actuator for place in places_of(model, nominal.robot.joints)]
+    control = np.zeros((len(position), model.nu))
+    control[:, servos] = log.signals["command"].values
+    seen = np.hstack([log.signals[kind].values for kind in names])
+    sequence = sysid.ModelSequences(
+        "arm", spec, "log", _at_rest(model, servos, log),
+        sysid.TimeSeries.from_control_names(position.time, control, model),
+        sysid.TimeSeries.from_names(position.time, seen, model),
+    )  # fmt: skip
+    told = _parameters(sysid, starts(path, nominal), servos).move_off_bounds()
+    residual = sysid.build_residual_fn(models_sequences=[sequence], n_threads=1)
+    with redirect_stdout(StringIO()):  # it prints every step
+        fitted, _ = sysid.optimize(initial_params=told, residual_fn=residual, verbose=False)
+    written = _measured(path, nominal.robot.joints, ())
+    for parameter in fitted.values():
+        parameter.modifier(written, parameter)
+    written.compile()
+    return str(written.to_xml())
+
+
+def _measured(path: Path, joints: Sequence[str], names: Sequence[str]) -> Any:
+    """The file with buffers for delays, and with sensors of these kinds."""
     spec = mujoco.MjSpec.from_file(str(path))
+    step = spec.option.timestep
+    for servo in spec.actuators:
+        servo.nsample, servo.interp = int(np.ceil(LONGEST / step)) + 2, 1
     for kind in names:
         for joint in joints:
             spec.add_sensor(name=f"{kind} {joint}", type=SENSORS[kind], objtype=mujoco.mjtObj.mjOBJ_JOINT,
                             objname=joint)  # fmt: skip
-    model, position = spec.compile(), log.signals["position"]
-    velocity = np.gradient(position.values, position.time, axis=0)
-    initial = sysid.create_initial_state(model, position.values[0], velocity[0], np.zeros(model.na))
-    control = np.zeros((len(position), model.nu))
-    control[:, servos(model, joints)] = log.signals["command"].values
-    seen = np.hstack([log.signals[kind].values for kind in names])
-    sequence = sysid.ModelSequences(
-        "arm", spec, "log", initial, sysid.TimeSeries.from_control_names(position.time, control, model),
-        sysid.TimeSeries.from_names(position.time, seen, model),
-    )  # fmt: skip
-    told = _parameters(sysid, starts(path, nominal)).move_off_bounds()
-    residual = sysid.build_residual_fn(models_sequences=[sequence], n_threads=1)
-    with redirect_stdout(StringIO()):  # it prints every step
-        found, _ = sysid.optimize(initial_params=told, residual_fn=residual, verbose=False)
-    written = mujoco.MjSpec.from_file(str(path))
-    for parameter in found.values():
-        parameter.modifier(written, parameter)
-    written.compile()
-    return written.to_xml()
+    return spec
 
 
-def _parameters(sysid: Any, first: dict[str, dict[str, float]]) -> Any:
+def _at_rest(model: mujoco.MjModel, servos: Sequence[int], log: Recording) -> np.ndarray:
+    """State of the first sample: at rest, with its command in the buffers of all servos."""
+    data = mujoco.MjData(model)
+    places = places_of(model, log.robot.joints)
+    data.qpos[[place.qpos for place in places]] = log.signals["position"].values[0]
+    for servo, command in zip(servos, log.signals["command"].values[0], strict=True):
+        count = int(model.actuator_history[servo, 0])
+        past = model.opt.timestep * np.arange(-count, 0)
+        mujoco.mj_initCtrlHistory(model, data, servo, past, np.full((count, 1), command))
+    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    return state
+
+
+def _parameters(sysid: Any, first: dict[str, dict[str, float]], servos: Sequence[int]) -> Any:
     """Which numbers differ, from where the file has them, and within which bounds."""
     told = sysid.ParameterDict()
-    for joint, numbers in first.items():
+    for (joint, numbers), servo in zip(first.items(), servos, strict=True):
         for key, start in numbers.items():
             most = WIDEST * SHARES[key][1] * start
             begin = start if key != "frictionloss" else 1e-3 * most  # no file of these has any
 
             def modifier(spec: Any, parameter: Any, joint: str = joint, key: str = key) -> None:
-                _set(spec.joint(joint), key, float(parameter.value[0]))
+                set_number(spec.joint(joint), key, float(parameter.value[0]))
 
             name = f"{joint} {key}"
             told.add(sysid.Parameter(name, begin, min_value=0.0, max_value=most, modifier=modifier))
+
+        def later(spec: Any, parameter: Any, servo: int = servo) -> None:
+            spec.actuators[servo].delay = float(parameter.value[0])
+
+        limits = {"min_value": 0.0, "max_value": LONGEST}
+        told.add(sysid.Parameter(f"{joint} delay", 0.1 * LONGEST, modifier=later, **limits))
     return told
 
 
 def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """What it gives, and its CPU time [s]."""
+    """The result of a function, and its CPU time [s]."""
     began = time.process_time()
     return work(), time.process_time() - began
-
-
-def _tool(text: str, path: Path, arm: Model, runs: Sequence[Run], attach: bool = False) -> float:
-    """Error of the tool point after the longest horizon [mm]."""
-    with Simulator(text, str(path.parent), arm, POSITION, attach) as simulator:
-        found: Distances = distances(simulator, arm.robot, runs)
-    return 1e3 * float(found.tool[-1])

@@ -1,0 +1,167 @@
+"""A real arm: plain MuJoCo with the user's file, edits of its numbers, and forces applied in every step.
+
+Steps and integrator are those of the file, so an arm with nothing concealed is the simulation of its file.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from .physics import EDITS, FORCES, Item, Place
+
+SETTLE = 1.0
+"""Time for which the arm holds its first command before a run [s]."""
+
+
+class Motion(NamedTuple):
+    """What a real arm does; n joints, t samples, without the errors of sensors.
+
+    Attributes:
+        time: Time, shape (t,) [s].
+        command: Commanded positions, shape (t, n) [rad].
+        position: Positions, shape (t, n) [rad].
+        velocity: Velocities, shape (t, n) [rad/s].
+        torque: Torques of the motors, means over a sampling period around each sample, shape (t, n) [N m].
+    """
+
+    time: np.ndarray
+    command: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    torque: np.ndarray
+
+
+def places_of(model: mujoco.MjModel, joints: Sequence[str]) -> list[Place]:
+    """Where joints and their position servos are in a compiled model."""
+    places = []
+    for name in joints:
+        joint = model.joint(name)
+        on_joints = model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT
+        [servo] = np.flatnonzero(on_joints & (model.actuator_trnid[:, 0] == joint.id))
+        places.append(Place(name, int(servo), int(joint.qposadr[0]), int(joint.dofadr[0])))
+    return places
+
+
+def interpolated(
+    moments: np.ndarray, time: np.ndarray, values: np.ndarray, delay: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """Values (t, n) between samples, each column delayed by its delay [s], shape (k, n)."""
+    delays = np.broadcast_to(delay, values.shape[1])
+    columns = zip(values.T, delays, strict=True)
+    return np.stack([np.interp(moments - later, time, column) for column, later in columns], axis=1)
+
+
+class RealArm:
+    """A user's file with concealed items.
+
+    Args:
+        path: Path of the MJCF.
+        joints: Names of the joints that are logged and commanded.
+        items: What the arm has and the file lacks.
+    """
+
+    def __init__(self, path: Path, joints: Sequence[str], items: Sequence[Item]) -> None:
+        spec = mujoco.MjSpec.from_file(str(path))
+        self.places = places_of(original := spec.compile(), joints)
+        _keep_damping(spec, original)
+        self.delay = np.zeros(len(joints))
+        self._forces = []
+        for item in items:
+            for joint in item.joints or (0,):
+                place = self.places[joint]
+                if item.kind in EDITS:
+                    EDITS[item.kind](spec, place, item.values)
+                elif item.kind in FORCES:
+                    self._forces.append((FORCES[item.kind], place, item.values))
+                else:
+                    self.delay[joint] = item.values["seconds"]
+        self.model = spec.compile()
+        self._spec, self._base = spec, (self.model.dof_frictionloss.copy(), self.model.dof_damping.copy())
+
+    def text(self) -> str:
+        """The file that states every number of this arm that MJCF can state, with delays."""
+        for place, delay in zip(self.places, self.delay, strict=True):
+            if delay:
+                servo, step = self._spec.actuators[place.actuator], self.model.opt.timestep
+                servo.delay, servo.nsample, servo.interp = delay, int(np.ceil(delay / step)) + 2, 1
+        self._spec.compile()
+        return str(self._spec.to_xml())
+
+    def follow(self, time: np.ndarray, command: np.ndarray) -> Motion:
+        """The motion by commands (t, n) [rad], linear between samples; the arm starts cold and at rest."""
+        dofs, qpos = ([getattr(place, name) for place in self.places] for name in ("dof", "qpos"))
+        data = mujoco.MjData(self.model)
+        data.qpos[qpos], data.time = command[0], -SETTLE
+        stride = round((time[1] - time[0]) / self.model.opt.timestep)
+        settling = round(SETTLE / self.model.opt.timestep)
+        steps = np.arange(-settling, stride * len(time)) * self.model.opt.timestep
+        states, torques = [], []
+        for torque in self._steps(data, interpolated(steps, time, command, self.delay)):
+            torques.append(torque[dofs])
+            states.append((data.qpos[qpos], data.qvel[dofs]))
+        # A state is that behind a step: the one before step `settling` belongs to the first sample.
+        rows = settling - 1 + stride * np.arange(len(time))
+        position, velocity = (np.array([states[row][part] for row in rows]) for part in (0, 1))
+        return Motion(time, command, position, velocity, _centered(np.array(torques), rows + 1, stride))
+
+    def _steps(self, data: mujoco.MjData, control: np.ndarray) -> Iterator[np.ndarray]:
+        """Step with the control of each step, shape (k, n); yields the torque of the motors (nv,) [N m]."""
+        model, actuators = self.model, [place.actuator for place in self.places]
+        load = np.zeros(model.nv)
+        for row in control:
+            data.ctrl[actuators] = row
+            self._apply(data, load)
+            before = data.qvel.copy()
+            mujoco.mj_step(model, data)
+            change = data.qvel - before
+            if self._forces:
+                load = _transmitted(model, data, change / model.opt.timestep)
+            yield data.qfrc_actuator + self._implicit(data, change)
+
+    def _apply(self, data: mujoco.MjData, load: np.ndarray) -> None:
+        """Set friction and forces of the next step; dry friction takes the load (nv,) of the last [N m]."""
+        if self._forces:
+            self.model.dof_frictionloss[:], self.model.dof_damping[:] = self._base
+            data.qfrc_applied[:] = 0.0
+        for force, place, values in self._forces:
+            force(self.model, data, place, values, float(load[place.dof]))
+
+    def _implicit(self, data: mujoco.MjData, change: np.ndarray) -> np.ndarray:
+        """What an implicit integrator adds to the torque of servos that are not at their limit (nv,) [N m].
+
+        It takes their damping at the velocity behind the step, which has changed by `change` (nv,) [rad/s].
+        """
+        model, more = self.model, np.zeros(self.model.nv)
+        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER:
+            return more
+        for place in self.places:
+            force, limits = data.actuator_force[place.actuator], model.actuator_forcerange[place.actuator]
+            limited = model.actuator_forcelimited[place.actuator] and not limits[0] < force < limits[1]
+            damping = 0.0 if limited else -model.actuator_biasprm[place.actuator, 2]
+            more[place.dof] = -damping * change[place.dof]
+        return more
+
+
+def _keep_damping(spec: Any, original: mujoco.MjModel) -> None:
+    """Write the damping of servos, which MuJoCo else computes anew from changed inertia (dampratio)."""
+    for index, servo in enumerate(spec.actuators):
+        if original.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_AFFINE:
+            servo.biasprm[2] = original.actuator_biasprm[index, 2]
+
+
+def _transmitted(model: mujoco.MjModel, data: mujoco.MjData, acceleration: np.ndarray) -> np.ndarray:
+    """Torque that moves and holds the links (nv,), without rotors and friction [N m]."""
+    inertial = np.empty(model.nv)
+    mujoco.mj_mulM(model, data, inertial, acceleration)
+    return np.asarray(inertial - model.dof_armature * acceleration + data.qfrc_bias)
+
+
+def _centered(torques: np.ndarray, rows: np.ndarray, stride: int) -> np.ndarray:
+    """Mean of torques of steps (k, n) over half a sampling period on both sides of each row, shape (t, n)."""
+    sums = np.vstack([np.zeros_like(torques[:1]), np.cumsum(torques, axis=0)])
+    half = max(stride // 2, 1)
+    stop = np.minimum(rows + half, len(torques))
+    return np.asarray((sums[stop] - sums[rows - half]) / (stop - rows + half)[:, None])

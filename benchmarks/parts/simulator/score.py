@@ -1,0 +1,115 @@
+"""Scores: which concealed items an answer names, and what it names that was not concealed.
+
+An item is named if the answer has its kind on its joints. Equal physics counts as the same kind: a cable is a
+spring and a ripple, and in a log of commands alone the damping of a servo is that of its joint. Several
+regroupings of link masses move an arm alike, so a mass may be named on the body of a neighboring joint.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from .answers import Said
+from .physics import Item
+
+FRICTION = {"coulomb_friction", "friction_asymmetry"}
+BODIES = {"link_inertia", "payload"}
+WHOLE = -1
+"""Joint of what concerns the whole arm."""
+
+
+class Names(NamedTuple):
+    """What names an item of a kind: effects of findings, quantities of servos, attributes of the file."""
+
+    effects: frozenset[str] = frozenset()
+    servos: frozenset[str] = frozenset()
+    numbers: frozenset[str] = frozenset()
+
+
+def _names(effects: Iterable[str] = (), servos: Iterable[str] = (), numbers: Iterable[str] = ()) -> Names:
+    return Names(frozenset(effects), frozenset(servos), frozenset(numbers))
+
+
+NAMES: dict[str, Names] = {
+    "delay": _names({"time_delay"}, {"delay"}),
+    "kp": _names({"drive_gain"}, {"kp"}),
+    "kv": _names({"viscous_friction"}, {"kv"}, {"damping"}),
+    "forcerange": _names({"current_clipping", "drive_gain_saturation"}, {"forcerange"}),
+    "coulomb": _names(FRICTION, (), {"frictionloss"}),
+    "viscous": _names({"viscous_friction"}, {"kv"}, {"damping"}),
+    "armature": _names({"rotor_inertia"}, (), {"armature"}),
+    "stribeck": _names({"stribeck_friction"}),
+    "load": _names({"load_dependent_friction"}),
+    "thermal": _names({"temperature_dependent_friction", "thermal_friction", "warming"}),
+    "cable": _names({"joint_spring", "hose_spring", "torque_ripple", "torque_curve"}),
+    "spring": _names({"joint_spring", "hose_spring"}, (), {"stiffness", "springref"}),
+    "mass": _names(BODIES, (), {"mass", "pos", "fullinertia"}),
+    "tilt": _names({"base_tilt"}),
+    "gravcomp": _names({*BODIES, "base_tilt", "spring_balancer"}, (), {"gravcomp", "mass", "pos"}),
+}
+SAME_IN_COMMANDS = {"kv": "damping", "viscous": "kv"}
+"""Kinds whose second name counts only in logs of commands alone, where both are one torque."""
+
+
+class Score(NamedTuple):
+    """Scores of one arm: kinds and joints.
+
+    Attributes:
+        concealed: Concealed items.
+        named: Those that are named.
+        false: What is named and was not concealed.
+    """
+
+    concealed: tuple[tuple[str, tuple[int, ...]], ...]
+    named: tuple[tuple[str, tuple[int, ...]], ...]
+    false: tuple[tuple[str, int], ...]
+
+
+def score(items: Iterable[Item], answer: Said, with_torque: bool) -> Score:
+    """Score of an answer about an arm with these items."""
+    items = tuple(items)
+    named = [item for item in items if _is_named(item, answer, with_torque)]
+    false = {(effect, joint) for effect, joint in answer.findings if not _explained(items, effect, joint, 0)}
+    false |= {(kind, joint) for kind, joint in answer.servos if not _explained(items, kind, joint, 1)}
+    concealed, found = (tuple((item.kind, item.joints) for item in group) for group in (items, named))
+    return Score(concealed, found, tuple(sorted(false)))
+
+
+def accepted(kind: str, with_torque: bool) -> Names:
+    """What names an item of a kind, in logs with torque or of commands alone."""
+    names = NAMES[kind]
+    if not with_torque or kind not in SAME_IN_COMMANDS:
+        return names
+    if kind == "kv":
+        return _names((), names.servos)
+    return names._replace(servos=frozenset())
+
+
+def _is_named(item: Item, answer: Said, with_torque: bool) -> bool:
+    names = accepted(item.kind, with_torque)
+    joints = item.joints or (WHOLE,)
+    return all(any(_has(names, answer, near) for near in _near(item.kind, joint)) for joint in joints)
+
+
+def _near(kind: str, joint: int) -> tuple[int, ...]:
+    """Joints on which an item may be named; None of the base's is on a joint in particular."""
+    if joint == WHOLE:
+        return tuple(range(WHOLE, 64))
+    return (joint - 1, joint, joint + 1) if kind == "mass" else (joint,)
+
+
+def _has(names: Names, answer: Said, joint: int) -> bool:
+    """Whether an answer has one of these names on a joint, or a finding on the whole arm."""
+    return (
+        any((effect, place) in answer.findings for effect in names.effects for place in (joint, WHOLE))
+        or any((quantity, joint) in answer.servos for quantity in names.servos)
+        or any((attribute, joint) in answer.numbers for attribute in names.numbers)
+    )
+
+
+def _explained(items: Iterable[Item], name: str, joint: int, field: int) -> bool:
+    """Whether a finding (field 0) or a servo (field 1) is one of the concealed items."""
+    for item in items:
+        near = {place for own in item.joints or (WHOLE,) for place in _near(item.kind, own)}
+        if name in NAMES[item.kind][field] and (joint == WHOLE or joint in near):
+            return True
+    return False
