@@ -19,6 +19,9 @@ class Said(NamedTuple):
         file: Text of the file.
         attached: Text of the file to which effects are attached.
         arm: Arm of those effects.
+        attaches: Whether there are such effects.
+        commands: What the simulation commands, "position" or "torque".
+        held: Whether commands are held from sample to sample.
     """
 
     findings: frozenset[tuple[str, int]]
@@ -28,6 +31,9 @@ class Said(NamedTuple):
     file: bytes
     attached: bytes
     arm: Model
+    attaches: bool
+    commands: str
+    held: bool
 
 
 def said(result: Any, original: str) -> Said:
@@ -47,6 +53,9 @@ def said(result: Any, original: str) -> Said:
         result.file.text,
         result.attached.text,
         result.attached.arm,
+        result.attached.attaches,
+        result.commands,
+        result.held,
     )
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.ladder import Source, simulated
 from exidyn.identification.in_mujoco.replay import POSITION, Run
+from exidyn.identification.in_mujoco.trial import Source, Trial
 from exidyn.identification.preparation.prepare import Filtering
 
 from .answers import Said, said
@@ -78,8 +78,9 @@ def _attached(arm: Arm, answer: Said, third: Motion) -> float:
         interpolated(run.time, third.time, values) for values in (third.position, third.velocity)
     )
     run = run._replace(position=position, velocity=velocity)
-    found = simulated(_source(arm), answer.attached, answer.arm, [run], POSITION, attach=True)
-    return 1e3 * float(found.tool[-1])
+    trial = Trial(_source(arm), arm.nominal, [run], POSITION, answer.held)
+    distances = trial.distances(answer.attached, answer.arm, attach=answer.attaches)
+    return 1e3 * float(distances.tool[-1])
 
 
 def _source(arm: Arm) -> Source:

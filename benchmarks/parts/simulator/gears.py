@@ -15,7 +15,7 @@ from common import Kept, show
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 
 from .concealed import described, recorded
@@ -114,13 +114,16 @@ def answered(case: Case) -> dict[str, Any]:
         runs = [(role, record(case, real, nominal, seed, role)) for role, seed in seeds.items()]
         found = gap(Source(text.encode(), scratch, path.name), nominal, runs, commands="position")
     joint = nominal.robot.joints.index(case.joint)
-    changes = [] if found.kept is None else [one for one in found.kept.changes if "_twist" in one.where]
-    written, numbers = changes[0] if changes else None, found.stages[0].distances or found.before
+    changes = [change for change in found.attached.changes if "_twist" in change.where]
+    stages = (found.original, found.stages[0].distances or found.original, found.attached.distances)
+    written = changes[0] if changes else None
     return {
         "true": case.play or stiffness(case, real),
         "written": written.new if written else np.nan,
         "half": written.half if written else np.nan,
-        "distances": [float(one.joints[HORIZON, joint]) for one in (found.before, numbers, found.after)],
+        "distances": [
+            float(one.joints[HORIZON, joint]) for one in (found.original, numbers, found.attached.distances)
+        ],
         "cpu_seconds": time.process_time() - began,
     }
 

@@ -16,8 +16,8 @@ from common import Kept, show
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.ladder import Source, simulated
 from exidyn.identification.in_mujoco.replay import Run
+from exidyn.identification.in_mujoco.trial import Source, Trial
 from exidyn.identification.model import Model
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.importers import import_source
@@ -96,8 +96,9 @@ def _errors(arm: Recorded, folder: Path, path: Path) -> tuple[list[Distances], n
     answer = said(gap(source, model, recordings, arm.commands), path.read_text())
     runs = [Run.of(_run(arm, folder, name, model), Filtering()) for name in arm.judges or arm.held_out]
     simulations = ((source.text, model, False), (answer.file, answer.arm, False))
-    simulations += ((answer.attached, answer.arm, True),)
-    errors = [simulated(source, text, of, runs, arm.commands, attach) for text, of, attach in simulations]
+    simulations += ((answer.attached, answer.arm, answer.attaches),)
+    trial = Trial(source, model, runs, answer.commands, answer.held)
+    errors = [trial.distances(text, of, attach) for text, of, attach in simulations]
     return errors, np.max([run.noise for run in runs], axis=0)
 
 

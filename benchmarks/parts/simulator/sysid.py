@@ -22,8 +22,8 @@ from common import Kept, show
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.ladder import Source
 from exidyn.identification.in_mujoco.replay import POSITION
+from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import Recording
 
