@@ -13,7 +13,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RobotError
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import name_of
+from ..robot_files.mjcf_names import actuators, name_of
 from ..text_table import NORMAL_95
 from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
 from .portable import Portable
@@ -53,7 +53,7 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
     """
     old = file.compiled
     tags = [tag for part in file.elements.root.children if part.name == "actuator" for tag in part.children]
-    for actuator in range(old.nu):
+    for actuator in actuators(old):
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
         tag = _position_tag(tags, old, actuator)
         if tag is not None and actuator not in written and not nearly_equal(original, altered):
@@ -66,7 +66,7 @@ def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
     """The tag of a position servo, by its name or its place; None for other actuators."""
     name = name_of(model, "actuator", actuator)
     named = [tag for tag in tags if tag.attributes.get("name") == name]
-    if not named and len(tags) == model.nu and "name" not in tags[actuator].attributes:
+    if not named and len(tags) == len(actuators(model)) and "name" not in tags[actuator].attributes:
         named = [tags[actuator]]
     return named[0] if named and named[0].name == "position" else None
 

@@ -35,6 +35,7 @@ class Kinematics:
         doubts: Implausible content of the description, one sentence each.
         effects: `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
         coupling: Coupling of motors and joints, as in `Robot`; empty if there is none.
+        gear_ratio: Motor turns per joint turn, shape (n,) [-]; empty if unknown.
     """
 
     model: pin.Model
@@ -44,6 +45,7 @@ class Kinematics:
     doubts: tuple[str, ...] = ()
     effects: tuple[Mapping[str, Any], ...] | None = None
     coupling: np.ndarray = field(default_factory=lambda: np.empty(0))
+    gear_ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
