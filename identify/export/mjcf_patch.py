@@ -13,6 +13,7 @@ from ..robot_files.mjcf import body_parts, compile_mjcf
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import joint_name
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
+from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
 from .mjcf_elements import Elements
 from .mjcf_same import accepted, described, require_same
 from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
@@ -54,8 +55,9 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     file = _read(portable, text, folder, where)
     wanted, below = accepted(portable)
     spread, edits = Spread(portable.model, standard), Edits(text)
+    of_motors, motors, rest = write_motors(file, wanted, spread, edits)
     changes = [
-        *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
+        *joint_changes(file, rest, spread, edits), *of_motors, *body_changes(file, wanted, spread, edits),
         *servo_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
@@ -65,8 +67,9 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     compiled = compile_mjcf(new.decode(), folder)
     require_same(wanted, described(compiled, wanted, where), where)
     require_servos(compiled, wanted, where)
-    missing = _left_out(wanted, spread, bool(servos(compiled, wanted.robot.joints)))
-    return Patch(new, tuple(changes), (*below, *gravity, *missing))
+    require_motors(compiled, motors, where)
+    missing = _left_out(rest, spread, bool(servos(compiled, wanted.robot.joints)))
+    return Patch(new, tuple(changes), (*below, *gravity, *kept_cogging(file, wanted), *missing))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:

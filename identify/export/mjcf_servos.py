@@ -57,18 +57,22 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
         tag = _position_tag(tags, old, actuator)
         if tag is not None and actuator not in written and not nearly_equal(original, altered):
-            edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
+            if tag.name == "general":  # MuJoCo takes a positive third number for a dampratio
+                offset, stiffness = old.actuator_biasprm[actuator][:2]
+                edits.set(tag, biasprm=f"{offset:.{DIGITS}g} {stiffness:.{DIGITS}g} {-original:.{DIGITS}g}")
+            else:
+                edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
             where = f"servo '{name_of(old, 'actuator', actuator)}', instead of dampratio"
             yield Change(where, "kv", "N m s/rad", altered, original, 0.0)
 
 
 def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
-    """The tag of a position servo, by its name or its place; None for other actuators."""
+    """The tag of a servo with a position gain, by its name or its place; None for other actuators."""
     name = name_of(model, "actuator", actuator)
     named = [tag for tag in tags if tag.attributes.get("name") == name]
     if not named and len(tags) == len(actuators(model)) and "name" not in tags[actuator].attributes:
         named = [tags[actuator]]
-    return named[0] if named and named[0].name == "position" else None
+    return named[0] if named and named[0].name in ("position", "intvelocity", "general") else None
 
 
 def require_servos(compiled: Any, portable: Portable, where: str) -> None:

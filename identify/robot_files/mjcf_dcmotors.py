@@ -39,11 +39,14 @@ class DcMotor:
         constant: Motor constant K [N m/A].
         resistance: Resistance R at the reference temperature [ohm].
         input: Bits of its inputs.
+        armature: Inertia of the rotor [kg m^2].
+        damping: Viscous friction of the rotor [N m s/rad].
         stiffness: Stiffness of the LuGre bristles [N m/rad]; 0 without LuGre friction.
+        bristle_damping: Damping of the bristles while they deflect [N m s/rad].
         coulomb: LuGre friction at high speed [N m].
         static: LuGre friction at the lowest speed [N m].
         stribeck: Velocity of the motor over which the friction falls [rad/s].
-        cogging: Amplitude of the cogging torque [N m].
+        amplitude: Amplitude of the cogging torque [N m].
         poles: Waves of the cogging torque per turn of the motor [-].
         phase: Phase of the cogging torque [rad].
     """
@@ -54,24 +57,28 @@ class DcMotor:
     constant: float
     resistance: float
     input: int
+    armature: float
+    damping: float
     stiffness: float
+    bristle_damping: float
     coulomb: float
     static: float
     stribeck: float
-    cogging: float
+    amplitude: float
     poles: float
     phase: float
 
     @classmethod
     def of(cls, model: Any, index: int) -> "DcMotor":
         """Motor of an actuator; the places of the numbers are those of the source, table 9."""
-        gain, bias = model.actuator_gainprm[index], model.actuator_biasprm[index]
-        stiffness = float(model.actuator_dynprm[index][5])
-        friction = [float(number) if stiffness > 0.0 else 0.0 for number in bias[3:6]]
-        cogging = [float(number) for number in bias[:3]]
-        joint, gear = int(model.actuator_trnid[index][0]), float(model.actuator_gear[index][0])
-        inputs = int(model.actuator_ctrlspec[index])
-        return cls(index, joint, gear, float(gain[1]), float(gain[0]), inputs, stiffness, *friction, *cogging)
+        resistance, constant = model.actuator_gainprm[index][:2].tolist()
+        bristles, bias = model.actuator_dynprm[index][5:7], model.actuator_biasprm[index][:6]
+        lugre = np.array([*bristles, *bias[3:]]) * (bristles[0] > 0.0)
+        return cls(
+            index, int(model.actuator_trnid[index][0]), float(model.actuator_gear[index][0]), constant,
+            resistance, int(model.actuator_ctrlspec[index]), float(model.actuator_armature[index]),
+            float(model.actuator_damping[index]), *lugre.tolist(), *bias[:3].tolist(),
+        )  # fmt: skip
 
     @property
     def back_emf(self) -> float:
@@ -82,6 +89,12 @@ class DcMotor:
     def fades(self) -> bool:
         """Whether the LuGre friction depends on speed."""
         return self.static != self.coulomb and self.stribeck > 0.0 and self.stiffness > 0.0
+
+    @property
+    def wave(self) -> np.ndarray:
+        """Torque against the cogging: factors of the cosine and sine of |poles gear| q, shape (2,) [N m]."""
+        sign = np.sign(self.poles * self.gear)
+        return -self.gear * self.amplitude * np.array([np.sin(self.phase), sign * np.cos(self.phase)])
 
 
 def is_dc_motor(model: Any, actuator: int) -> bool:
@@ -171,12 +184,11 @@ def ripples(motors: Sequence[DcMotor], joints: Sequence[int], names: Sequence[st
     ratios, sums = gear_ratios(motors, joints), dict[tuple[int, float], np.ndarray]()
     for motor in motors:
         place = list(joints).index(motor.joint)
-        waves = motor.poles * motor.gear / ratios[place]
-        torque = -motor.gear * motor.cogging
-        wave = torque * np.array([np.sin(motor.phase), np.sign(waves) * np.cos(motor.phase)])
-        if np.any(wave) and waves:
-            key = place, float(abs(waves))
-            sums[key] = sums.get(key, np.zeros(2)) + wave
+        waves = abs(motor.poles * motor.gear / ratios[place])
+        if np.any(motor.wave) and waves:
+            # the angle of the robot's motor has the sign of its gear ratio
+            wave = motor.wave * [1.0, np.sign(ratios[place])]
+            sums[place, waves] = sums.get((place, waves), np.zeros(2)) + wave
     for (place, waves), wave in sums.items():
         values = wave.tolist()
         yield {"name": "torque_ripple", "joints": [names[place]], "harmonic": waves, "values": values}
@@ -206,5 +218,5 @@ def _missing(model: Any, motor: DcMotor) -> Iterator[str]:
     if motor.stiffness and motor.gear:
         rad = max(motor.coulomb, motor.static) / motor.stiffness / abs(motor.gear)
         yield f"the bristles of LuGre friction (it reverses at once, not over {rad:.2g} rad)"
-    if motor.cogging and not motor.poles:
+    if motor.amplitude and not motor.poles:
         yield "cogging of 0 poles, a constant torque"
