@@ -16,7 +16,7 @@ from .mjcf_changes import Change, File, body_changes, change_gravity, joint_chan
 from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
 from .mjcf_elements import Elements
 from .mjcf_same import accepted, described, require_same
-from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
+from .mjcf_servos import altered_damping, keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable, left_out
 from .spread import Spread
 from .xml_text import Edits, read_tags
@@ -68,8 +68,9 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     require_same(wanted, described(compiled, wanted, where), where)
     require_servos(compiled, wanted, where)
     require_motors(compiled, motors, where)
+    altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
     missing = _left_out(rest, spread, bool(servos(compiled, wanted.robot.joints)))
-    return Patch(new, tuple(changes), (*below, *gravity, *kept_cogging(file, wanted), *missing))
+    return Patch(new, tuple(changes), (*below, *gravity, *altered, *kept_cogging(file, wanted), *missing))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RobotError
+from ..robot_files.mjcf_dcmotors import is_dc_motor
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import actuators, name_of
 from ..text_table import NORMAL_95
@@ -64,6 +65,24 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
                 edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
             where = f"servo '{name_of(old, 'actuator', actuator)}', instead of dampratio"
             yield Change(where, "kv", "N m s/rad", altered, original, 0.0)
+
+
+def altered_damping(old: Any, new: Any, written: Collection[int]) -> list[str]:
+    """Sentences about servos of included files, whose damping MuJoCo computes from the new inertia.
+
+    Args:
+        old: Model compiled before the changes.
+        new: Model compiled after all changes.
+        written: Servos whose gains are written.
+    """
+    kept = [a for a in actuators(old) if a not in written and not is_dc_motor(old, a)]
+    pairs = [(a, _gains(old, a)[1], _gains(new, a)[1]) for a in kept]
+    return [
+        f"dampratio of servo '{name_of(old, 'actuator', actuator)}' in an included file gives it kv "
+        f"{after:.4g} instead of {before:.4g}; write kv there"
+        for actuator, before, after in pairs
+        if not nearly_equal(before, after)
+    ]
 
 
 def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:

@@ -14,9 +14,10 @@ from ..recordings.recording import Recording
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of, joint_name
+from ..robot_files.mjcf_names import enum_of, input_of, joint_name
 from .attached import Attached
 from .callbacks import PURPOSE, optional
+from .motors import silence
 
 POSITION, TORQUE = "position", "torque"
 """What is commanded: positions, which the servos of the file follow, or the measured torque."""
@@ -114,8 +115,9 @@ class Simulator:
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
+        self._inputs = [input_of(self.model, servo) for servo in self._servos]
         if commands == TORQUE:
-            self._silence([int(joint.id) for joint in joints])
+            silence(self.model, [int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
 
     def _twists_of(self, joints: Sequence[str]) -> list[tuple[int, int]]:
@@ -123,16 +125,6 @@ class Simulator:
         names = [joint_name(self.model, joint) for joint in range(self.model.njnt)]
         twists = [TWIST.format(joint) for joint in joints]
         return [(index, names.index(name)) for index, name in enumerate(twists) if name in names]
-
-    def _silence(self, joints: Sequence[int]) -> None:
-        """Disable the file's actuators on these joints, since the measured torque replaces them."""
-        kind = enum_of("mjtTrn", "mjTRN_JOINT")
-        for actuator in range(self.model.nu):
-            if (
-                self.model.actuator_trntype[actuator] == kind
-                and self.model.actuator_trnid[actuator][0] in joints
-            ):
-                self.model.actuator_gainprm[actuator] = self.model.actuator_biasprm[actuator] = 0.0
 
     def __enter__(self) -> "Simulator":
         return self
@@ -158,7 +150,7 @@ class Simulator:
         positions[0] = run.position[first]
         for row, command in enumerate(commands):
             if self._servos:
-                data.ctrl[self._servos] = command
+                data.ctrl[self._inputs] = command
             else:
                 data.qfrc_applied[self._dofs] = command
             mujoco.mj_step(model, data)
