@@ -55,10 +55,10 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     file = _read(portable, text, folder, where)
     wanted, below = accepted(portable)
     spread, edits = Spread(portable.model, standard), Edits(text)
-    of_motors, motors, rest = write_motors(file, wanted, spread, edits)
+    of_motors, motors, unwritten = write_motors(file, wanted, spread, edits)
     changes = [
-        *joint_changes(file, rest, spread, edits), *of_motors, *body_changes(file, wanted, spread, edits),
-        *servo_changes(file, wanted, edits),
+        *joint_changes(file, unwritten, spread, edits), *of_motors,
+        *body_changes(file, wanted, spread, edits), *servo_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
     halfway = compile_mjcf(edits.text().decode(), folder)
@@ -69,7 +69,7 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     require_servos(compiled, wanted, where)
     require_motors(compiled, motors, where)
     altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
-    missing = _left_out(rest, spread, bool(servos(compiled, wanted.robot.joints)))
+    missing = _left_out(unwritten, spread, bool(servos(compiled, wanted.robot.joints)))
     return Patch(new, tuple(changes), (*below, *gravity, *altered, *kept_cogging(file, wanted), *missing))
 
 

@@ -75,8 +75,8 @@ def altered_damping(old: Any, new: Any, written: Collection[int]) -> list[str]:
         new: Model compiled after all changes.
         written: Servos whose gains are written.
     """
-    kept = [a for a in actuators(old) if a not in written and not is_dc_motor(old, a)]
-    pairs = [(a, _gains(old, a)[1], _gains(new, a)[1]) for a in kept]
+    unwritten = [a for a in actuators(old) if a not in written and not is_dc_motor(old, a)]
+    pairs = [(a, _gains(old, a)[1], _gains(new, a)[1]) for a in unwritten]
     return [
         f"dampratio of servo '{name_of(old, 'actuator', actuator)}' in an included file gives it kv "
         f"{after:.4g} instead of {before:.4g}; write kv there"

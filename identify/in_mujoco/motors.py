@@ -47,7 +47,7 @@ class MotorFriction:
 
     Args:
         model: An `MjModel`.
-        joints: Its indices of the joints.
+        joints: Indices of the joints in the model.
     """
 
     def __init__(self, model: Any, joints: Sequence[int]) -> None:

@@ -6,8 +6,8 @@ its force, cogging and LuGre friction (MuJoCo, doc/dcmotor/dcmotor.tex, section 
 .. math:: N \left(K i + A \sin(p N q + \varphi) - \sigma_0 z - \sigma_1 \dot z\right)
 
 At constant speed the friction is :math:`F_c + (F_s - F_c) e^{-(N \dot q / \omega_s)^2}`: Coulomb friction
-:math:`|N| F_c` and Stribeck friction :math:`|N| (F_s - F_c)` that fades over :math:`\omega_s / |N|`. Models
-have the opposite sign, since their torque is the one that the motor has to exert.
+:math:`|N| F_c` and Stribeck friction :math:`|N| (F_s - F_c)` that fades over :math:`\omega_s / |N|`. The
+effects of a model have the opposite sign, because the current has to overcome them.
 
 A model has the torque of the current. Voltage, back-EMF, inductance and temperature determine which current
 flows, not which torque it exerts. Only a motor without input, whose terminals are shorted, brakes by its
