@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import RobotError
-from ..robot_files.mjcf_names import name_of
+from ..robot_files.mjcf_names import actuators, name_of
 from .xml_text import Tag
 
 
@@ -40,7 +40,11 @@ class Elements:
         for tag in tags:
             if tag.attributes.get("name") == name:
                 return tag
-        counts = {"body": self._model.nbody - 1, "joint": self._model.njnt, "actuator": self._model.nu}
+        counts = {
+            "body": self._model.nbody - 1,
+            "joint": self._model.njnt,
+            "actuator": len(actuators(self._model)),
+        }
         complete = len(tags) == counts[kind]
         if complete and "name" not in tags[place].attributes:
             return tags[place]

@@ -15,9 +15,10 @@ from ..robot_files.mjcf_names import joint_name
 from .left_out import left_out
 from .mjcf_bodies import body_changes
 from .mjcf_changes import Change, File, change_gravity, gravcomp_changes, joint_changes
+from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
 from .mjcf_elements import Elements
 from .mjcf_same import accepted, described, held_in, require_same
-from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
+from .mjcf_servos import altered_damping, keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable
 from .spread import Spread
 from .xml_text import Edits, read_tags
@@ -56,9 +57,11 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     file = _read(portable, text, folder, where)
     wanted, below = accepted(portable)
     spread, edits = Spread(portable.model, standard), Edits(text)
+    of_motors, motors, unwritten = write_motors(file, wanted, spread, edits)
     changes = [
-        *joint_changes(file, wanted, spread, edits), *body_changes(file, wanted, spread, edits),
-        *servo_changes(file, wanted, edits), *gravcomp_changes(file, wanted, edits),
+        *joint_changes(file, unwritten, spread, edits), *of_motors,
+        *body_changes(file, wanted, spread, edits), *servo_changes(file, wanted, edits),
+        *gravcomp_changes(file, wanted, edits),
     ]  # fmt: skip
     gravity = change_gravity(file, wanted, edits)
     halfway = compile_mjcf(edits.text().decode(), folder)
@@ -67,8 +70,10 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     compiled = compile_mjcf(new.decode(), folder)
     require_same(wanted, described(compiled, wanted, where), where)
     require_servos(compiled, wanted, where)
-    missing = _left_out(wanted, spread, bool(servos(compiled, wanted.robot.joints)))
-    return Patch(new, tuple(changes), (*below, *gravity, *missing))
+    require_motors(compiled, motors, where)
+    altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
+    missing = _left_out(unwritten, spread, bool(servos(compiled, wanted.robot.joints)))
+    return Patch(new, tuple(changes), (*below, *gravity, *altered, *kept_cogging(file, wanted), *missing))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:

@@ -12,8 +12,9 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RobotError
+from ..robot_files.mjcf_dcmotors import is_dc_motor
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import name_of
+from ..robot_files.mjcf_names import actuators, name_of
 from ..text_table import NORMAL_95
 from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
 from .portable import Portable
@@ -53,22 +54,44 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
     """
     old = file.compiled
     tags = [tag for part in file.elements.root.children if part.name == "actuator" for tag in part.children]
-    for actuator in range(old.nu):
+    for actuator in actuators(old):
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
         tag = _position_tag(tags, old, actuator)
         if tag is not None and actuator not in written and not nearly_equal(original, altered):
-            edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
+            if tag.name == "general":  # MuJoCo takes a positive third number for a dampratio
+                offset, stiffness = old.actuator_biasprm[actuator][:2]
+                edits.set(tag, biasprm=f"{offset:.{DIGITS}g} {stiffness:.{DIGITS}g} {-original:.{DIGITS}g}")
+            else:
+                edits.set(tag, dampratio=None, kv=f"{original:.{DIGITS}g}")
             where = f"servo '{name_of(old, 'actuator', actuator)}', instead of dampratio"
             yield Change(where, "kv", "N m s/rad", altered, original, 0.0)
 
 
+def altered_damping(old: Any, new: Any, written: Collection[int]) -> list[str]:
+    """Sentences about servos of included files, whose damping MuJoCo computes from the new inertia.
+
+    Args:
+        old: Model compiled before the changes.
+        new: Model compiled after all changes.
+        written: Servos whose gains are written.
+    """
+    unwritten = [a for a in actuators(old) if a not in written and not is_dc_motor(old, a)]
+    pairs = [(a, _gains(old, a)[1], _gains(new, a)[1]) for a in unwritten]
+    return [
+        f"dampratio of servo '{name_of(old, 'actuator', actuator)}' in an included file gives it kv "
+        f"{after:.4g} instead of {before:.4g}; write kv there"
+        for actuator, before, after in pairs
+        if not nearly_equal(before, after)
+    ]
+
+
 def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
-    """The tag of a position servo, by its name or its place; None for other actuators."""
+    """The tag of a servo with a position gain, by its name or its place; None for other actuators."""
     name = name_of(model, "actuator", actuator)
     named = [tag for tag in tags if tag.attributes.get("name") == name]
-    if not named and len(tags) == model.nu and "name" not in tags[actuator].attributes:
+    if not named and len(tags) == len(actuators(model)) and "name" not in tags[actuator].attributes:
         named = [tags[actuator]]
-    return named[0] if named and named[0].name == "position" else None
+    return named[0] if named and named[0].name in ("position", "intvelocity", "general") else None
 
 
 def require_servos(compiled: Any, portable: Portable, where: str) -> None:

@@ -1,6 +1,6 @@
 """Intervals of the numbers that simulators use, from the covariance of the standard parameters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -35,6 +35,11 @@ class Spread:
     def half(self, place: int, term: str) -> float:
         """Half of the 95 % interval of one term."""
         return float(NORMAL_95 * np.sqrt(self.of_joint(place, term)[0, 0]))
+
+    def half_of(self, weights: Mapping[str, float]) -> float:
+        """Half of the 95 % interval of a weighted sum of parameters, by their names."""
+        row = np.array([[weights.get(name, 0.0) for name in self.model.names]])
+        return float(NORMAL_95 * np.sqrt(self._through(row, slice(None))[0, 0]))
 
     def of_body(self, link: int, numbers: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Halves of the 95 % intervals of numbers (k,) computed from the ten parameters of a link."""

@@ -13,9 +13,10 @@ from ..export.mjcf_same import Remedy, accepted, described, require_same
 from ..export.portable import Portable
 from ..model import Model
 from ..notebook import optional
-from ..robot_files.mjcf_names import enum_of
+from ..robot_files.mjcf_names import actuators, enum_of
 from .callbacks import PURPOSE, library, register, release
 from .memory import Layout, step_address
+from .motors import MotorFriction
 from .native import Native, possible, terms_of
 from .torques import Share, Torques
 
@@ -57,8 +58,10 @@ def lacking(model: Any, arm: Model, payload: str = "") -> tuple[Portable, list[P
 def _motor_bias(model: Any, joints: Sequence[str]) -> np.ndarray:
     """Constant torque of the motors in the file, where exidyn's export writes it, shape (n,) [N m]."""
     ids, torque = [int(model.joint(name).id) for name in joints], np.zeros(len(joints))
-    kind = enum_of("mjtTrn", "mjTRN_JOINT")
-    for actuator in range(model.nu):
+    kind, affine = enum_of("mjtTrn", "mjTRN_JOINT"), enum_of("mjtBias", "mjBIAS_AFFINE")
+    for actuator in actuators(model):
+        if model.actuator_biastype[actuator] != affine:
+            continue
         joint, (bias, *others) = int(model.actuator_trnid[actuator][0]), model.actuator_biasprm[actuator][:3]
         if model.actuator_trntype[actuator] == kind and joint in ids and not any(others):
             torque[ids.index(joint)] += model.actuator_gear[actuator][0] * bias
@@ -146,7 +149,8 @@ class Attached:
     """Effects that act in every step of one model, with any of its data, until `detach`.
 
     Args:
-        model: An `MjModel`; its `dof_frictionloss` is zero while the effects are attached.
+        model: An `MjModel`; its `dof_frictionloss`, and the LuGre friction and cogging of its DC motors, are
+            zero while the effects are attached.
         data: An `MjData` of the model.
         arm: The arm, with the estimates as its nominal values.
         payload: Name of the payload that is part of the last link; empty for none.
@@ -180,12 +184,14 @@ class Attached:
         self._bias = np.zeros(model.nv)
         self._needs_load = any(effect.needs_load for effect, _ in self._motor_side)
         self._dry = model.dof_frictionloss[self._dofs].copy()
+        self._of_motors = MotorFriction(model, [int(joint.id) for joint in joints])
         self._evaluate_once(data)
         self._native = self._compiled(data)
         register(model, self, None if self._native is None else self._native.callbacks())
         if self._native is not None:
             self._native.begin()
         model.dof_frictionloss[self._dofs] = 0.0
+        self._of_motors.remove()
 
     def _compiled(self, data: Any) -> Native | None:
         """The effects as compiled callbacks; None if an effect cannot be compiled or Numba is missing."""
@@ -218,6 +224,7 @@ class Attached:
             self._native.release()
         release(self._model)
         self._model.dof_frictionloss[self._dofs] = self._dry
+        self._of_motors.restore()
 
     def passive(self, data: int) -> None:
         """Add the forces; called by MuJoCo, or by the compiled callbacks for data they have not seen."""

@@ -15,10 +15,11 @@ from ..recordings.recording import Recording
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of, joint_name
+from ..robot_files.mjcf_names import enum_of, input_of, joint_name
 from .attached import Attached
 from .callbacks import PURPOSE, optional
 from .held import hold_others, mount
+from .motors import silence
 
 POSITION, TORQUE = "position", "torque"
 """What is commanded: positions, which the servos of the file follow, or the measured torque."""
@@ -124,9 +125,10 @@ class Simulator:
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
+        self._inputs = [input_of(self.model, servo) for servo in self._servos]
         self._held, self.delay = held, self._take_delays()
         if commands == TORQUE:
-            self._silence([int(joint.id) for joint in joints])
+            silence(self.model, [int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
 
     def _twists_of(self, joints: Sequence[str]) -> list[tuple[int, int]]:
@@ -145,16 +147,6 @@ class Simulator:
         delay = np.array(self.model.actuator_delay[self._servos])
         self.model.actuator_delay[self._servos] = 0.0
         return delay
-
-    def _silence(self, joints: Sequence[int]) -> None:
-        """Disable the file's actuators on these joints, since the measured torque replaces them."""
-        kind = enum_of("mjtTrn", "mjTRN_JOINT")
-        for actuator in range(self.model.nu):
-            if (
-                self.model.actuator_trntype[actuator] == kind
-                and self.model.actuator_trnid[actuator][0] in joints
-            ):
-                self.model.actuator_gainprm[actuator] = self.model.actuator_biasprm[actuator] = 0.0
 
     def __enter__(self) -> "Simulator":
         return self
@@ -176,7 +168,7 @@ class Simulator:
         time, commands = self._begin(run, first, last)
         positions = np.full((len(time), len(self._qpos)), np.inf)
         positions[0] = run.position[first]
-        target, places = (data.ctrl, self._servos) if self._servos else (data.qfrc_applied, self._dofs)
+        target, places = (data.ctrl, self._inputs) if self._servos else (data.qfrc_applied, self._dofs)
         for row, command in enumerate(commands):
             target[places] = command
             mujoco.mj_step(model, data)
@@ -194,7 +186,7 @@ class Simulator:
 
         kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
         full = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
-        size, places = (self.model.nu, self._servos) if self._servos else (self.model.nv, self._dofs)
+        size, places = (len(self._data.ctrl), self._inputs) if self._servos else (self.model.nv, self._dofs)
         begun = [self._begin_at(full, *window) for window in windows]
         steps = max(len(commands) for _, _, commands in begun)
         control = np.zeros((len(windows), steps, size))

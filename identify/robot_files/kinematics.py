@@ -36,6 +36,7 @@ class Kinematics:
         effects: `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
         coupling: Coupling of motors and joints, as in `Robot`; empty if there is none.
         held: Joints that are held away from their reference, and their positions, as in `Robot`.
+        gear_ratio: Motor turns per joint turn, shape (n,) [-]; empty if unknown.
     """
 
     model: pin.Model
@@ -46,6 +47,7 @@ class Kinematics:
     effects: tuple[Mapping[str, Any], ...] | None = None
     coupling: np.ndarray = field(default_factory=lambda: np.empty(0))
     held: Held = field(default_factory=dict)
+    gear_ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:

@@ -13,6 +13,7 @@ from ..arm.robot import Held
 from ..errors import BrokenTree, MissingPackage
 from ..notebook import optional
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
+from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
 from .mjcf_drives import motor_coupling, torque_limits
 from .mjcf_files import require_mjcf_files
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
@@ -125,7 +126,7 @@ def mjcf_kinematics(
     check_mjcf(model, [part.joint for part in parts], joints, where)
     share = gravity_share(model, [part.joint for part in parts], joints, where)
     tree.gravity = pin.Motion(share * _gravity(model), np.zeros(3))
-    doubts = [*body_doubts(tree)]
+    doubts = [*body_doubts(tree), *motor_doubts(model, joints, where)]
     if share < 1.0:
         doubts.append(
             f"{where}: gravcomp leaves {share:g} of gravity. If the motors of the recorded arm carry its "
@@ -139,6 +140,7 @@ def mjcf_kinematics(
         effects=effect_rows(model, joints),
         coupling=motor_coupling(model, joints, where),
         held=dict(held),
+        gear_ratio=gear_ratios(dc_motors(model, joints), joints),
     )
 
 

@@ -7,15 +7,16 @@ import numpy as np
 
 from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
-from .mjcf_names import HOLD, enum_of, joint_name, name_of
+from .mjcf_dcmotors import is_dc_motor, stall_torque
+from .mjcf_names import HOLD, actuators, drives_joint, enum_of, input_of, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     """Maximum torque of each joint's actuators in both directions, shape (n,) [N m]; inf: not stated."""
     limits = np.zeros(len(joints))
     driven = np.zeros(len(joints), bool)
-    for actuator in range(model.nu):
-        if model.actuator_trntype[actuator] in _of_joints() and model.actuator_trnid[actuator][0] in joints:
+    for actuator in actuators(model):
+        if drives_joint(model, actuator) and model.actuator_trnid[actuator][0] in joints:
             place = list(joints).index(model.actuator_trnid[actuator][0])
             limits[place] += _strength(model, actuator)
             driven[place] = True
@@ -26,19 +27,19 @@ def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     return np.where(limits > 0.0, limits, np.inf)
 
 
-def _of_joints() -> tuple[int, int]:
-    return enum_of("mjtTrn", "mjTRN_JOINT"), enum_of("mjtTrn", "mjTRN_JOINTINPARENT")
-
-
 def _strength(model: Any, actuator: int) -> float:
-    """Maximum torque of an actuator behind its gear, from its force range or a motor's control range."""
+    """Maximum torque of an actuator behind its gear: its force range, or the range of a motor's input."""
     gear = abs(float(model.actuator_gear[actuator][0]))
     strongest = np.inf
     if model.actuator_forcelimited[actuator]:
         strongest = _symmetric_limit(model.actuator_forcerange[actuator])
-    if is_motor(model, actuator) and model.actuator_ctrllimited[actuator]:
+    if is_dc_motor(model, actuator):
+        strongest = min(strongest, stall_torque(model, actuator))
+    if is_motor(model, actuator) and model.actuator_ctrllimited[input_of(model, actuator)]:
         gain = abs(float(model.actuator_gainprm[actuator][0]))
-        strongest = min(strongest, gain * _symmetric_limit(model.actuator_ctrlrange[actuator]))
+        strongest = min(
+            strongest, gain * _symmetric_limit(model.actuator_ctrlrange[input_of(model, actuator)])
+        )
     return gear * strongest
 
 
@@ -50,10 +51,11 @@ def is_motor(model: Any, actuator: int) -> bool:
 
 def motors(model: Any, joint: str) -> list[int]:
     """Indices of the actuators of a joint."""
-    names = [joint_name(model, number) for number in range(model.njnt)]
-    kinds = zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True)
     return [
-        index for index, (kind, target) in enumerate(kinds) if kind in _of_joints() and names[target] == joint
+        actuator
+        for actuator in actuators(model)
+        if drives_joint(model, actuator)
+        and joint_name(model, int(model.actuator_trnid[actuator][0])) == joint
     ]
 
 
@@ -70,11 +72,9 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
     Raises:
         RobotError: There is not exactly one such joint.
     """
-    driven = {
-        int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] in _of_joints()
-    }
+    driven = {int(model.actuator_trnid[a][0]) for a in actuators(model) if drives_joint(model, a)}
     coupling = np.eye(len(joints))
-    for actuator in range(model.nu):
+    for actuator in actuators(model):
         if model.actuator_trntype[actuator] != enum_of("mjtTrn", "mjTRN_TENDON"):
             continue
         tendon = int(model.actuator_trnid[actuator][0])
@@ -113,7 +113,7 @@ def servos(model: Any, joints: Sequence[str]) -> list[int]:
     chosen, names = [], [joint_name(model, joint) for joint in range(model.njnt)]
     for name in joints:
         joint = names.index(name)
-        candidates = [actuator for actuator in range(model.nu) if _is_servo(model, actuator, joint)]
+        candidates = [actuator for actuator in actuators(model) if _is_servo(model, actuator, joint)]
         chosen += candidates[:1]
     return chosen if len(chosen) == len(joints) else []
 
@@ -155,6 +155,8 @@ def _servo_limit(model: Any, actuator: int) -> float:
 
 
 def _is_servo(model: Any, actuator: int, joint: int) -> bool:
+    if is_dc_motor(model, actuator):  # its first numbers are resistance and cogging
+        return False
     gain, bias = model.actuator_gainprm[actuator][0], model.actuator_biasprm[actuator][1]
     of_joint = model.actuator_trntype[actuator] == enum_of("mjtTrn", "mjTRN_JOINT")
     return of_joint and int(model.actuator_trnid[actuator][0]) == joint and gain > 0.0 and bias == -gain

@@ -27,6 +27,23 @@ def name_of(model: Any, kind: str, index: int) -> str:
     return str(named or f"{kind}{index + 1}")
 
 
+def actuators(model: Any) -> range:
+    """Indices of the actuators; `model.nu` counts their inputs, of which servos can have several or none."""
+    return range(len(model.actuator_trntype))
+
+
+def input_of(model: Any, actuator: int) -> int:
+    """Index of an actuator's first input in `ctrl` and `actuator_ctrlrange`."""
+    addresses = getattr(model, "actuator_ctrladr", None)  # MuJoCo before 3.12 has one input per actuator
+    return actuator if addresses is None else int(addresses[actuator])
+
+
+def drives_joint(model: Any, actuator: int) -> bool:
+    """Whether the transmission of an actuator is a joint, in either of its two frames."""
+    kinds = (enum_of("mjtTrn", "mjTRN_JOINT"), enum_of("mjtTrn", "mjTRN_JOINTINPARENT"))
+    return bool(model.actuator_trntype[actuator] in kinds)
+
+
 def joint_name(model: Any, joint: int) -> str:
     """Name of a joint."""
     return name_of(model, "joint", joint)

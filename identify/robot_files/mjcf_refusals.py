@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import RobotError
-from .mjcf_names import HOLD, enum_of, joint_equalities, joint_name, name_of
+from .mjcf_dcmotors import is_dc_motor, require_readable
+from .mjcf_names import HOLD, actuators, drives_joint, enum_of, joint_equalities, joint_name, name_of
 
 ROUNDING = 1e-12
 """Largest difference between shares of gravity that is due to rounding."""
@@ -119,12 +120,11 @@ def moves(model: Any, tendon: int, parts: Sequence[int], joints: set[int]) -> bo
 
 def _actuators(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     known = {enum_of("mjtGain", f"mjGAIN_{kind}") for kind in ("FIXED", "AFFINE")}
-    by_joint = {enum_of("mjtTrn", f"mjTRN_{kind}") for kind in ("JOINT", "JOINTINPARENT")}
     by_tendon = enum_of("mjtTrn", "mjTRN_TENDON")
-    for index in range(model.nu):
+    for index in actuators(model):
         name, where = f"actuator '{name_of(model, 'actuator', index)}'", model.actuator_trntype[index]
         target = int(model.actuator_trnid[index][0])
-        if where in by_joint:
+        if drives_joint(model, index):
             acts = target in joints
         elif where == by_tendon:
             acts = moves(model, target, parts, joints)
@@ -134,8 +134,14 @@ def _actuators(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[s
             acts = _acts_elsewhere(model, where, target, parts)
             if acts:
                 yield f"{name} acts on a site, a body or a crank; a model has motors of joints. Remove it"
-        if acts and model.actuator_gaintype[index] not in known:
-            yield f"{name} has its own physics (muscle, dcmotor); make it a motor, position or velocity"
+        if not acts:
+            continue
+        if np.any(_rows(model, "actuator_dampingpoly")[index : index + 1]):
+            yield f"{name} has damping that is a polynomial; a model has one coefficient. Remove the others"
+        if is_dc_motor(model, index):
+            yield from require_readable(model, index, name)
+        elif model.actuator_gaintype[index] not in known:
+            yield f"{name} has its own physics; make it a motor, position, velocity or dcmotor"
 
 
 def _acts_elsewhere(model: Any, transmission: int, target: int, parts: Sequence[int]) -> bool:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arm.robot import Limits
-from .mjcf_names import enum_of, joint_name
+from .mjcf_dcmotors import dc_motors, friction_of_motors, ripples, stribeck_friction
+from .mjcf_names import actuators, drives_joint, enum_of, joint_name
 
 
 def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
@@ -17,16 +18,20 @@ def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], .
     dofs = model.jnt_dofadr[list(joints)]
     of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
     damps, springs = (not _disabled(model, flag) for flag in ("DAMPER", "SPRING"))
+    motors = dc_motors(model, joints)
+    viscous, dry = friction_of_motors(motors, joints)
     loses = not (_disabled(model, "FRICTIONLOSS") or _disabled(model, "CONSTRAINT"))
     terms = {
         "rotor_inertia": model.dof_armature[dofs] + of_drive["armature"],
-        "viscous_friction": damps * (model.dof_damping[dofs] + of_drive["damping"]),
-        "coulomb_friction": loses * model.dof_frictionloss[dofs],
+        "viscous_friction": damps * (model.dof_damping[dofs] + of_drive["damping"]) + viscous,
+        "coulomb_friction": loses * model.dof_frictionloss[dofs] + dry,
     }
     rows: list[Mapping[str, Any]] = [
         {"name": name, **({"values": values.tolist()} if np.any(values) else {})}
         for name, values in terms.items()
     ]
+    names = [joint_name(model, joint) for joint in joints]
+    rows += [*stribeck_friction(motors, joints, names), *ripples(motors, joints, names)]
     stiff = [joint for joint in joints if springs and model.jnt_stiffness[joint]]
     if stiff:
         rows.append(_springs(model, stiff))
@@ -54,12 +59,16 @@ def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
 
 def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
     """Armature or damping that actuators add to their joints, by the gear squared, shape (n,)."""
-    by_joint = getattr(model, "jnt_actuatorid", None)
-    if by_joint is None:  # MuJoCo before 3.6 lacks it
-        return np.zeros(len(joints))
-    per_actuator = getattr(model, f"actuator_{name}")
-    actuators = [int(by_joint[joint]) for joint in joints]
-    return np.array([per_actuator[a] * model.actuator_gear[a][0] ** 2 if a >= 0 else 0.0 for a in actuators])
+    shares, per_actuator = np.zeros(len(joints)), getattr(model, f"actuator_{name}", None)
+    if per_actuator is None:  # MuJoCo before 3.7 lacks it
+        return shares
+    for actuator in actuators(model):
+        joint = int(model.actuator_trnid[actuator][0])
+        if drives_joint(model, actuator) and joint in joints:
+            shares[list(joints).index(joint)] += (
+                per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
+            )
+    return shares
 
 
 def _disabled(model: Any, flag: str) -> bool:

@@ -120,6 +120,7 @@ def described_model(name: str, kinematics: Kinematics) -> Model:
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
     known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
     known["held"] = kinematics.held
+    known["gear_ratio"] = kinematics.gear_ratio
     robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
@@ -192,7 +193,8 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     if "flange" in table:
         check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
         flange = read_placement(table["flange"], "[flange]")
-    known = {"coupling": kinematics.coupling} | _drive(table.get("drive", {}), model.nv)
+    known: dict[str, Any] = {"coupling": kinematics.coupling, "gear_ratio": kinematics.gear_ratio}
+    known |= _drive(table.get("drive", {}), model.nv)
     known["inertias_stated"] = "inertial_tolerance" in table
     if known["inertias_stated"]:
         known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
@@ -288,8 +290,21 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
         usual = tuple(name for name in usual if name != "rotor_inertia")
         if others and stated is None:
             implied.append({"name": "rotor_inertia", "joints": others})
-    described = kinematics.effects if usual and kinematics.effects is not None else None
+    described = None
+    if usual and kinematics.effects is not None:
+        described = [_per_motor_turn(row, kinematics, robot) for row in kinematics.effects]
     return implied + list(described or [{"name": name} for name in usual]) + rows
+
+
+def _per_motor_turn(row: Mapping[str, Any], kinematics: Kinematics, robot: Robot) -> Mapping[str, Any]:
+    """Row of a description, with waves per turn of the robot's motor if its gear ratio is another."""
+    if "harmonic" not in row:
+        return row
+    place = robot.index(row["joints"][0])
+    share = float(abs(kinematics.gear_ratio[place] / robot.gear_ratio[place]))
+    cosine, sine = row["values"]
+    sign = float(np.sign(kinematics.gear_ratio[place] * robot.gear_ratio[place]))
+    return {**row, "harmonic": share * row["harmonic"], "values": [cosine, sign * sine]}
 
 
 def _gravity(value: object) -> np.ndarray:

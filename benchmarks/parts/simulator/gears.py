@@ -121,9 +121,7 @@ def answered(case: Case) -> dict[str, Any]:
         "true": case.play or stiffness(case, real),
         "written": written.new if written else np.nan,
         "half": written.half if written else np.nan,
-        "distances": [
-            float(one.joints[HORIZON, joint]) for one in (found.original, numbers, found.attached.distances)
-        ],
+        "distances": [float(distances.joints[HORIZON, joint]) for distances in stages],
         "cpu_seconds": time.process_time() - began,
     }
 

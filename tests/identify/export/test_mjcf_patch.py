@@ -140,6 +140,14 @@ def test_damping_that_mujoco_makes_of_the_inertia_stays_as_it_was(stated, tmp_pa
     assert (b"dampratio" in made.text) == (stated == "in a class")
 
 
+def test_damping_that_mujoco_makes_of_the_inertia_in_another_file_is_said(tmp_path):
+    servo = b'<position name="a" joint="one" kp="30" gear="2" dampratio="1"/>'
+    (tmp_path / "servo.xml").write_bytes(b"<mujoco><actuator>" + servo + b"</actuator></mujoco>")
+    text = re.sub(b"<actuator>.*</actuator>", b'<include file="servo.xml"/>', ARM)
+    made = patched(found_in(nominal_of(text, tmp_path), Ia1=0.9), text, tmp_path)
+    assert any(re.match(r"dampratio of servo 'a' in an included file", line) for line in made.left)
+
+
 def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
     nominal = nominal_of(ARM, tmp_path)
     kinematics = nominal.robot.kinematics.copy()

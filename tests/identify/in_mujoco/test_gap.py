@@ -11,10 +11,10 @@ from exidyn.acquire.command_line import main
 from exidyn.identification.effects import Prior, StribeckFriction
 from exidyn.identification.errors import RecordingError, RobotError
 from exidyn.identification.in_mujoco.distances import Distances
-from exidyn.identification.in_mujoco.ladder import Stage, nearer_joints, worse_joints
-from exidyn.identification.in_mujoco.replay import Run, what_is_commanded
+from exidyn.identification.in_mujoco.judge import JOINTS, Gain, Judge
+from exidyn.identification.in_mujoco.replay import what_is_commanded
 from exidyn.identification.in_mujoco.servo_torque import lead, servo_torque
-from exidyn.identification.pages.gap_document import Compared, verdict
+from exidyn.identification.pages.gap_document import Compared
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
@@ -76,29 +76,30 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
             settings = {LAW: servo_words(servo)}
             log = concealed.replace(log, signals=signals, settings=settings)
         write_recording(log, f"{name}.mcap")
-    given = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
-    given += [] if commands == "alone" else ["--commands", commands]
-    assert main([*given, "--json", "gap.json"]) == 0
-    assert "Gain by finding" in capsys.readouterr().out
-    found = json.loads(Path("gap.json").read_text())
-    assert [stage["name"].split(" of ")[0] for stage in found["stages"] if stage["written"]][1:] == [
-        "Stribeck friction"
-    ]
-    assert found["commands"] == ("torque" if commands == "torque" else "position")
-    assert found["after"]["tool"][1] < 0.3 * found["before"]["tool"][1]
-    assert np.all(
-        np.array(found["after"]["position"][-1]) <= np.array(found["before"]["position"][-1]) + 1e-4
-    )
-    written = mujoco.MjModel.from_xml_path(found["written"])
+    arguments = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
+    arguments += [] if commands == "alone" else ["--commands", commands]
+    assert main([*arguments, "--json", "gap.json"]) == 0
+    assert "Gain by stage" in capsys.readouterr().out
+    table = json.loads(Path("gap.json").read_text())
+    kept = [stage["name"].split(" of ")[0] for stage in table["stages"] if stage["kept"]]
+    assert kept[-1] == "Stribeck friction"
+    assert table["servos"] == []
+    assert [finding["effect"] for finding in table["findings"]] == ["stribeck_friction"]
+    assert table["commands"] == ("torque" if commands == "torque" else "position")
+    original, file, attached = (table[key]["tool"][1] for key in ("original", "file", "attached"))
+    assert attached < 0.3 * original
+    assert file <= original
+    written = mujoco.MjModel.from_xml_path(table["attached"]["written"])
     assert written.dof_armature.min() > 0.0
     data = mujoco.MjData(written)
-    with attach(written, data, "exidyn-gap/fit.json") as effects:  # one arm, in the file and beside it
+    with attach(written, data, table["attached"]["fit"]) as effects:  # one arm, in the file and beside it
         assert "stribeck_friction" in effects.effects
+    mujoco.MjModel.from_xml_path(table["file"]["written"])
     assert "<svg" in Path("exidyn-gap/report.html").read_text()
 
 
 def distances(*ends, moved=10.0):
-    """Of two starts, as many horizons as there are rows, one by default, and as many joints as numbers."""
+    """Distances of two starts: a row of joint errors for each horizon; the tool point's are ones."""
     rows = np.atleast_2d(np.array(ends, float))
     every = np.stack([rows, rows])
     return Distances(
@@ -106,33 +107,31 @@ def distances(*ends, moved=10.0):
     )
 
 
-def test_a_finding_stays_unless_its_joints_or_any_beside_the_file_are_worse():
-    first, last, noise = distances(1.0, 1.0), distances(0.5, 0.5), np.full(2, 0.01)
-    assert worse_joints(first, last, distances(0.4, 0.6), noise, acting=(0,)) == ()
-    assert worse_joints(first, last, distances(0.4, 0.6), noise, acting=(0, 1)) == (1,)
-    assert worse_joints(first, last, distances(0.4, 1.1), noise, acting=(0,)) == (1,)
-    assert worse_joints(first, last, distances(0.4, 1.005), noise, acting=(0,)) == ()
-    assert worse_joints(first, last, distances(np.inf, 0.1), noise, acting=()) == (0,)
+def test_the_tool_point_judges_with_the_scatter_of_the_starts():
+    rng, judge, base = np.random.default_rng(2), Judge(), distances(1.0, 1.0)
+    errors = 0.01 * rng.uniform(0.5, 1.5, (40, 1))
+    first = base._replace(tools=errors)
+    assert judge.compared(first, base._replace(tools=0.8 * errors)) is Gain.BETTER
+    assert judge.compared(first, base._replace(tools=1.2 * errors)) is Gain.WORSE
+    assert judge.compared(first, base._replace(tools=0.97 * errors)) is Gain.SAME  # too little to matter
+    one_start = np.where(np.arange(40)[:, None] == 0, 0.0, errors)
+    assert judge.compared(first, base._replace(tools=one_start)) is Gain.SAME  # one start in forty
+    assert judge.compared(first, base._replace(tools=np.full((40, 1), np.inf))) is Gain.WORSE
 
 
-def test_nearer_is_what_starts_agree_upon():
-    """Both joints are nearer on average; the second by one start in forty."""
-    rng, ends = np.random.default_rng(2), np.full((40, 1, 2), 1.0)
-    nearer = ends * [0.8, 1.0] + 0.05 * rng.normal(size=ends.shape)
-    nearer[:, :, 1] = ends[:, :, 1] + 0.01 * rng.normal(size=(40, 1))
-    nearer[0, 0, 1] = 0.2
-    tools = np.ones((40, 1))
-    last, now = (Distances(one, tools, np.ones(2), 1.0, (), np.full((1, 2), 9.0)) for one in (ends, nearer))
-    assert nearer_joints(last, now) == (0,)
-    assert nearer_joints(last, last) == ()
+def test_joints_judge_if_requested_or_if_the_tool_point_is_on_their_axes():
+    first, second = distances(1.0, 1.0), distances(0.4, 1.03)
+    assert Judge().compared(first, second) is Gain.SAME
+    assert Judge(JOINTS).compared(first, second) is Gain.BETTER  # 3 % on the second do not outweigh that
+    on_axis = first._replace(tools=np.zeros((2, 1)))
+    assert Judge().compared(on_axis, second) is Gain.BETTER
 
 
-def test_what_is_farther_off_than_an_arm_at_rest_judges_nothing():
+def test_an_error_larger_than_the_motion_is_not_informative():
     first = distances([0.5, 2.0], [9.0, 11.0], moved=10.0)
     assert list(first.telling) == [1, 0]
-    # The second joint is judged by the shortest time, after which it is nearer than before.
-    assert worse_joints(first, first, distances([0.4, 1.0], [8.0, 12.0]), np.zeros(2), acting=(0, 1)) == ()
-    assert worse_joints(first, first, distances([0.4, 3.0], [8.0, 10.0]), np.zeros(2), acting=()) == (1,)
+    # The second joint is judged by the shortest time, at which it is nearer.
+    assert Judge(JOINTS).compared(first, distances([0.4, 1.0], [8.0, 12.0])) is Gain.BETTER
 
 
 def test_a_log_of_commands_alone_has_the_torque_of_the_files_servos():
@@ -162,23 +161,12 @@ def test_damping_of_servos_is_taken_as_the_integrator_takes_it(integrator):
     assert inertia == pytest.approx(0.1, abs=3e-4)  # half a step of the damping is 0.005
 
 
-def test_why_nothing_could_be_written_is_said_first():
-    before = distances(1.0, 1.0)
-    stages = [
-        Stage("numbers", None, reason="State drive gains"),
-        Stage("hysteresis", None, reason="State drive gains"),
-    ]
-    [said] = verdict(SimpleNamespace(horizons=(2.0,), before=before, after=before, kept=None, stages=stages))
-    assert said.endswith("No file was written: State drive gains")
-
-
 def test_positions_are_commanded_where_file_and_runs_have_that():
     model = mujoco.MjModel.from_xml_string(ARM)
     motors = mujoco.MjModel.from_xml_string(ARM.replace("<position", "<motor").replace('kp="800" kv="40"', "")
                                             .replace('kp="400" kv="20"', ""))  # fmt: skip
-    time, values = np.arange(3.0), np.zeros((3, 2))
-    silent = Run("one", time, values, values, values, False, None, np.zeros(2))
-    run, joints = silent._replace(command=values), ("shoulder", "elbow")
+    silent, joints = SimpleNamespace(name="one", signals={}), ("shoulder", "elbow")
+    run = SimpleNamespace(name="two", signals={"command": None})
     assert what_is_commanded(model, [run], joints) == "position"
     assert what_is_commanded(model, [run, silent], joints) == "torque"
     assert what_is_commanded(motors, [run], joints) == "torque"
@@ -200,13 +188,13 @@ def test_a_run_that_judges_is_asked_for(tmp_path, monkeypatch, capsys):
 def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compared():
     ends = np.array([[[0.01, 0.3]], [[0.02, 0.4]]])
     before = Distances(ends, np.zeros((2, 1)), np.array([0.1, 0.2]), 0.0, (), np.ones((1, 2)))
-    gap = SimpleNamespace(before=before, diagnosis=SimpleNamespace(joints=("one", "two")))
+    gap = SimpleNamespace(original=before, diagnosis=SimpleNamespace(joints=("one", "two")))
     compared = Compared.of(gap)
     assert (compared.name, compared.unit) == ("joint two", "mrad")
     assert compared.values(before) == pytest.approx([np.sqrt(0.125), 0.2])
     assert compared.far(before) == "354 mrad"
     away = before._replace(tools=np.full((2, 1), 0.003), whole_tool=0.004)
-    compared = Compared.of(SimpleNamespace(before=away, diagnosis=gap.diagnosis))
+    compared = Compared.of(SimpleNamespace(original=away, diagnosis=gap.diagnosis))
     assert compared.values(away) == pytest.approx([0.003, 0.004])
     assert compared.far(away) == "3.00 mm"
 
