@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.acquire.files.simulated_arm import controlled, import_runs, simulated_arm
 from exidyn.identification.errors import RobotError, UnknownJoint
-from exidyn.identification.in_mujoco.ladder import Source
+from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 pytest.importorskip("mujoco")
