@@ -17,8 +17,8 @@ stiffness or play, `gear_gap_left` the largest error of that joint after 0.5 s o
 over with fitted numbers alone.
 
 sysid: in the real arm, armature, damping, frictionloss and delays differ from the file. exidyn is told
-nothing; mujoco.sysid is told which numbers differ. `error_over_sysid`, on a third motion, and `cpu_over_sysid`
-are the largest of all arms.
+nothing; mujoco.sysid is told which numbers differ. `error_over_sysid`, on a third motion, and
+`cpu_over_sysid` are the largest of all arms.
 
 recorded: real recordings of a UR10e, a Panda, STS3215 and XL330 servos, an SO-101 and the legs of a Go2, with
 the models that users have. The tool point's error 0.1, 0.5 and 2 s after a start is that of held-out runs,
