@@ -25,6 +25,8 @@ class Motion(NamedTuple):
         position: Positions, shape (t, n) [rad].
         velocity: Velocities, shape (t, n) [rad/s].
         torque: Torques of the motors, means over a sampling period around each sample, shape (t, n) [N m].
+        sensed: What MuJoCo's sensors of these torques read, which take an implicit damping at the velocity
+            before the step, shape (t, n) [N m].
     """
 
     time: np.ndarray
@@ -32,6 +34,7 @@ class Motion(NamedTuple):
     position: np.ndarray
     velocity: np.ndarray
     torque: np.ndarray
+    sensed: np.ndarray
 
 
 def places_of(model: mujoco.MjModel, joints: Sequence[str]) -> list[Place]:
@@ -101,11 +104,14 @@ class RealArm:
         states, torques = [], []
         for torque in self._steps(data, interpolated(steps, time, command, self.delay)):
             torques.append(torque[dofs])
-            states.append((data.qpos[qpos], data.qvel[dofs]))
+            states.append((data.qpos[qpos], data.qvel[dofs], data.qfrc_actuator[dofs]))
         # A state is that behind a step: the one before step `settling` belongs to the first sample.
         rows = settling - 1 + stride * np.arange(len(time))
         position, velocity = (np.array([states[row][part] for row in rows]) for part in (0, 1))
-        return Motion(time, command, position, velocity, _centered(np.array(torques), rows + 1, stride))
+        sensed = np.array([states[row + 1][2] for row in rows])
+        return Motion(
+            time, command, position, velocity, _centered(np.array(torques), rows + 1, stride), sensed
+        )
 
     def _steps(self, data: mujoco.MjData, control: np.ndarray) -> Iterator[np.ndarray]:
         """Step with the control of each step, shape (k, n); yields the torque of the motors (nv,) [N m]."""

@@ -2,7 +2,8 @@
 
 Plain MuJoCo is the real arm; armature, damping, frictionloss and delay of every joint are drawn. mujoco.sysid
 is told which numbers are wrong, and its simulation has their very physics; it begins at the file's numbers
-and fits by rollouts of whole runs. exidyn is told nothing: it fits every number of the model, on the first
+and fits by rollouts of whole runs. Its torques are those that its sensors read, which in steps of 2 ms is not
+what moves a joint. exidyn is told nothing: it fits every number of the model, on the first
 motion, and decides by a second. Both files are judged alike on a third.
 """
 
@@ -39,7 +40,7 @@ from .real_arm import places_of
 MODELS = ("ur10e", "panda_nohand", "iiwa14")
 """Models whose servos state a damping: one by `dampratio` would change with the armature."""
 QUICK = ("iiwa14",)
-SECONDS, QUICK_SECONDS = 20.0, 6.0
+SECONDS, QUICK_SECONDS = 20.0, 8.0
 """Duration of each run."""
 SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
 """Range of each number of a joint, over `starts`."""
@@ -95,9 +96,11 @@ def compared(path: Path, seconds: float) -> dict[str, Any]:
     judge = partial(tool_error, robot=nominal.robot, motion=motions["third"])
     text, cpu = timed(lambda: by_exidyn(path, nominal, logs))
     figures = {"original_mm": judge(path.read_text()), "true_mm": judge(true), "mm": judge(text), "cpu": cpu}
+    sensed = motions["identify"]._replace(torque=motions["identify"].sensed)
+    log = logged(arm, sensed, SEEDS["identify"], "identify")
     told = {}
     for names in SIGNALS if seconds == SECONDS else SIGNALS[-1:]:
-        text, cpu = timed(partial(by_sysid, path, nominal, logs["identify"], names))
+        text, cpu = timed(partial(by_sysid, path, nominal, log, names))
         told[" and ".join(names)] = {"mm": judge(text), "cpu": cpu}
     best = min(told.values(), key=lambda result: float(result["mm"]))
     return figures | {"sysid_mm": best["mm"], "sysid_cpu": best["cpu"], "sysid_by": told}
@@ -150,7 +153,8 @@ def by_sysid(path: Path, nominal: Model, log: Recording, names: Sequence[str]) -
     sequence = sysid.ModelSequences(
         "arm", spec, "log", _at_rest(model, servos, log),
         sysid.TimeSeries.from_control_names(position.time, control, model),
-        sysid.TimeSeries.from_names(position.time, seen, model),
+        # It stamps a sensor's reading in a state with the time of the next.
+        sysid.TimeSeries.from_names(position.time + model.opt.timestep, seen, model),
     )  # fmt: skip
     told = _parameters(sysid, starts(path, nominal), servos).move_off_bounds()
     residual = sysid.build_residual_fn(models_sequences=[sequence], n_threads=1)

@@ -115,3 +115,16 @@ def test_the_table_has_what_the_benchmark_promises():
     assert sum(row.log == "torque" for row in TABLE) == 12
     assert {"delay", "kp", "kv", "forcerange", "thermal", "cable"} <= kinds
     assert kinds <= set(DRAWS) == set(NAMES) == {*EDITS, *FORCES, "delay"}
+
+
+def test_servos_of_a_law_replace_motors_and_keep_their_limits():
+    from parts.simulator.recorded_arms import with_servos
+
+    motor = '<motor name="{0}" joint="{1}" ctrlrange="-5 5"/>'
+    position = FILE[FILE.index("<position") : FILE.index("  </actuator>")]
+    text = FILE.replace(position, motor.format("a", "shoulder") + motor.format("b", "elbow"))
+    model = mujoco.MjModel.from_xml_string(with_servos(text, 20.0, 1.5))
+    data = mujoco.MjData(model)
+    data.qvel[:], data.ctrl[:] = (0.2, 0.0), (0.1, 9.0)
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_actuator == pytest.approx([20.0 * 0.1 - 1.5 * 0.2, 5.0])
