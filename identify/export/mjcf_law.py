@@ -84,4 +84,6 @@ def _require(
 
 
 def _close(first: float, second: float) -> bool:
-    return first == second or abs(first - second) <= CLOSE * max(abs(first), abs(second))
+    if not np.isfinite([first, second]).all():
+        return first == second
+    return abs(first - second) <= CLOSE * max(abs(first), abs(second))

@@ -5,20 +5,19 @@ The law of a joint, solved for the position error, is linear in its coefficients
 .. math:: c(t - d) - q = \alpha \tau + \beta \dot q - \varphi \dot c(t - d) - \iota \int (c(t - d) - q)\, dt
     + \gamma, \quad k_p = 1 / \alpha, \; k_v = \beta / \alpha, \ldots
 
-Its noise is that of the encoder. In the form solved for the torque, a stiff servo would multiply that noise
-by its gain, and the fit would prefer small gains. The delay is found by a search for the least residual.
+In this form the noise is that of the encoder. Solved for the torque, the law of a stiff servo would multiply
+that noise by its gain. The delay is found by a search for the least residual.
 All signals pass the same low-pass, which leaves a linear law as it is; samples at the limit of the torque are
 left out. Standard deviations allow for correlated residuals, since scores are summed over blocks.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2
 
 from ..arm.servo_law import ServoLaw
 from .servo_runs import LONGEST, ServoRun
@@ -28,10 +27,13 @@ GRID = 4e-3
 BLOCKS = 25
 """Number of blocks in which scores are summed: in usual runs they last a second, longer than residuals are
 correlated, and a standard deviation of 25 sums is known to 15 %."""
-SURE = 0.999
-"""Probability with which an additional term differs from zero before the law has it."""
+HALVED = 0.5
+"""Ratio of residual variances below which the law has an additional term: feed-forward, damping and delay are
+nearly alike, and a fit may trade them for a few percent of the residual."""
 BELOW = 0.9
 """Share of the largest torque below which no sample is saturated."""
+FREE = 1.0 / 3.0
+"""Minimum share of samples to leave out those beside saturated ones too."""
 SATURATED = 1.05
 """Torque by the linear law over the limit, above which a sample is saturated."""
 TRIMS = 3
@@ -46,6 +48,8 @@ FEWEST = 20
 """Minimum number of saturated samples for a limit."""
 LEVEL = 0.03
 """Maximum relative standard deviation of the torque of saturated samples."""
+NOTHING = 1e-100
+"""Norm below which a column is zero."""
 TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, ONE = range(5)
 """Columns of the regression; columns of unknown torques follow."""
 
@@ -59,6 +63,7 @@ class ServoFit:
         std: Standard deviations of the numbers of the law; infinite for limits that are not reached.
         period: Longest sampling period of the runs [s].
         residual: Rms of the position error that the law does not explain, shape (n,) [rad].
+        doubtful: Joints whose gains are not determined for another reason, shape (n,); empty: none.
         measured: Whether the torque was measured; otherwise it is that of a model's bodies, and damping
             includes viscous friction.
     """
@@ -68,6 +73,7 @@ class ServoFit:
     period: float
     residual: np.ndarray
     measured: bool
+    doubtful: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 
 def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
@@ -76,6 +82,13 @@ def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
     law, std = (ServoLaw(*np.array([getattr(fit, name) for fit in fits]).T) for name in ("values", "stds"))
     period, residual = 1.0 / min(run.rate for run in runs), np.array([fit.residual for fit in fits])
     return ServoFit(law, std, period, residual, not any(len(run.unknown) for run in runs))
+
+
+def unexplained(runs: Sequence[ServoRun], joint: int, delay: float) -> float:
+    """Rms position error of a joint that unknown torques leave unexplained [rad], at about a delay [s]."""
+    fit = _Joint(runs, joint)
+    used, terms = fit._sliding(), [VELOCITY, ONE, *range(ONE + 1, ONE + 1 + len(runs[0].unknown))]
+    return fit._refine(delay, terms, used).residual
 
 
 class _Fit(NamedTuple):
@@ -117,10 +130,8 @@ class _Joint:
         """Gains, limit and delay."""
         sliding = self._sliding()
         unknown = range(ONE + 1, ONE + 1 + len(self.runs[0].unknown))
-        unsaturated = ~_near(self.size > BELOW * self.size.max())
-        if np.mean(unsaturated) < 1.0 / 3.0:
-            unsaturated = self.size <= BELOW * self.size.max()
-        unsaturated &= sliding
+        below = self.size <= BELOW * self.size.max()
+        unsaturated = sliding & (~_near(~below) if np.mean(~_near(~below)) > FREE else below)
         terms = [TORQUE, VELOCITY, ONE, *unknown]
         solution = self._refine(self._search(terms, unsaturated), terms, unsaturated)
         for _ in range(TRIMS if unknown else 0):
@@ -129,12 +140,17 @@ class _Joint:
         limit, spread, used = self._limit(solution)
         used &= sliding
         solution = self._refine(solution.delay, terms, used)
-        for extra in () if unknown else (COMMAND_RATE, INTEGRAL):
-            more = self._refine(solution.delay, [*solution.terms, extra], used)
-            if more.values[-1] ** 2 > chi2.ppf(SURE, 1) * more.covariance[-2, -2]:
-                solution = more
+        if not unknown and np.isinf(limit):
+            versions = [solution, *self._extended(solution, used)]
+            solution = min(versions, key=lambda version: version.residual**2 / HALVED ** len(version.terms))
         fit = _numbers(solution, limit, spread)
         return fit._replace(stds=np.hypot(fit.stds, self._by_friction(solution, fit.values[0])))
+
+    def _extended(self, solution: _Solution, used: np.ndarray) -> Iterator[_Solution]:
+        """Solutions with feed-forward, with an integrator, and with both."""
+        for extra in ([COMMAND_RATE], [INTEGRAL], [COMMAND_RATE, INTEGRAL]):
+            terms = [*solution.terms, *extra]
+            yield self._refine(self._search(terms, used), terms, used)
 
     def _plausible(self, solution: _Solution, used: np.ndarray) -> np.ndarray:
         """Samples whose position error is that of the law, within the scatter of most samples."""
@@ -168,7 +184,7 @@ class _Joint:
         time = np.clip(run.time - delay, 0.0, run.time[-1])
         error = run.command(time)[:, joint] - run.position[:, joint]
         rate = run.command(time, 1)[:, joint]
-        integral = np.cumsum(error - error.mean()) / run.rate
+        integral = np.cumsum(error) / run.rate
         columns = [run.torque[:, joint], run.velocity[:, joint], -rate, -integral, np.ones_like(error)]
         columns += [shape[:, joint] for shape in run.unknown]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
@@ -181,7 +197,8 @@ class _Joint:
     def _squares(self, delay: float, terms: list[int], used: np.ndarray) -> float:
         """Sum of squared residuals of the position error [rad^2]."""
         columns, error, _ = (part[used] for part in self._system(delay))
-        return float(np.sum((error - columns[:, terms] @ _solve(columns[:, terms], error)) ** 2))
+        columns = columns[:, terms]
+        return float(np.sum((error - columns @ _least_squares(columns, error)) ** 2))
 
     def _refine(self, delay: float, terms: list[int], used: np.ndarray) -> _Solution:
         """Coefficients and delay; the delay may be slightly negative, as an estimate of zero is."""
@@ -189,13 +206,13 @@ class _Joint:
         best = minimize_scalar(self._squares, bounds=ends, args=(terms, used), options={"xatol": 1e-5})
         columns, error, rate = (part[used] for part in self._system(best.x))
         columns = columns[:, terms]
-        values = _solve(columns, error)
+        values = _least_squares(columns, error)
         residual = error - columns @ values
         covariance = self._covariance(np.column_stack([columns, rate]), residual, used)
         return _Solution(terms, float(best.x), values, covariance, float(np.sqrt(np.mean(residual**2))))
 
     def _covariance(self, columns: np.ndarray, residual: np.ndarray, used: np.ndarray) -> np.ndarray:
-        scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+        scale = np.maximum(np.linalg.norm(columns, axis=0), NOTHING)
         columns = columns / scale
         inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
         scores = np.zeros((BLOCKS, columns.shape[1]))
@@ -217,7 +234,8 @@ class _Joint:
             return np.inf, np.inf, np.ones(len(linear), bool)
         limit = float(np.median(size[above]))
         spread = np.sqrt(np.pi / 2.0) * float(np.std(size[above])) / np.sqrt(above.sum())  # of a median
-        return limit, spread, ~_near(linear > 0.98 * limit)
+        below = linear <= 0.98 * limit
+        return limit, spread, ~_near(~below) if np.mean(~_near(~below)) > FREE else below
 
 
 def _near(marked: np.ndarray) -> np.ndarray:
@@ -247,6 +265,6 @@ def _numbers(solution: _Solution, limit: float, spread: float) -> _Fit:
     )
 
 
-def _solve(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+def _least_squares(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    scale = np.maximum(np.linalg.norm(columns, axis=0), NOTHING)
     return np.asarray(np.linalg.lstsq(columns / scale, values, rcond=None)[0] / scale)

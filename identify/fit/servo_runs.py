@@ -54,9 +54,10 @@ class ServoRun:
             for values in (even.position, even.signal("command"), even.signal(even.measures))
         )
         scale = np.ones(len(gain)) if even.measures == "torque" else gain
+        torque, raw_torque = scale * torque, scale * even.signal(even.measures)
         return cls(
-            even.rate, cutoff, position, differentiate(position, even.rate)[0], scale * torque,
-            scale * even.signal(even.measures), CubicSpline(even.time - even.time[0], command),
+            even.rate, cutoff, position, differentiate(position, even.rate)[0], torque, raw_torque,
+            CubicSpline(even.time - even.time[0], command),
             np.empty((0, *position.shape)),
         )  # fmt: skip
 
@@ -83,6 +84,21 @@ class ServoRun:
         dry = low_pass(np.tanh(self.velocity / reversal), self.rate, self.cutoff)
         unknown = [dry] if rotor_inertia else [dry, acceleration]
         return replace(self, torque=torque, raw_torque=torque, unknown=np.stack(unknown))
+
+    def with_free_masses(self, model: Model) -> "ServoRun":
+        """The run with links of unknown size, each heavier by a factor, and unknown dry friction."""
+        acceleration = differentiate(self.velocity, self.rate)[0]
+        motion = Motion.of(self.time, self.position, self.velocity, acceleration)
+        links = []
+        for effect, values in model.shares(model.nominal_values):
+            if effect.of_links:
+                torques = effect.regressor(model.robot, motion) * values
+                links += list(np.moveaxis(torques.reshape(*torques.shape[:2], -1, 10).sum(axis=3), 2, 0))
+        known = self.with_model_torque(model, rotor_inertia=True)
+        rotor = known.torque - np.sum(links, axis=0)
+        unknown = np.concatenate([known.unknown, rotor[None], np.array(links)])
+        none = np.zeros_like(self.torque)
+        return replace(self, torque=none, raw_torque=none, unknown=unknown)
 
     @property
     def inside(self) -> slice:

@@ -74,7 +74,8 @@ def _with_common_factor(
     if len(ratios) < 2 or np.std(ratios) > ALIKE:
         return stiffness, std, helped
     common = file.stiffness * np.exp(np.mean(ratios))
-    for joint in np.flatnonzero(~known & np.isfinite(stiffness) & np.isfinite(std)):
+    doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(known), bool)
+    for joint in np.flatnonzero(~known & ~doubtful & np.isfinite(stiffness) & np.isfinite(std)):
         spread = ALIKE * common[joint]
         if abs(stiffness[joint] - common[joint]) < NORMAL_95 * np.hypot(std[joint], spread):
             weights = np.array([std[joint], spread]) ** -2.0
@@ -87,7 +88,8 @@ def determined(fit: ServoFit) -> np.ndarray:
     """Whether the runs determine the gains of each joint's servo, shape (n,)."""
     stiffness, std = fit.law.stiffness, fit.std.stiffness
     physical = np.isfinite(stiffness) & (stiffness > 0.0) & (fit.law.damping > -3.0 * fit.std.damping)
-    return np.asarray(physical & (std < DETERMINED * np.abs(stiffness)))
+    doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(stiffness), bool)
+    return np.asarray(physical & ~doubtful & (std < DETERMINED * np.abs(stiffness)))
 
 
 def _delays(fit: ServoFit, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,90 @@
+"""Servos and numbers of a file from plain MuJoCo as the real arm: what changes, and what does not."""
+
+import numpy as np
+import pytest
+
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.fit.servo_fit import identify_servos
+from exidyn.identification.fit.servo_runs import ServoRun
+from exidyn.identification.in_mujoco.gap import gap
+from exidyn.identification.in_mujoco.judge import Judge
+from exidyn.identification.in_mujoco.replay import Run
+from exidyn.identification.in_mujoco.servo_changes import changed_law, servo_changes
+from exidyn.identification.in_mujoco.servo_stage import servo_stage
+from exidyn.identification.in_mujoco.trial import Source, Trial
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.robot_files.mjcf_drives import servo_law
+from tests.parts.servo_arms import ARM, commands_alone, described, log, real_arm
+
+mujoco = pytest.importorskip("mujoco", minversion="4.0")
+
+SOURCE = Source(ARM.encode(), ".", "arm.xml")
+
+
+def runs_of(text):
+    return [("identify", log(text, 0, "one")), (HELD_OUT, log(text, 1, "other"))]
+
+
+def file_law():
+    return servo_law(mujoco.MjModel.from_xml_string(ARM), ("shoulder", "elbow"))
+
+
+def test_servos_like_those_of_the_file_change_nothing():
+    fit = identify_servos([ServoRun.of(log(ARM, 0, "run"), np.ones(2))])
+    assert servo_changes(fit, file_law()) == ()
+
+
+def test_what_differs_is_listed_joint_by_joint():
+    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
+    changes = servo_changes(fit, file_law())
+    assert {(change.joint, change.quantity) for change in changes} == {
+        (joint, quantity) for joint in (0, 1) for quantity in ("kp", "kv", "delay")
+    }
+    for change in changes:
+        true = {"kp": (600.0, 300.0), "kv": (60.0, 30.0), "delay": (0.02, 0.02)}[change.quantity][
+            change.joint
+        ]
+        assert abs(change.new - true) < change.half
+    law = changed_law(file_law(), changes)
+    np.testing.assert_allclose(law.stiffness, (600.0, 300.0), rtol=0.02)
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_the_servos_alone_take_most_of_the_gap(alone):
+    raw = runs_of(real_arm())
+    recordings = [(role, commands_alone(run)) for role, run in raw] if alone else raw
+    stage = servo_stage(SOURCE, described(), recordings, raw, Filtering(), Judge())
+    assert not stage.reason
+    trial = Trial(SOURCE, described(), [Run.of(raw[1][1], Filtering())], "position", stage.held)
+    before, after = (trial.distances(text).tool[-1] for text in (SOURCE.text, stage.source.text))
+    assert after < 0.6 * before  # the friction that the file lacks remains
+
+
+def test_a_simulation_delays_the_commands_of_a_run_by_the_delay_of_the_file():
+    """The file of the real arm follows its own log from any start."""
+    raw = log(real_arm(), 1, "other")
+    trial = Trial(
+        Source(real_arm().encode(), ".", "real.xml"), described(), [Run.of(raw, Filtering())], "position"
+    )
+    assert trial.distances(real_arm().encode()).tool[-1] < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alone", [False, True])
+def test_both_answers_and_the_file_by_itself_closes_what_it_can_hold(alone):
+    recordings = runs_of(real_arm())
+    if alone:
+        recordings = [(role, commands_alone(run)) for role, run in recordings]
+    result = gap(SOURCE, described(), recordings)
+    assert result.file.distances.tool[-1] < 0.1 * result.original.tool[-1]
+    changed = {(change.where, change.attribute): change.new for change in result.file.changes}
+    assert changed[("joint 'shoulder'", "frictionloss")] == pytest.approx(2.0, rel=0.15)
+    assert all(attribute != "mass" for _, attribute in changed)
+    mujoco.MjModel.from_xml_string(result.file.text.decode())
+
+
+@pytest.mark.slow
+def test_a_file_that_is_right_stays_as_it_is():
+    result = gap(SOURCE, described(), runs_of(ARM))
+    assert not result.changed
+    assert result.file.text == result.attached.text == SOURCE.text
