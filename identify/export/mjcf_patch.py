@@ -12,11 +12,12 @@ from ..fit.identified import Standard
 from ..robot_files.mjcf import body_parts, compile_mjcf
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import joint_name
+from .left_out import left_out
 from .mjcf_changes import Change, File, body_changes, change_gravity, joint_changes
 from .mjcf_elements import Elements
 from .mjcf_same import accepted, described, require_same
 from .mjcf_servos import keep_damping, require_servos, servo_changes, written_servos
-from .portable import Portable, left_out
+from .portable import Portable
 from .spread import Spread
 from .xml_text import Edits, read_tags
 
