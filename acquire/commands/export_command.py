@@ -36,7 +36,6 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 @Command(
     "Write a model for a simulator, or a recording as a table, and list what the file lacks.",
     (
-        "exidyn export exidyn-fit/fit.json --to mjcf",
         "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
         "exidyn export exidyn-fit/fit.json --to mjcf --patch arm.xml",
         "exidyn export arm-identified.xml --to isaaclab",

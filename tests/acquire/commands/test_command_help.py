@@ -139,7 +139,7 @@ def script(tmp_path_factory) -> Path:
         ("exidyn identify --val", "--validate"),
         ("exidyn identify ru", "run.mcap"),
         ("exidyn identify --output res", "results"),
-        ("exidyn export fit.json --to mj", "mjcf"),
+        ("exidyn export fit.json --to mjc", "mjcf"),
         ("exidyn drivers kuka", "kuka_rsi"),
     ],
 )
