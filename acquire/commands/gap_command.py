@@ -10,6 +10,7 @@ import numpy as np
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
+from exidyn.identification.file_names import read_failure
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.gap import Gap, gap
@@ -110,7 +111,7 @@ def _source(path: Path) -> Source:
     try:
         return Source(path.read_bytes(), str(path.resolve().parent), str(path))
     except OSError as error:
-        raise RobotError(f"{path} cannot be read: {error.strerror}") from error
+        raise RobotError(f"{path} cannot be read: {read_failure(path, error)}") from error
 
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import BrokenTree, MissingPackage, RobotError, UnknownJoint
+from ..file_names import read_failure
 from ..notebook import optional
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
 from .mjcf_drives import motor_coupling, torque_limits
@@ -66,7 +67,7 @@ def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise BrokenTree(f"{path}: cannot be read: {error.strerror}") from error
+        raise BrokenTree(f"{path}: cannot be read: {read_failure(path, error)}") from error
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
