@@ -41,7 +41,7 @@ from ..terminal.stopwatch import Stopwatch
 
 DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
 """Fields of the recorded robot's drives that an MJCF does not have."""
-STAGES = {"read": 0.02, "filter": 0.03, "form": 0.1, "search": 0.3, "weigh": 0.05, "simulate": 0.5}
+STAGES = {"read": 0.02, "filter": 0.04, "form": 0.19, "search": 0.35, "weigh": 0.02, "simulate": 0.38}
 """Stages and their shares of the time."""
 
 
