@@ -1,9 +1,9 @@
 """File names made from the names of robots and runs, which may be any text, even a path; missing files."""
 
+import os
 import re
 import unicodedata
 from collections.abc import Sequence
-from pathlib import Path
 from zlib import crc32
 
 LONGEST = 120
@@ -54,16 +54,16 @@ def distinct_stems(names: Sequence[str], default: str = "unnamed") -> list[str]:
     return stems
 
 
-def looked_in(path: Path) -> str:
+def looked_in(path: str | os.PathLike[str]) -> str:
     """The folder in which a missing file was looked for, as the end of an error message."""
     try:
-        folder = path.absolute().parent
-        return f"; looked in {folder}" if folder.is_dir() else f"; there is no folder {folder}"
-    except OSError:  # the current folder was removed, or the path is too long
+        folder = os.path.dirname(os.path.abspath(path))
+    except OSError:  # the current folder was removed
         return ""
+    return f"; looked in {folder}" if os.path.isdir(folder) else f"; there is no folder {folder}"
 
 
-def read_failure(path: Path, error: OSError) -> str:
+def read_failure(path: str | os.PathLike[str], error: OSError) -> str:
     """Why a file cannot be read; for a missing file, with the folder in which it was looked for."""
     reason = error.strerror or str(error)
     return f"{reason}{looked_in(path)}" if isinstance(error, FileNotFoundError) else reason
