@@ -98,12 +98,21 @@ def read_all(source: Run, robot: Arm | None = None, **options: Any) -> list[Reco
 _robot = robot  # its name is an argument below
 
 
-def plan(robot: Arm, *, search_seconds: float = 60.0, seed: int = 0, **wishes: Any) -> Plan:
+def plan(
+    robot: Arm,
+    *,
+    search_seconds: float = 60.0,
+    search_iterations: int | None = None,
+    seed: int = 0,
+    **wishes: Any,
+) -> Plan:
     """Plan the most informative trajectory within the limits of the robot.
 
     Args:
         robot: The arm.
         search_seconds: Duration of the search [s].
+        search_iterations: Iterations of each start of the search. They replace `search_seconds`, so that a
+            slow or busy computer plans the same motion.
         seed: Seed of the search.
         wishes: Planning options, the fields of `Wishes`: seconds, criterion, harmonics, period, margins,
             start, tick, clearances.
@@ -116,7 +125,9 @@ def plan(robot: Arm, *, search_seconds: float = 60.0, seed: int = 0, **wishes: A
     for name in wishes:
         if name not in valid:
             raise UnknownKey(name, "plan: wish", valid)
-    [best] = _plan(_robot(robot), Wishes(**wishes), seconds=search_seconds, seed=seed)
+    [best] = _plan(
+        _robot(robot), Wishes(**wishes), seconds=search_seconds, iterations=search_iterations, seed=seed
+    )
     return best
 
 

@@ -1,5 +1,6 @@
-"""File names made from the names of robots and runs, which may be any text, even a path."""
+"""File names made from the names of robots and runs, which may be any text, even a path; missing files."""
 
+import os
 import re
 import unicodedata
 from collections.abc import Sequence
@@ -51,6 +52,21 @@ def distinct_stems(names: Sequence[str], default: str = "unnamed") -> list[str]:
         used.add(free.casefold())
         stems.append(free)
     return stems
+
+
+def looked_in(path: str | os.PathLike[str]) -> str:
+    """The folder in which a missing file was looked for, as the end of an error message."""
+    try:
+        folder = os.path.dirname(os.path.abspath(path))
+    except OSError:  # the current folder was removed
+        return ""
+    return f"; looked in {folder}" if os.path.isdir(folder) else f"; there is no folder {folder}"
+
+
+def read_failure(path: str | os.PathLike[str], error: OSError) -> str:
+    """Why a file cannot be read; for a missing file, with the folder in which it was looked for."""
+    reason = error.strerror or str(error)
+    return f"{reason}{looked_in(path)}" if isinstance(error, FileNotFoundError) else reason
 
 
 def _with_checksum(stem: str, name: str) -> str:

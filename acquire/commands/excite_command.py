@@ -49,6 +49,8 @@ OPTIMIZED = "best"
 """Name of the optimized kind of run; the others are made by rule."""
 IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
 """Options that only apply to runs for identification."""
+SEARCH = 60.0
+"""Default search time [s]."""
 STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
 """Stages of a run made by rule, and their shares of the time."""
 GOAL = (
@@ -142,7 +144,13 @@ LIMITS = (
         Group(
             "search",
             (
-                Option("--search --seconds S", "search time", any_number, 60.0),
+                Option("--search --seconds S", f"search time; default: {SEARCH:g}", any_number),
+                Option(
+                    "--iterations N",
+                    "iterations of each start instead of a search time, so that a slow or busy computer "
+                    "plans the same motion",
+                    integer,
+                ),
                 Option("--starts N", "number of random starts", integer, 4),
                 Option("--seed N", "seed of the first start", integer, 0),
             ),
@@ -157,7 +165,8 @@ def excite_command(args: Namespace) -> None:
     require_json(args.json)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
-    with Stopwatch({} if searched else STAGES, args.search if searched else 0.0) as progress:
+    timed = searched and args.iterations is None
+    with Stopwatch({} if searched else STAGES, _search_time(args) if timed else 0.0) as progress:
         plans, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
         checked = [_checked(motion, loaded, progress) for motion in plans]
@@ -186,6 +195,8 @@ def _require_together(args: Namespace) -> None:
     identify = [f"--{name}" for name in IDENTIFY_ONLY if getattr(args, name) not in (None, [])]
     if len(other_goals) > 1 or other_goals and identify:
         raise WrongUse(f"{' and '.join([*other_goals, *identify][:2])} cannot be used together")
+    if args.search is not None and args.iterations is not None:
+        raise WrongUse("--search and --iterations cannot be used together")
     if args.joints and args.kind == OPTIMIZED:
         raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
 
@@ -232,9 +243,14 @@ def _search(
         goal=goal,
         starts=args.starts,
         seed=args.seed,
-        seconds=args.search,
+        seconds=_search_time(args),
+        iterations=args.iterations,
         progress=progress,
     )
+
+
+def _search_time(args: Namespace) -> float:
+    return SEARCH if args.search is None else float(args.search)
 
 
 def _against(

@@ -14,7 +14,7 @@ from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
 from exidyn.identification.export.mjcf_patch import Patch, patch
-from exidyn.identification.file_names import file_stem
+from exidyn.identification.file_names import file_stem, read_failure
 from exidyn.identification.fit.fit import Moved
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identified import Standard, standard_parameters
@@ -131,7 +131,7 @@ def _patched(args: Namespace, portable: Portable) -> Patch:
     try:
         text = args.patch.read_bytes()
     except OSError as error:
-        raise RobotError(f"{args.patch} cannot be read: {error.strerror}") from error
+        raise RobotError(f"{args.patch} cannot be read: {read_failure(args.patch, error)}") from error
     return patch(portable, parameters, text, str(args.patch.resolve().parent), str(args.patch))
 
 

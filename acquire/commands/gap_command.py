@@ -12,6 +12,7 @@ from exidyn.identification.diagnosis.findings.finding import Finding
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
+from exidyn.identification.file_names import read_failure
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
@@ -42,8 +43,6 @@ from ..files.simulated_arm import controlled, import_runs, simulated_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Stopwatch
 
-DRIVES = ("drive_gain", "drive_gain_tolerance", "gear_ratio", "servo")
-"""Fields of the recorded robot's drives that an MJCF does not have."""
 STAGES = {
     "read": 0.02, "servos": 0.08, "filter": 0.03, "form": 0.1, "search": 0.25, "weigh": 0.05, "simulate": 0.2,
     "refine": 0.27,
@@ -143,7 +142,7 @@ def _source(path: Path) -> Source:
     try:
         return Source(path.read_bytes(), str(path.resolve().parent), str(path))
     except OSError as error:
-        raise RobotError(f"{path} cannot be read: {error.strerror}") from error
+        raise RobotError(f"{path} cannot be read: {read_failure(path, error)}") from error
 
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:

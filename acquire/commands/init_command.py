@@ -75,7 +75,10 @@ AS_TABLE = (
             Path,
         ),
         Option(
-            "--urdf --mjcf FILE", f"description of the arm: {NAMED}, or a robot.toml", Path, required=True
+            "--urdf --mjcf --robot FILE",
+            f"description of the arm: {NAMED}, or a robot.toml",
+            Path,
+            required=True,
         ),
         output_option("FILE", Path("robot.toml")),
         Option("--preset FILE", f"file of the preset; default: {BESIDE} beside the log", Path),

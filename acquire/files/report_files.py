@@ -9,6 +9,7 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.consistency import check_diagnosis
 from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGNOSIS_FORMAT
 from exidyn.identification.errors import NotAFile
+from exidyn.identification.file_names import looked_in
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit, read_json
 from exidyn.identification.pages.compared_document import verdict
@@ -51,7 +52,7 @@ def find_files(paths: Sequence[Path]) -> list[ReportFile]:
 
 def _files_at(path: Path) -> list[ReportFile]:
     if not path.exists():
-        raise NotAFile(f"{path} does not exist")
+        raise NotAFile(f"{path} does not exist{looked_in(path)}")
     if path.suffix == ".json":
         if kind := _kind(path):
             return [ReportFile(kind, path)]

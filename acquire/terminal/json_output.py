@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from exidyn import quoting
+import exidyn.quoting as quoting
 from exidyn.identification.text_table import page_width
 from exidyn.quoting import visible
 

@@ -62,7 +62,7 @@ def _signals(recording: Recording) -> list[str]:
     rows = [
         [
             name,
-            ", ".join(dict.fromkeys(recording.robot.units(SIGNALS[name]))),
+            _unit(recording, name),
             str(len(signal)),
             digits(signal.rate) if signal.rate else "-",
         ]
@@ -72,10 +72,15 @@ def _signals(recording: Recording) -> list[str]:
 
 
 def _ranges(recording: Recording) -> list[str]:
-    """Table of each joint's range in each signal."""
+    """Table of each joint's range in each signal, with the units in its head."""
     columns = [[_range(column) for column in s.values.T] for s in recording.signals.values()]
     rows = [list(row) for row in zip(recording.robot.joints, *columns, strict=True)]
-    return table(["joint", *recording.signals], rows)
+    return table(["joint", *(f"{name} [{_unit(recording, name)}]" for name in recording.signals)], rows)
+
+
+def _unit(recording: Recording, signal: str) -> str:
+    """Unit of a signal; if revolute and prismatic joints have different units, both."""
+    return ", ".join(dict.fromkeys(recording.robot.units(SIGNALS[signal])))
 
 
 def _range(column: np.ndarray) -> str:

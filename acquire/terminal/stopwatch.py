@@ -28,7 +28,8 @@ REDRAW = 0.5
 KNOWN = 0.02
 """Share of the work after which its remaining time is estimated."""
 NEARLY = 0.95
-"""Share of a stage at which the bar waits while the stage takes longer than expected."""
+"""Share of a stage at which the bar waits while the stage takes longer than expected; the remaining time is
+then unknown."""
 FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
 ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
 
@@ -103,7 +104,9 @@ class Stopwatch:
             return 0.0, float("nan")
         total = (self._entered - self._start) / self._before
         share = self._shares[self._stage]
-        inside = min((now - self._entered) / (share * total), NEARLY) if share else 0.0
+        inside = (now - self._entered) / (share * total) if share else 0.0
+        if inside > NEARLY:
+            return self._before + share * NEARLY, float("nan")
         done = self._before + share * inside
         return done, max(1.0 - done, 0.0) * total
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..effects import Parameter
 from ..errors import NotAFile, RobotError
+from ..file_names import read_failure
 from ..model import Model
 from ..robot_files.robot_file import model_text, parse_model
 from ..schema import Disagreement, checked
@@ -228,7 +229,7 @@ def read_json(path: Path) -> Any:
             json.dumps(table, ensure_ascii=False).encode()
         return table
     except OSError as error:
-        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
+        raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     except RecursionError:
         raise NotAFile(f"{path} is not valid JSON: nested too deeply") from None
     except ValueError as error:

@@ -35,9 +35,7 @@ GIVE = "swap them with --columns, or under column in the preset file"
 ORDER = "give the columns in the robot's order"
 TURN = "reverse it: sign = -1 in a preset, or the sign of [drive] gain, or the axis of the joint"
 TURN_POSITION = "reverse it: [position] sign in a preset, or the axis in the robot description"
-UNIT = (
-    "state it: --degrees, or [position] unit in a preset; import without --degrees where they are in radians"
-)
+UNIT = "state it: exidyn import --degrees, or [position] unit in a preset; omit --degrees for radians"
 TRAVEL = 'state it: [position] unit = "%" in a preset'
 SCALE = "state it: [position] scale in a preset"
 GEAR = "state it: [drive] gear_ratio in robot.toml, or scale in a preset"

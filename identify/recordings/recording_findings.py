@@ -131,8 +131,8 @@ def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
         yield Finding(
             BadUnit,
             f"{name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed",
-            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import with time_scale=0.001 "
-            "(--time-scale 0.001)",
+            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import it with exidyn import "
+            "--time-scale 0.001 (in Python time_scale=0.001)",
         )
 
 
@@ -175,8 +175,8 @@ def _speed(recording: Recording) -> Iterator[Finding]:
                 BadUnit,
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
                 f"most {fastest:g} rad/s is possible",
-                "Positions in degrees (degrees=True, --degrees), or time in another unit than seconds "
-                "(time_scale, --time-scale)? Or state how fast it may turn: [limits] velocity",
+                "Positions in degrees (exidyn import --degrees), or time in another unit than seconds "
+                "(exidyn import --time-scale)? Or state how fast it may turn: [limits] velocity",
             )
 
 

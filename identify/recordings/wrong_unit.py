@@ -38,8 +38,8 @@ def percent_questions(robot: Robot, position: np.ndarray) -> list[str]:
     """Questions about grippers whose positions, shape (t, n) [rad], were converted from degrees."""
     return [
         f"{joint} goes from {np.nanmin(degrees):.4g} to {np.nanmax(degrees):.4g}, read in degrees: is it per "
-        "cent of what it opens? Then its unit is 0-100% (--units position=deg,...,0-100%), or leave the "
-        "joint out: joints = [...] in robot.toml"
+        "cent of what it opens? Then its unit is 0-100% (exidyn import --units position=deg,...,0-100%), or "
+        "leave the joint out: joints = [...] in robot.toml"
         for joint, degrees in zip(robot.joints, np.degrees(position.T), strict=True)
         if in_percent(joint, degrees)
     ]
@@ -103,6 +103,8 @@ def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
         return f"It is impossible in degrees too. If it is in counts of an encoder: {OF_STEPS}"
     if in_percent(joint, values) and np.all(np.abs(others) < IN_RADIANS):
         return f"The other joints are in radians: {PER_CENT}"
-    degrees = "It looks like degrees: import with degrees=True (--degrees)"
+    degrees = "It looks like degrees: import it with exidyn import --degrees (in Python degrees=True)"
     beyond = np.nanmax(np.abs(values)) > PERCENT
-    return degrees if beyond else f"{degrees}; per cent of a joint's travel is --units position=%"
+    return (
+        degrees if beyond else f"{degrees}; per cent of a joint's travel is exidyn import --units position=%"
+    )

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held
 from ..errors import BrokenTree, MissingPackage
+from ..file_names import read_failure
 from ..notebook import optional
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
@@ -69,7 +70,7 @@ def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise BrokenTree(f"{path}: cannot be read: {error.strerror}") from error
+        raise BrokenTree(f"{path}: cannot be read: {read_failure(path, error)}") from error
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:

@@ -14,6 +14,7 @@ import pinocchio as pin
 from ..arm.newton_euler import joints_of
 from ..arm.robot import Held, Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
+from ..file_names import looked_in
 from ..model import Model
 from .bam_file import with_bam_rows
 from .description import NAMED, is_description, read_kinematics
@@ -101,7 +102,7 @@ def read_model(
     path = Path(source)
     if not path.exists():
         raise RobotError(
-            f"no robot or file called '{source}'. Built-in robots: "
+            f"no robot or file called '{source}'{looked_in(path)}. Built-in robots: "
             f"{', '.join(builtin_names())}; or give the path of a robot.toml, or of a {NAMED}"
         )
     if not is_description(path):

@@ -14,6 +14,7 @@ import numpy as np
 from exidyn.quoting import double_quoted
 
 from ..errors import RobotError, UnknownKey
+from ..file_names import read_failure
 from ..schema import LARGEST
 
 WHOLE = 2**63
@@ -64,7 +65,7 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         raise RobotError(f"{path}: not a text file (UTF-8); give a robot.toml or a .urdf") from error
     except OSError as error:
-        raise RobotError(f"{path}: cannot be read: {error.strerror}") from error
+        raise RobotError(f"{path}: cannot be read: {read_failure(path, error)}") from error
 
 
 def check_keys(table: object, valid: Collection[str], where: str) -> None:

@@ -1,10 +1,17 @@
 """Names of files from any text: one component that every system takes, distinct where names are."""
 
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import pytest
 
-from exidyn.identification.file_names import LONGEST, distinct_stems, file_stem, unique_stem
+from exidyn.identification.file_names import (
+    LONGEST,
+    distinct_stems,
+    file_stem,
+    looked_in,
+    read_failure,
+    unique_stem,
+)
 
 HOSTILE = [
     "../../../PWNED", "/etc/passwd", "..", ".", "", "   ", "C:\\Windows\\x", "\\\\host\\share", "a/b", "-rf",
@@ -42,3 +49,12 @@ def test_names_that_differ_have_stems_that_differ_on_every_disk():
     stems = distinct_stems(names)
     assert len({stem.casefold() for stem in stems}) == len(names)
     assert distinct_stems(["run", "run", "Run"]) == ["run", "run_1", "Run_2"]
+
+
+def test_a_missing_file_is_reported_with_its_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert looked_in(Path("run.mcap")) == f"; looked in {tmp_path}"
+    assert looked_in(Path("none/run.mcap")) == f"; there is no folder {tmp_path / 'none'}"
+    missing, refused = FileNotFoundError(2, "No such file"), PermissionError(13, "Permission denied")
+    assert read_failure(Path("run.mcap"), missing) == f"No such file; looked in {tmp_path}"
+    assert read_failure(Path("run.mcap"), refused) == "Permission denied"

@@ -40,6 +40,7 @@ def plan(
     starts: int = 4,
     seed: int = 0,
     seconds: float = 60.0,
+    iterations: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Plan]:
@@ -52,6 +53,7 @@ def plan(
         starts: Number of starts of the search.
         seed: Seed of the first start.
         seconds: Duration of the search [s].
+        iterations: Iterations of each start, which replace the duration and make the plan repeatable.
         executor: Executor of the starts.
         progress: Called with sentences on the progress.
 
@@ -65,7 +67,14 @@ def plan(
     limits = setting.limits
     with in_words_of(model.robot):
         result = excite(
-            goal, setting, starts=starts, seed=seed, seconds=seconds, executor=executor, progress=progress
+            goal,
+            setting,
+            starts=starts,
+            seed=seed,
+            seconds=seconds,
+            iterations=iterations,
+            executor=executor,
+            progress=progress,
         )
         goal = goal.with_spread(result.spread)
         return [_plan(model, wishes, goal, result, seed, series, limits, assumed) for series in result.series]

@@ -15,6 +15,7 @@ from typing import Any
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.errors import RobotError
+from exidyn.identification.file_names import read_failure
 from exidyn.identification.robot_files.toml_fields import (
     block,
     check_keys,
@@ -66,7 +67,7 @@ def read_plan(path: Path | str) -> Plan:
             f"{path}: not a text file (UTF-8); expected a trajectory file (.toml)"
         ) from error
     except OSError as error:
-        raise NotATrajectory(f"{path}: cannot be read: {error.strerror}") from error
+        raise NotATrajectory(f"{path}: cannot be read: {read_failure(path, error)}") from error
     return parse_plan(text, str(path))
 
 

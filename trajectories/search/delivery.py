@@ -1,6 +1,5 @@
 """Delivery: the best series of a search, brought inside all limits."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -10,6 +9,7 @@ from exidyn.identification.arm.motion import Motion
 
 from ..errors import Infeasible
 from ..families.fourier import Fourier
+from .clock import Clock
 from .drawn_arms import share_beyond, with_own_factor
 from .goals import Goal
 from .problem import Basis, Problem
@@ -26,9 +26,7 @@ WIDER = 1.15
 NARROWEST = 0.25
 """Least share of the widest band after the first widening: the band before may have zero width."""
 ASIDE = 0.1
-"""Share of the search time that is spent on deliverable intermediate results."""
-OFFER = 0.3
-"""Initial guess of the time to bring a series inside all limits [s]."""
+"""Share of the search's budget that is spent on deliverable intermediate results."""
 
 
 class Delivery:
@@ -39,40 +37,50 @@ class Delivery:
         setting: Limits and shape of the series.
         basis: Basis of the coefficients.
         report: Called with each value that improves on all before.
+        clock: Clock of the search; by default that of the computer.
 
     Attributes:
-        takes: Duration of the last `offer` [s].
+        takes: Cost of the last `offer`, in the clock's unit.
         miss: Why no offered series fits inside the limits; empty once one does.
     """
 
-    def __init__(self, goal: Goal, setting: Setting, basis: Basis, report: Callable[[float], None]) -> None:
+    def __init__(
+        self,
+        goal: Goal,
+        setting: Setting,
+        basis: Basis,
+        report: Callable[[float], None],
+        clock: Clock | None = None,
+    ) -> None:
         self._goal, self._setting, self._basis, self._report = goal, setting, basis, report
-        self._start, self._aside = time.monotonic(), 0.0
-        self.takes, self.miss = OFFER, ""
+        self._clock = clock or Clock()
+        self._start, self._aside = self._clock.now(), 0.0
+        self.takes, self.miss = self._clock.offer, ""
         self._best: SearchResult | None = None
         self._history: list[tuple[float, float]] = []
         self._objective = goal.objectives(setting.limits, 0.0)[-1]
 
     @property
-    def seconds(self) -> float:
-        """Time since the search began [s]."""
-        return time.monotonic() - self._start
+    def used(self) -> float:
+        """Budget used since the search began, in the clock's unit."""
+        return self._clock.now() - self._start
 
     def offer(self, coefficients: np.ndarray) -> None:
         """Bring series inside all limits, and store them if they are the best."""
-        begun = self.seconds
+        begun = self.used
         try:
             feasible, spread = self._feasible(coefficients)
         except Infeasible as reason:
             self.miss = "" if self._best else str(reason)
             return
         finally:
-            self.takes = self.seconds - begun
+            self._clock.deliver()
+            self.takes = self.used - begun
             self._aside += self.takes
         value = self._objective.value(fine_motion(feasible))
         if self._best is None or value < self._best.value:
             self._best, self.miss = SearchResult(feasible, value, 0, spread=spread), ""
-            self._history.append((self.seconds, value))
+            self._history.append((self.used, value))
             self._report(value)
 
     def _feasible(self, coefficients: np.ndarray) -> tuple[tuple[Fourier, ...], TorqueSpread | None]:
@@ -109,10 +117,10 @@ class Delivery:
         return self._goal, self._goal.spread.factor < before.factor
 
     def offer_callback(self, problem: Problem) -> Callable[[Search], None]:
-        """A callback that offers improvements of a search, within a share `ASIDE` of its time."""
+        """A callback that offers improvements of a search, within a share `ASIDE` of its budget."""
 
         def receive(search: Search) -> None:
-            if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.seconds:
+            if search.unknowns is not None and self._aside + self.takes <= ASIDE * self.used:
                 self.offer(problem.coefficients(search.unknowns))
 
         return receive

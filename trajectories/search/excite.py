@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadLimits, Infeasible
+from .clock import Clock, IterationClock
 from .goals import Goal
 from .parallel import Stop, report, run_all
 from .setting import SearchResult, Setting
@@ -28,6 +29,7 @@ def excite(
     starts: int = 4,
     seed: int = 0,
     seconds: float = 60.0,
+    iterations: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SearchResult:
@@ -40,18 +42,25 @@ def excite(
             periods in turn, the first of them twice.
         seed: Seed of the first start.
         seconds: Duration of the search [s], without the startup of its processes.
+        iterations: Iterations of each start. They replace `seconds`: the result then does not depend on the
+            speed, the load or the number of cores of the computer.
         executor: Executor of the starts; a pool of processes by default.
         progress: Called with a sentence when a start ends, and occasionally while they run.
 
     Raises:
-        BadLimits: The number of starts or the duration is not positive, or the seed is negative.
+        BadLimits: The number of starts or iterations or the duration is not positive, or the seed is
+            negative.
         Infeasible: No start could be brought inside the limits.
     """
     if starts < 1 or not seconds > 0.0:
         raise BadLimits(f"a search of {starts} starts in {seconds:g} s; both must be above 0")
     if seed < 0:
         raise BadLimits(f"seed: {seed}; it must be 0 or more")
-    tasks = [(goal, *start) for start in starts_of(setting, starts, seed, seconds)]
+    if iterations is not None:
+        if iterations < 1:
+            raise BadLimits(f"iterations: {iterations}; it must be 1 or more")
+        seconds = np.inf
+    tasks = [(goal, *start, iterations) for start in starts_of(setting, starts, seed, seconds)]
     starts = len(tasks)
     results: list[SearchResult] = []
     misses: list[str] = []
@@ -83,8 +92,8 @@ def starts_of(setting: Setting, starts: int, seed: int, seconds: float) -> list[
     The first two starts have the first period, and the next ones take the other periods in turn. The first
     period is the longest and nearly always the best.
     """
-    cores = os.cpu_count() or 1
-    count, periods = min(starts, max(cores, int(seconds * cores / SETTLES))), setting.periods
+    cores, periods = os.cpu_count() or 1, setting.periods
+    count = min(starts, max(cores, int(min(seconds * cores / SETTLES, starts))))
     places = [max(place - 1, 0) % len(periods) for place in range(count)]
     return [(replace(setting, periods=(periods[k],)), seed + n) for n, k in enumerate(places)]
 
@@ -103,6 +112,9 @@ def _throttled(goal: Goal, progress: Callable[[str], None]) -> Callable[[float],
     return receive
 
 
-def _run_start(goal: Goal, setting: Setting, seed: int, seconds: float, stop: Stop) -> "SearchResult | str":
+def _run_start(
+    goal: Goal, setting: Setting, seed: int, iterations: int | None, seconds: float, stop: Stop
+) -> "SearchResult | str":
     """Run one start, with reports to the process that waits for it."""
-    return one_start(goal, setting, seed, seconds, stop, report)
+    clock = Clock() if iterations is None else IterationClock()
+    return one_start(goal, setting, seed, iterations or seconds, stop, report, clock)

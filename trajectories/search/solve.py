@@ -3,13 +3,13 @@
 The best solution so far is stored at every step, so that there is a result whenever the search is stopped.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
+from .clock import Clock
 from .problem import Problem
 from .sqp import Function, minimize
 
@@ -28,7 +28,7 @@ again, and another start gains more."""
 
 
 class _Stopped(Exception):
-    """Time is up, or a stop was requested."""
+    """The budget is used up, or a stop was requested."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Search:
         curvature: Learned Hessian of the Lagrangian at the end, shape (k n, k n).
         unknowns: Best unknowns that keep the bounds at all samples, shape (k n,); None if there are none.
         value: Value of the last objective there.
-        history: Time since the start [s] and best value so far.
+        history: Budget used since the start, in the clock's unit, and best value so far.
     """
 
     curvature: np.ndarray
@@ -56,19 +56,22 @@ def solve(
     report: Callable[[Search], None] = lambda _: None,
     most: int = LAST_STEPS,
     curvature: np.ndarray | None = None,
+    clock: Clock | None = None,
 ) -> Search:
     """Minimize a problem's smooth objectives one after the other from a start, shape (k n,).
 
     Args:
         problem: Objectives and bounds.
         start: Initial unknowns, which need not keep the bounds.
-        seconds: Time limit [s].
+        seconds: Budget in the clock's unit, by default a time limit [s].
         stop: Called at every step; returns whether to end.
         report: Called at every improvement.
         most: Maximum iterations of the last objective.
         curvature: Hessian that an earlier search has learned in the same unknowns.
+        clock: Clock of the budget; by default that of the computer.
     """
-    begun, margins, unknowns = time.monotonic(), Function(problem.margins), np.array(start)
+    clock = clock or Clock()
+    begun, margins, unknowns = clock.now(), Function(problem.margins), np.array(start)
     search = Search(np.eye(len(unknowns)) if curvature is None else curvature)
     values = [Function(partial(problem.value, objective=objective)) for objective in problem.objectives]
     smooth = [value for value, objective in zip(values, problem.objectives, strict=True) if objective.smooth]
@@ -79,9 +82,9 @@ def solve(
             value = values[-1].value(at)
             if value < search.value:
                 search.unknowns, search.value = at.copy(), value
-                search.history.append((time.monotonic() - begun, value))
+                search.history.append((clock.now() - begun, value))
                 report(search)
-        if time.monotonic() - begun > seconds or stop():
+        if clock.now() - begun > seconds or stop():
             raise _Stopped
 
     try:
@@ -89,6 +92,7 @@ def solve(
         for objective in smooth:
             steps, gain = (most, GAIN) if objective is smooth[-1] else (STEPS, ROUGH)
             for iterate in minimize(objective, margins, unknowns, search.curvature, steps, gain):
+                clock.iterate()
                 unknowns, search.curvature = iterate
                 note(unknowns)
     except (_Stopped, KeyboardInterrupt):

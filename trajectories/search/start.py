@@ -1,6 +1,5 @@
 """Start: the search from random coefficients to series inside all limits."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -14,6 +13,7 @@ from ..families.fourier import Fourier
 from ..limits.check import Violation
 from ..limits.usable_limits import ranges
 from .bounds import ClearanceBound, kinematic_bounds
+from .clock import Clock
 from .delivery import Delivery
 from .goals import Goal
 from .problem import Basis, Problem
@@ -32,7 +32,7 @@ EVERY = 2
 SETTLED = 2
 """Number of further searches with limits tightened by the excess between samples; one leaves a tenth."""
 FIRST = 0.5
-"""Share of the time after which the first of these begins."""
+"""Share of the budget after which the first of these begins."""
 TRIES = 3
 """Number of random coefficients that a start tries: final values of two differ by a fifth."""
 TRY_STEPS = 12
@@ -40,7 +40,7 @@ TRY_STEPS = 12
 APART = 1_000_000
 """Difference between the seeds of two tries, above the number of starts."""
 TRYING = 0.2
-"""Share of the time within which tries must be expected to end, as the search restarts after them."""
+"""Share of the budget within which tries must be expected to end, as the search restarts after them."""
 
 
 def one_start(
@@ -50,22 +50,25 @@ def one_start(
     seconds: float,
     stop: Callable[[], bool],
     report: Callable[[float], None] = lambda _: None,
+    clock: Clock | None = None,
 ) -> "SearchResult | str":
     """Search from the best of a few random starts; returns a sentence if nothing fits inside the limits.
 
-    `report` is called with the value of each improved deliverable result.
+    `report` is called with the value of each improved deliverable result. `seconds` is the budget in the unit
+    of the clock, by default that of the computer.
     """
+    clock = clock or Clock()
     problem = problem_of(goal, setting, setting.periods[seed % len(setting.periods)])
-    delivery = Delivery(goal, setting, problem.basis, report)
+    delivery = Delivery(goal, setting, problem.basis, report, clock)
     try:
-        start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop)
+        start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop, clock)
     except Infeasible as reason:  # no pose keeps all clearances
         return str(reason)
-    coarse, note = FIRST * seconds - delivery.seconds, delivery.offer_callback(problem)
-    search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature)
+    coarse, note = FIRST * seconds - delivery.used, delivery.offer_callback(problem)
+    search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature, clock=clock)
     delivery.offer(start if search.unknowns is None else problem.coefficients(search.unknowns))
     if search.unknowns is not None:
-        _settle(problem, search, delivery, setting, seconds, stop)
+        _settle(problem, search, delivery, setting, seconds, stop, clock)
     return delivery.best(seed)
 
 
@@ -76,13 +79,14 @@ def _settle(
     setting: Setting,
     seconds: float,
     stop: Callable[[], bool],
+    clock: Clock,
 ) -> None:
-    """Continue within limits tightened by the excess between samples, in the remaining time."""
+    """Continue within limits tightened by the excess between samples, in the remaining budget."""
     assert search.unknowns is not None
     (goal, narrower), limits = delivery.narrowed(), setting.limits
     best = problem.coefficients(search.unknowns)
     for iteration in range(SETTLED):
-        remaining = seconds - delivery.seconds - delivery.takes
+        remaining = seconds - delivery.used - delivery.takes
         violations = _violations(problem.basis.fourier(best), goal, setting)
         if remaining <= 0.0 or stop() or not (violations or (narrower and iteration == 0)):
             return
@@ -90,29 +94,39 @@ def _settle(
         tighter = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
         tighter = replace(tighter, scale=problem.scale)  # the curvature was learned in these units
         note, curvature = delivery.offer_callback(tighter), search.curvature
-        search = solve(tighter, tighter.unknowns(best), remaining, stop, note, curvature=curvature)
+        search = solve(
+            tighter, tighter.unknowns(best), remaining, stop, note, curvature=curvature, clock=clock
+        )
         if search.unknowns is not None:
             best = tighter.coefficients(search.unknowns)
             delivery.offer(best)
 
 
 def best_of_tries(
-    goal: Goal, setting: Setting, problem: Problem, seed: int, seconds: float, stop: Callable[[], bool]
+    goal: Goal,
+    setting: Setting,
+    problem: Problem,
+    seed: int,
+    seconds: float,
+    stop: Callable[[], bool],
+    clock: Clock | None = None,
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Coefficients of the most promising of `TRIES` random starts after a few steps, shape (k, n).
 
     The second value is the curvature that it has learned, or None.
     """
-    smooth, begun = replace(problem, objectives=problem.objectives[:1]), time.monotonic()
+    clock = clock or Clock()
+    smooth, begun = replace(problem, objectives=problem.objectives[:1]), clock.now()
     first = best = random_start(goal, setting, problem.basis, seed)
     least, takes, curvature = np.inf, 0.0, None
     for number in range(TRIES):
-        remaining = seconds - (time.monotonic() - begun)
+        tried = clock.now()
+        remaining = seconds - (tried - begun)
         if remaining <= takes or stop():
             break
         start = random_start(goal, setting, problem.basis, seed + APART * number) if number else first
-        search = solve(smooth, smooth.unknowns(start), remaining, stop, most=TRY_STEPS)
-        takes = max(takes, remaining - (seconds - (time.monotonic() - begun)))
+        search = solve(smooth, smooth.unknowns(start), remaining, stop, most=TRY_STEPS, clock=clock)
+        takes = max(takes, clock.now() - tried)
         if search.unknowns is not None and search.value < least:
             best, least, curvature = problem.coefficients(search.unknowns), search.value, search.curvature
     return best, curvature

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import NotAFile, RecordingError, UnknownKey
+from ...file_names import looked_in
 
 if TYPE_CHECKING:  # a process that reads a file imports this package, but needs none of these
     from ...model import Model
@@ -154,7 +155,7 @@ def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
 def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
     """Format of a file or folder, and the function that reads it."""
     if not source.exists():
-        raise NotAFile(f"{source} does not exist")
+        raise NotAFile(f"{source} does not exist{looked_in(source)}")
     kind = kind or kind_of(source)
     if kind not in IMPORTERS:
         raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import NotAFile, RecordingError
+from ...file_names import read_failure
 from ...model import Model
 from ..recording import ControllerState, KnownPayload, Recording, Signal
 from ..recording_checks import check
@@ -214,7 +215,7 @@ def _headers(path: Path) -> list[dict[str, str]]:
         # KUKA's headers are ISO-8859-1 (a degree sign is one byte), in which any byte is a character.
         lines = path.read_text(encoding="iso-8859-1").splitlines()
     except OSError as error:
-        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
+        raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     headers: list[dict[str, str]] = []
     inside = False
     for line in map(str.strip, lines):

@@ -21,6 +21,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from ...errors import NotAFile
+from ...file_names import read_failure
 from ..decompression_limits import LEAST, largest_size, too_large
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -109,7 +110,7 @@ def read_contents(path: Path) -> Contents:
                 raise NotAFile(f"{path} is empty: the recorder wrote nothing, or the copy failed")
             data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
     except OSError as error:
-        raise NotAFile(f"{path} cannot be read: {error.strerror}") from error
+        raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     if bytes(data[: len(MAGIC)]) != MAGIC:
         begin = bytes(data[: len(MAGIC)])
         raise NotAFile(

@@ -201,6 +201,7 @@ def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
             "--kind poses and --against cannot be used together",
         ),
         (["--joints", "elbow"], "--joints cannot be used with kind 'best'"),
+        (["--iterations", "9"], "--search and --iterations cannot be used together"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(robot, capsys, arguments, words):

@@ -84,7 +84,7 @@ def later(rows, seconds):
             later(slice(200, 201), -1.0),
             "does not increase at 1 of 4999 steps, first from 0.796",
         ),
-        (lambda t, q, i: (t, np.degrees(q), i), "looks like degrees: import with degrees=True"),
+        (lambda t, q, i: (t, np.degrees(q), i), r"looks like degrees: .* \(in Python degrees=True\)"),
         (lambda t, q, i: (1000 * t, q, i), "In milliseconds that would be 250 Hz"),
         (lambda t, q, i: (t, q + [90, 0], i), "shoulder is at"),
     ],
@@ -119,8 +119,8 @@ def test_a_motor_side_without_gears_is_refused(folder, capsys):
     [
         (lambda t, q, i: (t, q, i), "x,q1,q2,i1,i2", "name it by --columns time=NAME"),
         (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "name others by --columns position=NAME,NAME"),
-        (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "(--degrees)"),
-        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "(--time-scale 0.001)"),
+        (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "exidyn import --degrees"),
+        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "exidyn import --time-scale 0.001"),
         (at(slice(100, 103), 1, 1e20), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),
     ],
     ids=["time", "position", "degrees", "milliseconds", "huge"],
@@ -266,7 +266,9 @@ def test_a_urdf_with_a_broken_tree_is_refused(folder, child, capsys):
 
 
 def test_what_does_not_exist_is_named(folder, capsys):
-    assert "nothing.mcap does not exist" in refused(["identify", "nothing.mcap"], capsys)
+    assert f"nothing.mcap does not exist; looked in {Path.cwd()}" in refused(
+        ["identify", "nothing.mcap"], capsys
+    )
     assert "Built-in robots: cobot, kr270" in refused(["identify", "run.mcap", "--robot", "ur5"], capsys)
 
 

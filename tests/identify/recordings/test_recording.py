@@ -200,7 +200,7 @@ def test_jitter_below_a_sample_is_no_gap():
 def test_a_joint_at_90_rad_looks_like_degrees():
     position = motion()
     position[:, 0] += 90.0
-    with pytest.raises(BadUnit, match="joint1 is at 90.*looks like degrees: import with degrees=True"):
+    with pytest.raises(BadUnit, match="joint1 is at 90.*looks like degrees: .*degrees=True"):
         check(recording(position=position))
 
 

@@ -3,6 +3,7 @@
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import delivery
+from exidyn.trajectories.search.clock import IterationClock
 from exidyn.trajectories.search.criteria import volume
 from exidyn.trajectories.search.delivery import FINE, Delivery
 from exidyn.trajectories.search.excite import excite, starts_of
@@ -196,6 +198,25 @@ def test_the_best_of_several_starts_is_returned_and_all_are_reported():
     assert text[-1].endswith(f"best mean relative deviation {np.exp(best.value):.4g}")
 
 
+@pytest.mark.parametrize("cores", [1, 4])
+def test_a_search_of_iterations_is_the_same_on_a_slow_computer(monkeypatch, cores):
+    search = {"starts": 2, "seed": 3, "iterations": 40}
+    with ThreadPoolExecutor(2) as pool:
+        expected = excite(goal(), setting(), executor=pool, **search)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    monkeypatch.setattr("exidyn.trajectories.search.clock.time.monotonic", count(step=100.0).__next__)
+    with ThreadPoolExecutor(1) as pool:
+        slow = excite(goal(), setting(), executor=pool, **search)
+    assert slow.value == expected.value
+    np.testing.assert_array_equal(slow.series[0].sine, expected.series[0].sine)
+    assert max(used for used, _ in expected.history) <= 40 + 2 * IterationClock.offer
+
+
+def test_more_iterations_give_a_better_motion():
+    few, many = (one_start(goal(), setting(), 3, n, never, clock=IterationClock()) for n in (5, 60))
+    assert many.value < few.value
+
+
 def test_starts_take_the_periods_in_turn():
     within = setting(periods=(4.0, 3.0))
     found = [one_start(goal(), within, seed, 0.0, never).series[0].period for seed in (0, 1, 2)]
@@ -224,6 +245,8 @@ def test_a_search_of_nothing_is_refused(wrong, words):
         excite(goal(), setting(), **wrong)
     with pytest.raises(BadLimits, match="in nan s"):
         excite(goal(), setting(), seconds=np.nan)
+    with pytest.raises(BadLimits, match="iterations: 0"):
+        excite(goal(), setting(), iterations=0)
     with pytest.raises(BadLimits, match="seed: -1"):
         excite(goal(), setting(), seed=-1)
 

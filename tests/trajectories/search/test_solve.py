@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.effects import MotionGradient
-from exidyn.trajectories.search import solve as solver
+from exidyn.trajectories.search import clock
 from exidyn.trajectories.search.bounds import kinematic_bounds
 from exidyn.trajectories.search.goals import Objective
 from exidyn.trajectories.search.problem import Problem
@@ -116,7 +116,7 @@ def test_without_time_it_ends_with_its_start(problem, start):
 
 def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
     now = iter(np.arange(0.0, 1e6))
-    monkeypatch.setattr(solver.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(clock.time, "monotonic", lambda: next(now))
     found = solve(problem, start, seconds=8.0)
     assert inside(problem, found.unknowns)
     assert search.value < found.value <= value(problem, start)

@@ -77,8 +77,8 @@ class Columns:
             usual = ", ".join(times[:3])
             raise WrongShape(
                 f"{where}: no column of time ({usual}) among {column_words(self.table.names, 't')}; "
-                'name it by --columns time=NAME (columns={"time": NAME}), or state the sampling rate: '
-                "--rate HZ (rate=HZ)"
+                'name it by exidyn import --columns time=NAME (columns={"time": NAME}), or state the '
+                "sampling rate: exidyn import --rate HZ (rate=HZ)"
             )
         return place
 
@@ -143,7 +143,7 @@ class Columns:
             raise WrongShape(
                 f"{where}: no column {listed(missing)} for {signal}. Columns: "
                 f"{column_words(self.table.names, missing[0])}; "
-                f"name others by --columns {signal}=NAME,NAME,... (columns={{...}})"
+                f"name others by exidyn import --columns {signal}=NAME,NAME,... (columns={{...}})"
             )
 
     def _readable(self, signal: str, joint: str, names: Sequence[str]) -> list[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import NotAFile, NotFinite, RecordingError, WrongShape
+from ....file_names import read_failure
 from ....model import Model
 from ....text_table import digits
 from ...optional_signals import NEEDED, without_damaged
@@ -145,7 +146,7 @@ def _stem(source: Path) -> str:
     try:
         is_file = source.is_file()
     except OSError as error:
-        raise NotAFile(f"{source} cannot be read: {error.strerror}") from error
+        raise NotAFile(f"{source} cannot be read: {read_failure(source, error)}") from error
     return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
 
 
