@@ -130,8 +130,7 @@ class _Joint:
         """Gains, limit and delay."""
         sliding = self._sliding()
         unknown = range(ONE + 1, ONE + 1 + len(self.runs[0].unknown))
-        below = self.size <= BELOW * self.size.max()
-        unsaturated = sliding & (~_near(~below) if np.mean(~_near(~below)) > FREE else below)
+        unsaturated = sliding & _away(self.size > BELOW * self.size.max())
         terms = [TORQUE, VELOCITY, ONE, *unknown]
         solution = self._refine(self._search(terms, unsaturated), terms, unsaturated)
         for _ in range(TRIMS if unknown else 0):
@@ -234,8 +233,15 @@ class _Joint:
             return np.inf, np.inf, np.ones(len(linear), bool)
         limit = float(np.median(size[above]))
         spread = np.sqrt(np.pi / 2.0) * float(np.std(size[above])) / np.sqrt(above.sum())  # of a median
-        below = linear <= 0.98 * limit
-        return limit, spread, ~_near(~below) if np.mean(~_near(~below)) > FREE else below
+        return limit, spread, _away(linear > 0.98 * limit)
+
+
+def _away(marked: np.ndarray) -> np.ndarray:
+    """Samples away from marked ones; samples beside them, or all, if few would remain."""
+    for others in (~_near(marked), ~marked):
+        if np.mean(others) > FREE:
+            return np.asarray(others)
+    return ~marked if np.sum(~marked) > FEWEST else np.ones(len(marked), bool)
 
 
 def _near(marked: np.ndarray) -> np.ndarray:

@@ -21,6 +21,8 @@ ACCURACY = 5.0
 cycle, and commands may jump between, so gains are off by some percent whatever their intervals are."""
 ALIKE = 0.1
 """Relative standard deviation of the factor by which the gains of an arm's servos differ from the file's."""
+CONTRADICTION = 3.29
+"""Number of standard deviations that two estimates of one number exceed with a probability of 0.1 %."""
 UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of a moment within a cycle, over its duration."""
 
@@ -77,7 +79,7 @@ def _with_common_factor(
     doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(known), bool)
     for joint in np.flatnonzero(~known & ~doubtful & np.isfinite(stiffness) & np.isfinite(std)):
         spread = ALIKE * common[joint]
-        if abs(stiffness[joint] - common[joint]) < NORMAL_95 * np.hypot(std[joint], spread):
+        if abs(stiffness[joint] - common[joint]) < CONTRADICTION * np.hypot(std[joint], spread):
             weights = np.array([std[joint], spread]) ** -2.0
             stiffness[joint] = weights @ [stiffness[joint], common[joint]] / weights.sum()
             std[joint], helped[joint] = weights.sum() ** -0.5, True

@@ -52,9 +52,9 @@ def test_an_integrator_and_feed_forward_belong_to_the_law_if_the_runs_show_them(
 
 
 def test_a_limit_of_the_torque_is_found_where_it_is_reached():
-    text = ARM.replace('kp="800" kv="40"', 'kp="800" kv="40" forcerange="-14 14"')
+    text = ARM.replace('kp="800" kv="40"', 'kp="800" kv="40" forcerange="-18 18"')
     fit = identify_servos([ServoRun.of(log(text, 0, "run"), GAIN)])
-    assert fit.law.limit[0] == pytest.approx(14.0, rel=0.01)
+    assert fit.law.limit[0] == pytest.approx(18.0, rel=0.01)
     assert fit.law.stiffness[0] == pytest.approx(800.0, rel=0.03)
     assert np.isinf(fit.law.limit[1])
 
