@@ -14,6 +14,7 @@ import numpy as np
 
 from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.report_files import read_result
+from exidyn.acquire.files.simulated_arm import simulated_arm
 from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
@@ -25,6 +26,9 @@ from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit as _read_fit
 from exidyn.identification.fit.identification import identify as _identify
+from exidyn.identification.in_mujoco.gap import Gap
+from exidyn.identification.in_mujoco.gap import gap as _gap
+from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.from_arrays import from_dataframe
@@ -40,9 +44,9 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
-    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Diagnosis", "Fit", "Model", "Plan", "Recording",
-    "compare", "diagnose", "identify", "load", "plan", "read", "read_all", "read_fit", "report", "robot",
-    "simulate",
+    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Diagnosis", "Fit", "Gap", "Model", "Plan", "Recording",
+    "compare", "diagnose", "gap", "identify", "load", "plan", "read", "read_all", "read_fit", "report",
+    "robot", "simulate",
 ]  # fmt: skip
 
 Run = Any
@@ -274,6 +278,47 @@ def compare(simulated: Run, recorded: Run, robot: Arm | None = None) -> Comparis
         RecordingError: The recordings are different motions.
     """
     return _compare(read(simulated, robot), read(recorded, robot))
+
+
+def gap(
+    mjcf: Path | str,
+    runs: Run | Sequence[Run],
+    validate: Run | Sequence[Run],
+    *,
+    commands: str = "",
+    judge: str = "tool",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    as_recorded: bool = False,
+) -> Gap:
+    """Improve a MuJoCo model: servos and delays, numbers of the file, and missing effects.
+
+    Args:
+        mjcf: Path of the MJCF.
+        runs: Runs to fit.
+        validate: Runs that are only simulated; they decide what is written.
+        commands: "position" or "torque"; by default, what the file and the runs support.
+        judge: Whose error decides, "tool" or "joints".
+        filtering: Filters; unset values are chosen from the data.
+        as_recorded: Whether to skip the check of columns, units and signs.
+
+    Example:
+        >>> result = ex.gap("arm.xml", "run.mcap", validate="other.mcap")
+        >>> Path("arm-identified.xml").write_bytes(result.file.text)
+        >>> for change in result.servos:
+        ...     print(change.joint, change.quantity, change.old, change.new, change.half)
+
+    Raises:
+        ExidynError: The file or the runs cannot be used; the message gives the reason.
+    """
+    path = Path(mjcf)
+    fitted, held_out = _runs(runs, path), _runs(validate, path)
+    if not fitted:
+        raise RecordingError("no run to fit; give at least one recording besides those for validation")
+    recordings = [(run.settings.get("role", ""), run) for run in fitted]
+    recordings += [(HELD_OUT, run) for run in held_out]
+    source = Source(path.read_bytes(), str(path.resolve().parent), str(path))
+    model = simulated_arm(path, fitted[0].robot)
+    return _gap(source, model, recordings, commands, filtering, as_recorded=as_recorded, judge_by=judge)
 
 
 def load(path: Path | str) -> Fit | Diagnosis | Comparison:
