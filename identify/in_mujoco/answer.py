@@ -49,8 +49,12 @@ class Answer:
 
 
 def attached(ladder: Ladder, file: Answer) -> Answer:
-    """The file with the findings; the file by itself if they bring the simulation no nearer."""
-    if ladder.kept is None or ladder.judge.compared(ladder.last, file.distances) is Gain.BETTER:
+    """The file with the findings; the file by itself if the simulation is no nearer for what is attached.
+
+    Findings have their evidence in the torque, so they stay unless they move the simulation away.
+    """
+    gain = ladder.judge.compared(file.distances, ladder.last)
+    if ladder.kept is None or gain is Gain.WORSE or (gain is Gain.SAME and not ladder.findings):
         return file
     step = ladder.kept
     return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left)

@@ -75,6 +75,7 @@ class Ladder:
         judge: What a simulation is judged by.
         last: Distances of what is kept.
         kept: What is kept; None if it is the file as it is.
+        findings: Findings that are kept.
         stages: What was tried.
         fits: Fits that were made, by the identities of the findings that they include.
     """
@@ -87,6 +88,7 @@ class Ladder:
     judge: Judge
     last: Distances = field(init=False)
     kept: Step | None = None
+    findings: list[Finding] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     fits: dict[tuple[int, ...], tuple[Fit, Standard]] = field(default_factory=dict)
 
@@ -96,13 +98,13 @@ class Ladder:
 
     def climb(self, findings: Sequence[Finding], progress: Callable[[str], None]) -> None:
         """Try the numbers of the file, then each finding."""
-        kept: list[Finding] = []
         for finding in (None, *findings):
             joints = self.diagnosis.joints
             name = NUMBERS if finding is None else named(finding.effect, finding.joints, joints)
             progress(StageText("simulate", f"simulate with {name}"))
-            if self._try(name, kept if finding is None else [*kept, finding], finding):
-                kept += [finding] if finding else []
+            added = [finding] if finding else []
+            if self._try(name, [*self.findings, *added], finding):
+                self.findings += added
 
     def _try(self, name: str, findings: Sequence[Finding], finding: Finding | None) -> bool:
         """Add a stage, and return whether it is kept."""
