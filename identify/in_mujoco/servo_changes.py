@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from ..arm.servo_law import ServoLaw
 from ..fit.servo_fit import ServoFit
+from ..fit.servo_runs import LONGEST
 from ..text_table import NORMAL_95
 
 KP, KV, LIMIT, DELAY = "kp", "kv", "forcerange", "delay"
@@ -90,6 +91,7 @@ def determined(fit: ServoFit) -> np.ndarray:
     """Whether the runs determine the gains of each joint's servo, shape (n,)."""
     stiffness, std = fit.law.stiffness, fit.std.stiffness
     physical = np.isfinite(stiffness) & (stiffness > 0.0) & (fit.law.damping > -3.0 * fit.std.damping)
+    physical &= fit.law.delay < LONGEST  # what fits best beyond that is no delay
     doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(stiffness), bool)
     return np.asarray(physical & ~doubtful & (std < DETERMINED * np.abs(stiffness)))
 
