@@ -31,9 +31,9 @@ class Said(NamedTuple):
     file: bytes
     attached: bytes
     arm: Model
-    attaches: bool
-    commands: str
-    held: bool
+    attaches: bool = False
+    commands: str = "position"
+    held: bool = False
 
 
 def said(result: Any, original: str) -> Said:

@@ -26,8 +26,10 @@ def answer(findings=(), servos=(), changes=()):
         findings=tuple(SimpleNamespace(effect=effect, joints=joints) for effect, joints in findings),
     )
     changed = tuple(SimpleNamespace(joint=j, quantity=name, old=1.0, new=2.0) for j, name in servos)
-    attached = SimpleNamespace(text=FILE.encode(), changes=(), arm=None)
-    result = SimpleNamespace(diagnosis=diagnosis, file=file, attached=attached, servos=changed)
+    attached = SimpleNamespace(text=FILE.encode(), changes=(), arm=None, attaches=False)
+    result = SimpleNamespace(
+        diagnosis=diagnosis, file=file, attached=attached, servos=changed, commands="position", held=False
+    )
     return said(result, FILE)
 
 

@@ -75,7 +75,7 @@ def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
     time = TIME.copy()
     time[0] = 3000.0
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
-    with pytest.raises(BadTime, match="skip_rows"):
+    with pytest.raises(BadTime, match="--skip-rows"):
         import_source(path, model())
     [found] = import_source(path, model(), skip_rows=1)
     assert len(found.signals["position"]) == len(TIME) - 1
