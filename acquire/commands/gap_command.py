@@ -26,6 +26,7 @@ from exidyn.identification.pages.gap_document import Written, gap_html, gap_text
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_text import model_text
 
 from ..arguments.command import Command, Option, any_number, positive
 from ..arguments.options import (
@@ -171,7 +172,9 @@ def _write(result: Gap, args: Namespace, original: bytes) -> Written:
     attached = folder / f"{stem}-attached.xml"
     write_whole(attached, _with_motors(result.attached.text, original, args))
     write_fit(fit, folder / "fit.json")
-    return Written(str(file), str(attached), str(folder / "fit.json"))
+    effects = folder / f"{stem}-effects.toml"
+    write_whole(effects, model_text(result.attached.arm).encode())
+    return Written(str(file), str(attached), str(effects))
 
 
 def _with_motors(text: bytes, original: bytes, args: Namespace) -> bytes:
@@ -192,7 +195,7 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "original": _distances(result.original),
         "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
         "file": _answer(result.file) | {"written": written.file},
-        "attached": _answer(result.attached) | {"written": written.attached, "fit": written.fit},
+        "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
         "findings": [_finding(finding) for finding in result.diagnosis.findings],
         "stages": [_stage(stage) for stage in result.stages],
         "taken_out": list(result.taken_out),

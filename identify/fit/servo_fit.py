@@ -84,11 +84,27 @@ def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
     return ServoFit(law, std, period, residual, not any(len(run.unknown) for run in runs))
 
 
-def unexplained(runs: Sequence[ServoRun], joint: int, delay: float) -> float:
-    """Rms position error of a joint that unknown torques leave unexplained [rad], at about a delay [s]."""
+class Unscaled(NamedTuple):
+    """Law of a joint whose torque is unknown in size, relative to its stiffness.
+
+    Attributes:
+        damping: Damping over stiffness [s].
+        std: Its standard deviation [s].
+        residual: Rms position error that the law does not explain [rad].
+    """
+
+    damping: float
+    std: float
+    residual: float
+
+
+def identify_unscaled(runs: Sequence[ServoRun], joint: int, delay: float) -> Unscaled:
+    """Identify the law of a joint in runs whose torques are all unknown in size, at about a delay [s]."""
     fit = _Joint(runs, joint)
-    used, terms = fit._sliding(), [VELOCITY, ONE, *range(ONE + 1, ONE + 1 + len(runs[0].unknown))]
-    return fit._refine(delay, terms, used).residual
+    terms = [VELOCITY, ONE, *range(ONE + 1, ONE + 1 + len(runs[0].unknown))]
+    solution = fit._refine(delay, terms, fit._sliding())
+    std = float(np.sqrt(solution.covariance[0, 0]))
+    return Unscaled(float(solution.values[0]), std, solution.residual)
 
 
 class _Fit(NamedTuple):

@@ -18,7 +18,7 @@ from ..text_table import NORMAL_95
 from .distances import Distances
 from .judge import Gain
 from .ladder import Ladder
-from .refine import FIELDS, Refinement, dofs_of, joint_numbers
+from .refine import FIELDS, Refinement, joint_numbers
 from .trial import Trial
 
 
@@ -108,7 +108,7 @@ def friction(ladder: Ladder) -> tuple[np.ndarray, np.ndarray]:
 
 def _numbers(trial: Trial, text: bytes) -> np.ndarray:
     compiled = compile_mjcf(text.decode(), trial.source.folder)
-    return joint_numbers(compiled, dofs_of(compiled, trial.model.robot.joints))
+    return joint_numbers(compiled, trial.model.robot.joints)
 
 
 LAW = 0.2

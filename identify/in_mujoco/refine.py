@@ -65,10 +65,11 @@ class Refinement:
 
     def __post_init__(self) -> None:
         self.simulator = self.trial.simulator(self.text)
-        self.dofs = dofs_of(self.simulator.model, self.trial.model.robot.joints)
+        joints = self.trial.model.robot.joints
+        self.dofs = dofs_of(self.simulator.model, joints)
         self.windows = _windows(self.trial.runs)
         source = self.trial.source
-        self.old = joint_numbers(compile_mjcf(source.text.decode(), source.folder), self.dofs)
+        self.old = joint_numbers(compile_mjcf(source.text.decode(), source.folder), joints)
 
     def refined(self) -> tuple[bytes, tuple[Change, ...]]:
         """The text with refined numbers, and what they change in the file."""
@@ -170,7 +171,7 @@ class Refinement:
             Elements(read_tags(self.text, source.where), compiled, source.where),
             Edits(self.text),
         )
-        present, changes = joint_numbers(compiled, self.dofs), []
+        present, changes = joint_numbers(compiled, robot.joints), []
         for row, place in np.ndindex(values.shape):
             attribute, unit = TERMS[list(FIELDS)[row]]
             name, new, old = robot.joints[place], float(values[row, place]), float(self.old[row, place])
@@ -188,9 +189,10 @@ def dofs_of(compiled: Any, joints: Sequence[str]) -> list[int]:
     return [int(compiled.joint(name).dofadr[0]) for name in joints]
 
 
-def joint_numbers(compiled: Any, dofs: Sequence[int]) -> np.ndarray:
+def joint_numbers(compiled: Any, joints: Sequence[str]) -> np.ndarray:
     """Armature, damping and dry friction of joints in a compiled model, shape (3, n)."""
-    return np.array([getattr(compiled, name)[list(dofs)] for name in FIELDS.values()])
+    dofs = dofs_of(compiled, joints)
+    return np.array([getattr(compiled, name)[dofs] for name in FIELDS.values()])
 
 
 def _windows(runs: Sequence[Run]) -> list[tuple[Run, int, int]]:

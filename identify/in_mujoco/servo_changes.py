@@ -1,6 +1,6 @@
 """Numbers of a file's servos that the identified servos exclude by their intervals."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,7 +61,9 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
         stiffness=np.hypot(of_stiffness, accuracy * law.stiffness),
         damping=np.hypot(fit.std.damping, accuracy * law.damping + UNIFORM * fit.period * stiffness / 4.0),
     )  # fmt: skip
-    return tuple(_changes(law, std, file, known, helped, fit.measured))
+    pairs = zip(helped.tolist(), _doubtful(fit).tolist(), strict=True)
+    allowed = [(DELAY, *(KP,) * by_others, *(KV,) * doubtful) for by_others, doubtful in pairs]
+    return tuple(_changes(law, std, file, known, allowed, fit.measured))
 
 
 def _with_common_factor(
@@ -77,7 +79,7 @@ def _with_common_factor(
     if len(ratios) < 2 or np.std(ratios) > ALIKE:
         return stiffness, std, helped
     common = file.stiffness * np.exp(np.mean(ratios))
-    doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(known), bool)
+    doubtful = _doubtful(fit)
     for joint in np.flatnonzero(~known & ~doubtful & np.isfinite(stiffness) & np.isfinite(std)):
         spread = ALIKE * common[joint]
         if abs(stiffness[joint] - common[joint]) < CONTRADICTION * np.hypot(std[joint], spread):
@@ -87,13 +89,16 @@ def _with_common_factor(
     return stiffness, std, helped
 
 
+def _doubtful(fit: ServoFit) -> np.ndarray:
+    return fit.doubtful if len(fit.doubtful) else np.zeros(len(fit.law.stiffness), bool)
+
+
 def determined(fit: ServoFit) -> np.ndarray:
     """Whether the runs determine the gains of each joint's servo, shape (n,)."""
     stiffness, std = fit.law.stiffness, fit.std.stiffness
     physical = np.isfinite(stiffness) & (stiffness > 0.0) & (fit.law.damping > -3.0 * fit.std.damping)
     physical &= fit.law.delay < LONGEST  # what fits best beyond that is no delay
-    doubtful = fit.doubtful if len(fit.doubtful) else np.zeros(len(stiffness), bool)
-    return np.asarray(physical & ~doubtful & (std < DETERMINED * np.abs(stiffness)))
+    return np.asarray(physical & ~_doubtful(fit) & (std < DETERMINED * np.abs(stiffness)))
 
 
 def _delays(fit: ServoFit, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +123,7 @@ def _changes(
     std: ServoLaw,
     file: ServoLaw,
     known: np.ndarray,
-    helped: np.ndarray,
+    allowed: Sequence[tuple[str, ...]],
     measured: bool,
 ) -> Iterator[ServoChange]:
     sure = _sure(len(known))
@@ -126,9 +131,8 @@ def _changes(
         for quantity, name in QUANTITIES.items():
             new, old, spread = (float(getattr(of, name)[joint]) for of in (law, file, std))
             needed = NORMAL_95 if quantity == DELAY else sure
-            if not np.isfinite(new) or not (
-                known[joint] or quantity == DELAY or (quantity == KP and helped[joint])
-            ):
+            possible = known[joint] or quantity in allowed[joint]
+            if not possible or not np.isfinite(new):
                 continue
             # Without measured torque, damping includes viscous friction: only a lack of it is the servo's.
             differs = old - new if quantity == KV and not measured else abs(new - old)

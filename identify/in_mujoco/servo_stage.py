@@ -9,7 +9,7 @@ from ..arm.servo_law import ServoLaw
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
 from ..export.mjcf_law import with_servo_law
-from ..fit.servo_fit import ServoFit, identify_servos, unexplained
+from ..fit.servo_fit import ServoFit, identify_servos, identify_unscaled
 from ..fit.servo_runs import ServoRun
 from ..model import Model
 from ..preparation.prepare import Filtering
@@ -85,7 +85,7 @@ def servo_stage(
     file = servo_law(compile_mjcf(source.text.decode(), source.folder), model.robot.joints)
     if file is None or not used:
         return unchanged(source, model)
-    fit = _identified(used, model)
+    fit = _identified(used, model, file)
     changes = servo_changes(fit, file)
     if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
         changes = tuple(change for change in changes if change.quantity == DELAY)
@@ -139,7 +139,7 @@ def _versions(
         yield ServoStage(_written(source, joints, file, held), held, delay, True)
 
 
-def _identified(recordings: Sequence[Recording], model: Model) -> ServoFit:
+def _identified(recordings: Sequence[Recording], model: Model, file: ServoLaw) -> ServoFit:
     """Servos by measured torque; by the torque of the model's bodies where none was measured."""
     runs = [ServoRun.of(run, model.robot.drive_gain) for run in recordings]
     if not any(is_servo_error(run.settings) for run in recordings):
@@ -149,14 +149,21 @@ def _identified(recordings: Sequence[Recording], model: Model) -> ServoFit:
         for stated in (True, False)
     )
     fit = free if np.any(free.residual**2 < HALVED * stated.residual**2) else stated
-    return replace(fit, doubtful=_wrong_bodies(runs, model, fit))
+    return _with_other_masses(runs, model, fit, file)
 
 
-def _wrong_bodies(runs: Sequence[ServoRun], model: Model, fit: ServoFit) -> np.ndarray:
-    """Joints whose position errors other masses explain much better than other servos do, shape (n,)."""
+def _with_other_masses(runs: Sequence[ServoRun], model: Model, fit: ServoFit, file: ServoLaw) -> ServoFit:
+    """The fit, with the stiffness of the file for joints that other masses explain much better."""
     free = [run.with_free_masses(model) for run in runs]
-    left = [unexplained(free, joint, float(delay)) for joint, delay in enumerate(fit.law.delay)]
-    return np.array(left) ** 2 < QUARTERED * fit.residual**2
+    laws = [identify_unscaled(free, joint, float(delay)) for joint, delay in enumerate(fit.law.delay)]
+    doubtful = np.array([law.residual for law in laws]) ** 2 < QUARTERED * fit.residual**2
+    damping, std = (file.stiffness * [getattr(law, name) for law in laws] for name in ("damping", "std"))
+    return replace(
+        fit,
+        law=replace(fit.law, damping=np.where(doubtful, damping, fit.law.damping)),
+        std=replace(fit.std, damping=np.where(doubtful, std, fit.std.damping)),
+        doubtful=doubtful,
+    )
 
 
 def _held(changes: tuple[ServoChange, ...], period: float) -> tuple[ServoChange, ...]:

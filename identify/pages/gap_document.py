@@ -41,12 +41,12 @@ class Written(NamedTuple):
     Attributes:
         file: The best file by itself.
         attached: The file whose effects are attached.
-        fit: The fit that holds these effects.
+        effects: Robot file with these effects.
     """
 
     file: str = ""
     attached: str = ""
-    fit: str = ""
+    effects: str = ""
 
 
 NOTHING = Written()
@@ -146,7 +146,7 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     if written.file:
         statements.append(f"Written: {written.file}, for any simulator that reads MJCF")
     if written.attached:
-        statements.append(f"Written: {written.attached}, for exidyn.mujoco.attach with {written.fit}")
+        statements.append(f"Written: {written.attached}, for exidyn.mujoco.attach with {written.effects}")
     return statements
 
 

@@ -92,7 +92,7 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     written = mujoco.MjModel.from_xml_path(table["attached"]["written"])
     assert written.dof_armature.min() > 0.0
     data = mujoco.MjData(written)
-    with attach(written, data, table["attached"]["fit"]) as effects:  # one arm, in the file and beside it
+    with attach(written, data, table["attached"]["effects"]) as effects:  # one arm, in the file and beside it
         assert "stribeck_friction" in effects.effects
     mujoco.MjModel.from_xml_path(table["file"]["written"])
     assert "<svg" in Path("exidyn-gap/report.html").read_text()
