@@ -42,7 +42,8 @@ def gap():
     before = SimpleNamespace(traces=(diverged, PLACE + 0.1))
     after = SimpleNamespace(traces=(PLACE + 0.001, PLACE + 0.002))
     joints = SimpleNamespace(joints=MODEL.robot.joints)
-    return SimpleNamespace(runs=runs, before=before, after=after, diagnosis=joints)
+    attached = SimpleNamespace(distances=after)
+    return SimpleNamespace(runs=runs, original=before, attached=attached, diagnosis=joints)
 
 
 @pytest.fixture(scope="module")
