@@ -42,7 +42,12 @@ def test_help_ends_with_examples_that_the_command_understands(name, capsys):
 def test_what_is_the_same_is_called_the_same(name):
     found = command(name).parser()
     actions = {option: action for action in found._actions for option in action.option_strings}
-    metavars = {"--robot": {"ROBOT"}, "--output": {"FILE", "FOLDER"}, "--json": {"FILE"}, "--mass": {"KG"}}
+    metavars = {
+        "--robot": {"ROBOT", "FILE"},
+        "--output": {"FILE", "FOLDER"},
+        "--json": {"FILE"},
+        "--mass": {"KG"},
+    }
     metavars |= {
         "--seed": {"N"},
         "--save": {"FILE"},
