@@ -75,7 +75,7 @@ AS_TABLE = (
             Path,
         ),
         Option(
-            "--urdf --mjcf --robot FILE",
+            "--urdf --mjcf --robot ROBOT",
             f"description of the arm: {NAMED}, or a robot.toml",
             Path,
             required=True,

@@ -84,7 +84,10 @@ def later(rows, seconds):
             later(slice(200, 201), -1.0),
             "does not increase at 1 of 4999 steps, first from 0.796",
         ),
-        (lambda t, q, i: (t, np.degrees(q), i), r"looks like degrees: .* \(in Python degrees=True\)"),
+        (
+            lambda t, q, i: (t, np.degrees(q), i),
+            "looks like degrees: import it with exidyn import --degrees (in Python degrees=True)",
+        ),
         (lambda t, q, i: (1000 * t, q, i), "In milliseconds that would be 250 Hz"),
         (lambda t, q, i: (t, q + [90, 0], i), "shoulder is at"),
     ],
@@ -117,8 +120,12 @@ def test_a_motor_side_without_gears_is_refused(folder, capsys):
 @pytest.mark.parametrize(
     ("change", "header", "words"),
     [
-        (lambda t, q, i: (t, q, i), "x,q1,q2,i1,i2", "name it by --columns time=NAME"),
-        (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "name others by --columns position=NAME,NAME"),
+        (lambda t, q, i: (t, q, i), "x,q1,q2,i1,i2", "name it by exidyn import --columns time=NAME"),
+        (
+            lambda t, q, i: (t, q, i),
+            "t,a,b,i1,i2",
+            "name others by exidyn import --columns position=NAME,NAME",
+        ),
         (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "exidyn import --degrees"),
         (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "exidyn import --time-scale 0.001"),
         (at(slice(100, 103), 1, 1e20), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),

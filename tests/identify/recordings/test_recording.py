@@ -150,7 +150,9 @@ def test_time_must_increase(step):
 
 
 def test_time_in_milliseconds_is_recognised():
-    with pytest.raises(BadUnit, match="comes every 2 s.*would be 500 Hz: import with time_scale=0.001"):
+    with pytest.raises(
+        BadUnit, match="comes every 2 s.*would be 500 Hz: import it with exidyn import --time-scale 0.001"
+    ):
         check(recording(time=TIME * 1000))
 
 
