@@ -146,7 +146,7 @@ def gap(
 def _runs(
     recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
 ) -> tuple[Run, ...]:
-    """Runs for simulation: those that are held out, or all others."""
+    """Runs that are simulated, either held out or not."""
     return tuple(Run.of(run, filtering) for role, run in recordings if (role == HELD_OUT) == held_out)
 
 

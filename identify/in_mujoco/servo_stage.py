@@ -77,7 +77,7 @@ def servo_stage(
         source: The file.
         model: The arm that it describes.
         recordings: Role and recording of each run.
-        raw: The same with some torque in each run.
+        raw: These recordings, each with a torque.
         filtering: Filters.
         judge: What decides whether the changes are written, on the held-out runs.
     """
