@@ -23,8 +23,6 @@ ACTUATOR = "xl330"
 """Name of an actuator of BAM whose firmware controls the voltage and has no other constants."""
 LEAST_EMF = 1e-6
 """Smallest damping by the motor's back-EMF, as a share of its torque [s/rad]; BAM divides by it."""
-STRIBECK_EXPONENT = 2.0
-
 
 NOTES = (
     "saturation of a moving servo: the supply limits the voltage, so that the torque falls below its limit "
@@ -45,6 +43,7 @@ class BamServo:
         viscous: Viscous friction in addition to the back-EMF [N m s/rad].
         stribeck: Dry friction at rest in addition to `coulomb` [N m].
         fade: Velocity over which it fades [rad/s].
+        exponent: Exponent with which it fades [-].
         load: Friction per difference of external and motor torque, which is twice the load [-].
     """
 
@@ -56,6 +55,7 @@ class BamServo:
     viscous: float
     stribeck: float
     fade: float
+    exponent: float
     load: float
 
     @property
@@ -69,7 +69,7 @@ class BamServo:
         values |= {"q_offset": 0.0, "friction_base": self.coulomb, "friction_viscous": self.viscous}
         if self.stribeck:
             values |= {"friction_stribeck": self.stribeck, "dtheta_stribeck": self.fade}
-            values["alpha"] = STRIBECK_EXPONENT
+            values["alpha"] = self.exponent
         if self.load:
             values["load_friction_base"] = self.load
         if self.stribeck and self.load:
@@ -105,11 +105,12 @@ def bam_servos(portable: Portable) -> list[BamServo]:
     emf = np.where(law.damping > 0.0, law.damping, passive)
     viscous = np.where(law.damping > 0.0, passive, 0.0)
     emf = np.maximum(emf, LEAST_EMF * limit)
-    stribeck, fade = _largest(portable, StribeckFriction, "fade")
-    load, _ = _largest(portable, LoadDependentFriction, "preload")
+    stribeck, fade, exponent = _largest(portable, StribeckFriction, "fade", "exponent")
+    load, *_ = _largest(portable, LoadDependentFriction)
     columns = (
         emf / limit, emf / limit**2, law.stiffness / limit, np.maximum(portable.joints.armature, 0.0),
-        np.maximum(portable.joints.dry, 0.0), viscous, stribeck, fade, load / 2.0,
+        np.maximum(portable.joints.dry, 0.0), viscous, stribeck, fade, exponent,
+        load / 2.0,
     )  # fmt: skip
     return [BamServo(*map(float, row)) for row in zip(*columns, strict=True)]
 
@@ -128,12 +129,13 @@ def bam_notes(portable: Portable) -> list[str]:
     return notes
 
 
-def _largest(portable: Portable, kind: type[JointEffect], shape: str) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of an effect's values on each joint, and the shape of its last row there, each of shape (n,)."""
-    total, shapes = np.zeros((2, portable.robot.dof))
+def _largest(portable: Portable, kind: type[JointEffect], *numbers: str) -> np.ndarray:
+    """Sum of an effect's values on each joint, and numbers of its last row there, each of shape (n,)."""
+    total, *shapes = table = np.zeros((1 + len(numbers), portable.robot.dof))
     for effect, values in portable.others:
         if isinstance(effect, kind):
             columns = effect.columns(portable.robot)
             total[columns] += np.maximum(values, 0.0)
-            shapes[columns] = getattr(effect, shape)
-    return total, shapes
+            for shape, number in zip(shapes, numbers, strict=True):
+                shape[columns] = getattr(effect, number)
+    return table

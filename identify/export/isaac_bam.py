@@ -8,7 +8,7 @@ from textwrap import indent
 from exidyn.quoting import python_text
 
 from .bam import FEATURES as BAM_FEATURES
-from .bam import STRIBECK_EXPONENT, BamServo, bam_servos
+from .bam import BamServo, bam_servos
 from .portable import Portable
 from .python_code import call, number, patterns, steps
 
@@ -59,7 +59,7 @@ def _motor(servo: BamServo) -> dict[str, str]:
     }  # fmt: skip
     if servo.stribeck:
         numbers |= {"friction_stribeck": servo.stribeck, "dtheta_stribeck": servo.fade}
-        numbers |= {"alpha": STRIBECK_EXPONENT}
+        numbers |= {"alpha": servo.exponent}
     if servo.load:
         numbers |= {"load_friction_motor": servo.load, "load_friction_external": servo.load}
     return {"model": python_text(model)} | {name: number(value) for name, value in numbers.items()}

@@ -137,7 +137,8 @@ def sizes(values: np.ndarray) -> np.ndarray:
 def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
     """Write gravity unless the file compensates it; returns sentences on what is not changed."""
     old, new = file.nominal.robot.gravity, portable.robot.gravity
-    if np.all(np.abs(old - new) <= SAME * np.linalg.norm(new)) or _uncompensated(file, new):
+    same = np.all(np.abs(old - new) <= SAME * np.linalg.norm(new))
+    if same or _uncompensated(file, new) or compensation(file, new):
         return []
     stated = ", ".join(f"{part:.4g}" for part in new)
     if np.any(file.compiled.body_gravcomp) or not np.allclose(old, file.compiled.opt.gravity):
@@ -151,13 +152,29 @@ def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
 
 
 def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:
-    """Remove `gravcomp` if the motors of the arm carry its weight, and yield the changes."""
+    """Add `gravcomp` if motors carry less than the weight, or remove it if they carry all; yield changes."""
+    if share := compensation(file, portable.robot.gravity):
+        moved = [body for body, part in enumerate(file.parts) if part.joint and file.compiled.body_mass[body]]
+        for body in moved:
+            edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}")
+            where = f"body '{name_of(file.compiled, 'body', body)}'"
+            yield Change(where, "gravcomp", "-", 0.0, share, np.inf)
     if not _uncompensated(file, portable.robot.gravity):
         return
-    for body in np.flatnonzero(file.compiled.body_gravcomp):
-        edits.set(file.elements.body(int(body)), gravcomp=None)
-        where = f"body '{name_of(file.compiled, 'body', int(body))}'"
+    for body in map(int, np.flatnonzero(file.compiled.body_gravcomp)):
+        edits.set(file.elements.body(body), gravcomp=None)
+        where = f"body '{name_of(file.compiled, 'body', body)}'"
         yield Change(where, "gravcomp", "-", float(file.compiled.body_gravcomp[body]), 0.0, 0.0)
+
+
+def compensation(file: File, gravity: np.ndarray) -> float:
+    """Share of the weight that is compensated if gravity (3,) [m/s^2] is less than the file's, else 0."""
+    old = file.nominal.robot.gravity
+    size = float(np.linalg.norm(old))
+    left = float(gravity @ old) / size**2 if size else 1.0
+    along = np.allclose(gravity, left * old, atol=SAME * size)
+    plain = np.allclose(old, file.compiled.opt.gravity) and not np.any(file.compiled.body_gravcomp)
+    return 1.0 - left if along and plain and 0.0 <= left < 1.0 - SAME else 0.0
 
 
 def _uncompensated(file: File, gravity: np.ndarray) -> bool:

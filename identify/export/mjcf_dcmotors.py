@@ -34,6 +34,10 @@ LISTS: Mapping[str, Mapping[str, str]] = {
 """Attribute that holds several numbers -> their fields of `DcMotor` and units, in order."""
 
 
+EXPONENT = 2.0
+"""Exponent with which Stribeck friction of MuJoCo's LuGre model fades [-]."""
+
+
 @dataclass
 class Plan:
     """A motor of the file, its new numbers, and the part of the model that others have to represent.
@@ -145,6 +149,9 @@ def _plan_friction(file: File, plan: Plan, spread: Spread) -> None:
             continue
         static = max(coulomb + float(values[0]) / gear, 0.0)
         plan.new = replace(plan.new, static=static, stribeck=effect.fade * gear)
+        if effect.exponent != EXPONENT:
+            remark = f"exponent {effect.exponent:g} of stribeck_friction: that of a dcmotor is {EXPONENT:g}"
+            plan.unwritten = replace(plan.unwritten, remarks=(*plan.unwritten.remarks, remark))
         plan.halves["static"] = spread.half_of(
             dict.fromkeys((f"Fc{place + 1}", f"Fg{place + 1}", f"Fs{place + 1}"), 1.0 / gear)
         )

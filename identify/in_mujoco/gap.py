@@ -37,6 +37,7 @@ from .replay import POSITION, TORQUE, Run, what_is_commanded
 from .servo_changes import ServoChange
 from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
 from .servo_torque import with_servo_torque
+from .solver_friction import with_solver_friction
 from .trial import Source, Trial
 
 SERVOS = "servos of the file: gains, limits and delays of commands"
@@ -112,6 +113,7 @@ def gap(
         )
     progress(StageText("servos", "identify the servos"))
     joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
+    model = with_solver_friction(model, compiled)
     # Simulations take the commands of the log. Its effort counts only if torque is commanded.
     raw = [(role, with_servo_torque(compiled, run, joints)) for role, run in recordings]
     commands = what_is_commanded(compiled, [run for _, run in raw], joints, commands)

@@ -75,8 +75,13 @@ def _led(model: Any, positions: Mapping[int, np.ndarray]) -> list[tuple[int, int
     return led
 
 
-def mount(model: Any, gravity: np.ndarray) -> None:
-    """Set the gravity (3,) [m/s^2] of a compiled MJCF, unless the file compensates or disables it."""
+def mount(model: Any, gravity: np.ndarray, original: np.ndarray | None = None) -> None:
+    """Set the gravity (3,) [m/s^2] of a compiled MJCF, unless the file compensates or disables it.
+
+    A text whose gravity is not the original one (3,) keeps it.
+    """
+    if original is not None and not np.array_equal(model.opt.gravity, original):
+        return
     disabled = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
     if not disabled and not np.any(model.body_gravcomp):
         model.opt.gravity[:] = gravity

@@ -212,8 +212,9 @@ def _kernels(torque, rne, factor):
         j = arm.joints[k]
         v, q = moving.velocity[arm.dofs[j]], moving.position[arm.qpos[j]]
         speed = v if abs(v) >= SLOWEST else SLOWEST
-        constants = (arm.constants[CONSTANTS * k], arm.constants[CONSTANTS * k + 1])
-        first, second = arm.values[CONSTANTS * k], arm.values[CONSTANTS * k + 1]
+        place = CONSTANTS * k
+        constants = (arm.constants[place], arm.constants[place + 1], arm.constants[place + 2])
+        first, second = arm.values[place], arm.values[place + 1]
         if arm.codes[k] == REMEMBERS:
             here = _slid_here(memory.hold[k], q - memory.at[j], constants[0])
             at_rest, in_motion = first * here, first * _slid_here(here, step * speed, constants[0])

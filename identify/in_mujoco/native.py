@@ -15,7 +15,7 @@ from ..effects import EFFECTS, Effect, Hysteresis, JointEffect
 
 MODELS, DATA = 64, 1024
 """Maximum number of models at a time, and of `MjData` of each: a rollout uses one per thread."""
-CONSTANTS = 2
+CONSTANTS = 3
 """Maximum number of constants and of profiles in a formula."""
 REMEMBERS = -1
 """Code of a term with hysteresis; the code of any other term is the index of its function."""

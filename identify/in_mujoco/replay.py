@@ -109,16 +109,24 @@ class Simulator:
         commands: `POSITION` or `TORQUE`.
         attach: Whether to attach the effects that MJCF cannot express.
         held: Whether commands are held from sample to sample; by default they are interpolated.
+        gravity: Gravity of the original file, shape (3,) [m/s^2]; a text with another one keeps it.
     """
 
     def __init__(
-        self, text: str, folder: str, arm: Model, commands: str, attach: bool, held: bool = False
+        self,
+        text: str,
+        folder: str,
+        arm: Model,
+        commands: str,
+        attach: bool,
+        held: bool = False,
+        gravity: np.ndarray | None = None,
     ) -> None:
         self._mujoco = optional("mujoco", PURPOSE, "mujoco")
         self.model, self._arm, self._commands = compile_mjcf(text, folder), arm, commands
         self.model.opt.disableflags |= enum_of("mjtDisableBit", "mjDSBL_AUTORESET")
         self._others = hold_others(self.model, arm.robot, "MJCF")
-        mount(self.model, arm.robot.gravity)
+        mount(self.model, arm.robot.gravity, gravity)
         self._data = self._mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in arm.robot.joints]
         self._qpos = [int(joint.qposadr[0]) for joint in joints]

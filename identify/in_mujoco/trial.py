@@ -41,6 +41,11 @@ class Trial:
     held: bool = False
 
     @cached_property
+    def gravity(self) -> np.ndarray:
+        """Gravity of the file, shape (3,) [m/s^2]."""
+        return np.array(compile_mjcf(self.source.text.decode(), self.source.folder).opt.gravity)
+
+    @cached_property
     def numerical_inertia(self) -> np.ndarray:
         """Standard deviation of each joint's armature because simulations go in steps, shape (n,) [kg m^2].
 
@@ -55,7 +60,13 @@ class Trial:
     def simulator(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Simulator:
         """The simulation of a version of the file, with the effects of an arm attached if requested."""
         return Simulator(
-            text.decode(), self.source.folder, arm or self.model, self.commands, attach, self.held
+            text.decode(),
+            self.source.folder,
+            arm or self.model,
+            self.commands,
+            attach,
+            self.held,
+            self.gravity,
         )
 
     def distances(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Distances:

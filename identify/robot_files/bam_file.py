@@ -34,8 +34,6 @@ NO_EFFECT = (
 )
 """Parameters that no effect has."""
 NEEDED = ("friction_base", "friction_viscous", "armature")
-OUR_ALPHA = 2.0
-"""Exponent of `StribeckFriction`."""
 
 
 def with_bam_rows(
@@ -102,7 +100,8 @@ def bam_effect_rows(table: Mapping[str, Any], joints: Sequence[str]) -> list[dic
         row("coulomb_friction", table["friction_base"]),
     ]
     if table.get("friction_stribeck") and table["model"] not in ("m1", "m3"):
-        rows.append(row("stribeck_friction", table["friction_stribeck"], fade=table["dtheta_stribeck"]))
+        fades = {"fade": table["dtheta_stribeck"], "exponent": table["alpha"]}
+        rows.append(row("stribeck_friction", table["friction_stribeck"], **fades))
     if load := sum(share * table.get(name, 0.0) for name, share in LOAD.items()):
         rows.append(row("load_dependent_friction", load))
     return rows
@@ -113,9 +112,6 @@ def left_out_of_bam(table: Mapping[str, Any]) -> list[str]:
     sentences = [
         f"{name} {table[name]:.4g}, for which there is no effect" for name in NO_EFFECT if table.get(name)
     ]
-    alpha = table.get("alpha", OUR_ALPHA)
-    if table.get("friction_stribeck") and alpha != OUR_ALPHA:
-        sentences.append(f"alpha {alpha:.4g}, with which Stribeck friction fades: it is {OUR_ALPHA:g}")
     if table.get("load_friction_external", 0.0) != table.get("load_friction_motor", 0.0):
         sentences.append("the direction of load friction: it is that of a balanced joint, driven or held")
     if table.get("q_offset"):

@@ -1,8 +1,9 @@
 """Scores: which concealed items an answer names, and what it names that was not concealed.
 
 An item is named if the answer has its kind on its joints. Equal physics counts as the same kind: a cable is a
-spring and a ripple, and in a log of commands alone the damping of a servo is that of its joint. Several
-regroupings of link masses move an arm alike, so a mass may be named on the body of a neighboring joint.
+spring, a ripple, or their sum, which is a curve over position; and in a log of commands alone the damping of a
+servo is that of its joint. Several regroupings of link masses move an arm alike, so a mass may be named on the
+body of a neighboring joint.
 """
 
 from collections.abc import Iterable
@@ -40,11 +41,11 @@ NAMES: dict[str, Names] = {
     "stribeck": _names({"stribeck_friction"}),
     "load": _names({"load_dependent_friction"}),
     "thermal": _names({"temperature_dependent_friction", "thermal_friction", "warming"}),
-    "cable": _names({"joint_spring", "hose_spring", "torque_ripple", "torque_curve"}),
+    "cable": _names({"joint_spring", "hose_spring", "torque_ripple", "position_curve"}),
     "spring": _names({"joint_spring", "hose_spring"}, (), {"stiffness", "springref"}),
     "mass": _names(BODIES, (), {"mass", "pos", "fullinertia"}),
     "tilt": _names({"base_tilt"}),
-    "gravcomp": _names({*BODIES, "base_tilt", "spring_balancer"}, (), {"gravcomp", "mass", "pos"}),
+    "gravcomp": _names({"gravity_compensation"}, (), {"gravcomp"}),
 }
 SAME_IN_COMMANDS = {"kv": "damping", "viscous": "kv"}
 """Kinds whose second name counts only in logs of commands alone, where both are one torque."""

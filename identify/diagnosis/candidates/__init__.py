@@ -23,6 +23,7 @@ FILES = (
     "disturbance",
     "drives",
     "friction",
+    "gravity_compensation",
     "joint_elasticity",
     "kinematic_coupling",
     "kinematics",

@@ -117,7 +117,9 @@ class _Fields:
     def of(cls, model: Model, upright: Prediction, runs: Sequence[Driven]) -> "_Fields":
         """Compute the rows without gravity and with gravity along each axis."""
         size = float(np.linalg.norm(model.robot.gravity))
-        base, *axes = [model_rows(_under(model, size * axis), runs) for axis in (np.zeros(3), *np.eye(3))]
+        base, *axes = [
+            model_rows(under_gravity(model, size * axis), runs) for axis in (np.zeros(3), *np.eye(3))
+        ]
         along = [(rows.columns - base.columns, rows.difference - base.difference) for rows in axes]
         return cls(upright, (base.columns, base.difference), along)
 
@@ -154,7 +156,7 @@ def _refined(fields: _Fields, start: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _mounted(model: Model, direction: np.ndarray, values: np.ndarray, std: float) -> Candidate:
     """Candidate for gravity in a direction instead of the model's, with parameters (p,)."""
-    turned = _under(model, float(np.linalg.norm(model.robot.gravity)) * direction)
+    turned = under_gravity(model, float(np.linalg.norm(model.robot.gravity)) * direction)
 
     def columns(run: Driven) -> np.ndarray:
         torques = (model_torque(arm, run.motion, values, transmitted=True) for arm in (turned, model))
@@ -168,7 +170,7 @@ def _mounted(model: Model, direction: np.ndarray, values: np.ndarray, std: float
     )  # fmt: skip
 
 
-def _under(model: Model, field: np.ndarray) -> Model:
+def under_gravity(model: Model, field: np.ndarray) -> Model:
     """The model in another gravity field (3,) [m/s^2]."""
     kinematics = model.robot.kinematics.copy()
     kinematics.gravity = pin.Motion(field, np.zeros(3))
@@ -207,7 +209,7 @@ def _held(arm: Arm, finding: Hypothesis) -> Arm:
         turned = field + size * np.array([known["tilt_x"], known["tilt_y"], 0.0])
     else:
         turned = size * np.array([known[f"gravity_{axis}"] for axis in "xyz"])
-    return replace(arm, model=_under(arm.model, turned))
+    return replace(arm, model=under_gravity(arm.model, turned))
 
 
 KINDS = {

@@ -29,6 +29,8 @@ PRELOADED = 1.0
 """Preload of teeth and bearings that is tried besides zero, over a joint's usual load [-]."""
 MOST_PRELOAD = 3.0
 """Largest preload, over a joint's usual load [-]: beyond it, friction grows with the square of the load."""
+EXPONENTS = (1.0, 1.5, 2.0)
+"""Exponents of Stribeck friction that are tried [-]: those in the literature, which differ by a tenth."""
 VARYING = 0.3
 """Expected variation of dry friction with position, share of the joint's usual torque [-]: friction always
 opposes motion, so it varies by less than its mean. Nothing else limits waves where a joint did not move."""
@@ -159,7 +161,9 @@ KINDS = {
         sentence="{joint} has Stribeck friction: friction rises by {Fs} towards standstill[, most of which "
         "is gone at {fade}]",
         drawn_against=("speed", "velocity"),
-        shapes=tuple({"fade": speed} for speed in (0.02, 0.05, 0.12, 0.3)),
+        shapes=tuple(
+            {"fade": speed, "exponent": power} for power in EXPONENTS for speed in (0.02, 0.05, 0.12, 0.3)
+        ),
         dry=True,
         mistaken_for=("hysteresis", "nonlinear_viscous_friction", "backlash"),
         settled_by="constant low speeds (exidyn excite --kind sweeps)",

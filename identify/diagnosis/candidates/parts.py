@@ -13,7 +13,7 @@ from ...model import Model
 from ..findings.kind import Kind
 from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
-from ..runs.rows import PRESLIDING, REVERSAL_STD, REVERSALS, dry_friction, reversal_differences
+from ..runs.rows import REVERSAL_STD, TURNS, dry_friction, reversal_differences
 
 FORGOTTEN = 5.0
 """Prior weight of a term that the model has on other joints but not on this one [-]."""
@@ -24,8 +24,6 @@ A hose looks like a spring on every joint, and a sagging supply like saturating 
 torque that several listed effects would otherwise share. Such an effect is reported in words."""
 NUISANCES = ("reversal",)
 """Shape parameters that `with_nuisances` fits on every joint, so that no hypothesis varies them."""
-TURNS = len(REVERSALS) - 1 + len(PRESLIDING)
-"""Number of unknowns for the reversal of dry friction."""
 
 Also = Callable[[Candidate, Effect], Candidate]
 """Adds properties to a candidate in any shape, given the effect in that shape."""

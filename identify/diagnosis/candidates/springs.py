@@ -30,7 +30,9 @@ ENDS = ("torque_least", "torque_most")
 STIFFNESS, PRELOAD, LEVERS = "Kr*d21^2", "K0*d21", "d22/d21"
 """Quantities of a spring that torque determines: lengths only relative to `d21`."""
 CABLE = 0.1
-"""Expected torque of a hose or cable, share of a joint's usual torque [-]; a balancer has more."""
+"""Expected torque of a hose or cable, share of a joint's usual torque [-]."""
+SPRING = 1.0
+"""Expected torque of a spring that is there on purpose, share of a joint's usual torque [-]."""
 TURN = 2 * np.pi
 """Width of an interval that says nothing about a joint's angle [rad]."""
 REACH = 1.5
@@ -66,12 +68,13 @@ def _balancing(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _cables(model: Model) -> Iterator[Candidate]:
-    """Cables on each joint, with constant stiffness or stiffening as they stretch."""
+    """Springs on each joint, as weak as cables or as strong as the motor, some stiffening as they stretch."""
+    for size in (CABLE, SPRING):
 
-    def weak(candidate: Candidate, effect: Effect) -> Candidate:
-        return replace(candidate, cancels=True, size=CABLE)
+        def sized(candidate: Candidate, effect: Effect, size: float = size) -> Candidate:
+            return replace(candidate, cancels=True, size=size)
 
-    return on_each_joint(model, "joint_spring", KINDS["joint_spring"], weak)
+        yield from on_each_joint(model, "joint_spring", KINDS["joint_spring"], sized)
 
 
 def _pulling(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
@@ -138,7 +141,7 @@ KINDS = {
     ),
     "joint_spring": Kind(
         family="position",
-        sentence="{joint} has a spring that the model does not have, as cables and hoses make[: {spring}][, "
+        sentence="{joint} has a spring that the model does not have, such as a cable or hose[: {spring}][, "
         "relaxed at {ease}][: it gives {stiffer} {effort}, root mean square, and stiffens as it "
         "stretches]",
         drawn_against=("position", "load"),

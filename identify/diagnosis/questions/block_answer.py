@@ -59,6 +59,11 @@ class Answer:
     scatter: dict[bool, float] = field(default_factory=dict)
 
     @property
+    def numbers(self) -> int:
+        """Number of numbers that describe it: coefficients, and constants of its shape."""
+        return len(self.values) + len(self.candidate.bounds)
+
+    @property
     def strange(self) -> bool:
         """Whether a coefficient is too far from its expected size to be this effect."""
         sized = self.columns.mean != 0.0

@@ -121,6 +121,11 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, by a few
 thousandths of a gear's radius. A longer displacement is a property of the gear, with an effect of its own."""
+LEADS = ((0.006, 0.003), (0.01, 0.03))
+"""Times by which dry friction may turn before the velocity does [s], with velocity ranges [rad/s]: surfaces that
+bend also damp (the bristles of LuGre's model), and MuJoCo turns `frictionloss` up to 10 ms early."""
+TURNS = len(REVERSALS) - 1 + len(PRESLIDING) + len(LEADS)
+"""Number of unknowns of a joint for the reversal of dry friction."""
 UNKNOWN_GAIN = 1.0
 """Relative prior deviation of a drive gain that is not stated [-]."""
 GAIN = "gain"
@@ -156,7 +161,7 @@ def reversals(
     model: Model, runs: Sequence[Driven], friction: Mapping[int, float]
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Unknowns for how dry friction (joint -> [N m]) reverses: differences between successive ways."""
-    robot, count = model.robot, len(REVERSALS) - 1 + len(PRESLIDING)
+    robot, count = model.robot, TURNS
     names = [f"{REVERSAL}{joint + 1}_{k + 1}" for joint in friction for k in range(count)]
     parts = []
     for run in runs:
@@ -171,7 +176,7 @@ def reversals(
 
 def reversal_differences(model: Model, run: Driven, joint: int) -> np.ndarray:
     """Differences between ways in which unit dry friction of one joint reverses, shape (t, n, k) [-]."""
-    differences = np.zeros((len(run.motion), model.robot.dof, len(REVERSALS) - 1 + len(PRESLIDING)))
+    differences = np.zeros((len(run.motion), model.robot.dof, TURNS))
     differences[:, joint] = _turns(model, run)[:, joint]
     return differences
 
@@ -182,9 +187,15 @@ def _turns(model: Model, run: Driven) -> np.ndarray:
         signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
         hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
         bent = [np.einsum("tjj->tj", columns) for columns in hysteresis]
-        turns = [np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2]]
+        turns = [np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2], _early(run)]
         _TURNS[run.unloaded] = np.concatenate(turns, axis=2)
     return _TURNS[run.unloaded]
+
+
+def _early(run: Driven) -> np.ndarray:
+    """Differences between friction that turns early and friction that does not, shape (t, n, k) [-]."""
+    v, a = run.motion.velocity, run.motion.acceleration
+    return np.stack([smooth_sign(v + lead * a, over) - smooth_sign(v, over) for lead, over in LEADS], axis=2)
 
 
 _TURNS: WeakKeyDictionary[Unloaded, np.ndarray] = WeakKeyDictionary()

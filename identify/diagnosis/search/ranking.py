@@ -7,7 +7,7 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import KINDS
-from ..questions.block_answer import Answer, compute_scatter_odds
+from ..questions.block_answer import CERTAIN_ODDS, Answer, compute_scatter_odds
 from ..questions.candidate import Candidate
 from ..questions.comparison import competing, equally_weighted
 from ..questions.question import ask
@@ -122,9 +122,16 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
     return sorted(best, key=lambda answer: -answer.gain)
 
 
+def _with_fewest_numbers(group: Sequence[Answer]) -> Answer:
+    """The best shape; one with fewer numbers unless the best is credible against it."""
+    best = max(group, key=lambda answer: answer.gain)
+    near = [answer for answer in group if answer.gain > best.gain - CERTAIN_ODDS]
+    return min(near, key=lambda answer: (answer.numbers, -answer.gain))
+
+
 def _chosen(group: Sequence[Answer]) -> Answer:
     """The best shape at the cost of having chosen it: as probable as the average shape."""
-    best = max(group, key=lambda answer: answer.gain)
+    best = _with_fewest_numbers(group)
     if len(group) == 1 or best.gain <= 0.0:  # the cost would change nothing
         return best
     gain, odds = (

@@ -133,7 +133,7 @@ def _with_additions(
         prediction = problem.prediction(answers_of(selected))
         best = ranked(problem, prediction, selected, shapes, joints)
         open_ = [answer for answer in _material_answers(best, prediction) if answer.candidate.key not in out]
-        finding = simplest(prediction, without_idle_curves(open_, prediction), total)
+        finding = _formula_first(prediction, without_idle_curves(open_, prediction), total)
         if finding is None and (joints is None or len(joints) == prediction.joints):
             break
         joints = np.flatnonzero(seeing(finding.answer)) if finding else None
@@ -151,6 +151,24 @@ def _with_additions(
         problem, selected = reloaded, needed
         out |= gone  # in this pass: they would alternate
     return problem, selected
+
+
+def _formula_first(prediction: Prediction, best: Sequence[Answer], total: float) -> Selected | None:
+    """The most probable credible hypothesis; of a curve, first a credible formula over the same quantity.
+
+    A curve may be the sum of formulas, such as a spring and a ripple. If it is not, it is added later and
+    replaces them.
+    """
+    finding = simplest(prediction, best, total)
+    if finding is None or kind_of(finding.answer.candidate.effect).formula:
+        return finding
+    place = _dependence(finding.answer.candidate)
+    formulas = [
+        answer
+        for answer in best
+        if kind_of(answer.candidate.effect).formula and _dependence(answer.candidate) == place
+    ]
+    return simplest(prediction, formulas, total) or finding
 
 
 def _rechosen(

@@ -44,7 +44,7 @@ def _part_suffices(
     joint = int(np.argmax(larger.by_joint))
     rows = larger.independent[joint] * prediction.sums.counts[larger.fitted, joint].sum()
     for part in best:
-        more = len(larger.values) - len(part.values)
+        more = larger.numbers - part.numbers
         if more <= 0 or odds_of(part, total) < CERTAIN_ODDS or not contains(larger, part):
             continue
         prior = log_prior(larger, total) - 0.5 * more * float(np.log(max(rows, 1.0)))

@@ -35,6 +35,10 @@ FORMULAS = {
         StribeckFriction(fade=0.2, reversal=0.01),
         lambda s: [tanh(s.v / 0.01) * exp(-s.v * s.v / 0.04)],
     ),
+    "tustin": (
+        StribeckFriction(fade=0.2, reversal=0.01, exponent=1.0),
+        lambda s: [tanh(s.v / 0.01) * exp(-abs(s.v) / 0.2)],
+    ),
     "load": (LoadDependentFriction(reversal=0.01), lambda s: [tanh(s.v / 0.01) * abs(s.load)]),
     "preloaded": (
         LoadDependentFriction(reversal=0.01, preload=2.0),

@@ -22,7 +22,7 @@ LAW = ServoLaw.of(
 )
 XL330 = {
     "kt": 0.37, "R": 2.8, "armature": 0.0018, "q_offset": 0.027, "friction_base": 0.0048,
-    "friction_stribeck": 0.0047, "dtheta_stribeck": 2.9, "alpha": 2.0, "friction_viscous": 0.0054,
+    "friction_stribeck": 0.0047, "dtheta_stribeck": 2.9, "alpha": 1.4, "friction_viscous": 0.0054,
     "load_friction_base": 0.12, "load_friction_stribeck": 0.0, "model": "m4", "actuator": "xl330",
 }  # fmt: skip
 FRICTION = {name: value for name, value in XL330.items() if name not in ("kt", "R", "q_offset")}
@@ -162,9 +162,9 @@ def test_a_file_is_read_as_effects_and_written_again(tmp_path):
 
 
 def test_what_effects_lack_is_a_warning(tmp_path):
-    parts = ("load_friction_stribeck 0.05", "alpha 8.7", "q_offset 0.027", "kt and R")
+    parts = ("load_friction_stribeck 0.05", "q_offset 0.027", "kt and R")
     with pytest.warns(RobotWarning, match=".*".join(parts)):
-        robot_with(tmp_path, **XL330 | {"alpha": 8.7, "load_friction_stribeck": 0.05})
+        robot_with(tmp_path, **XL330 | {"load_friction_stribeck": 0.05})
 
 
 def test_directional_load_friction_is_that_in_balance(tmp_path):
