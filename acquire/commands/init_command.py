@@ -28,14 +28,14 @@ from exidyn.identification.plausible.proposal_text import (
     without_still,
 )
 from exidyn.identification.plausible.proposed_units import GRAVITY
+from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
-from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identification.recordings.importers.tables.columns import Columns, Names, own_time
-from exidyn.identification.recordings.importers.tables.preset import BESIDE
-from exidyn.identification.recordings.importers.tables.stamps import require_no_time
-from exidyn.identification.recordings.importers.tables.table import Table
 from exidyn.identification.recordings.optional_signals import NEEDED
 from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
+from exidyn.identification.recordings.tables.preset import BESIDE
+from exidyn.identification.recordings.tables.stamps import require_no_time
+from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.description import NAMED, is_description, movable_joints
 from exidyn.identification.robot_files.robot_file import read_model
 

@@ -4,9 +4,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ..recordings.importers.tables.signal_words import COMMANDED, OTHERS, WORDS
-from ..recordings.importers.tables.stated_units import stated_unit
 from ..recordings.recording import EFFORT
+from ..recordings.tables.name_words import COMMANDED, OTHERS, WORDS, stated_unit
 from ..recordings.units import SPELLINGS
 
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())

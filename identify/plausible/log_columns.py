@@ -12,11 +12,10 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RecordingError
-from ..recordings.importers.tables.array_blocks import array_name, which_columns
-from ..recordings.importers.tables.columns import Columns, Names
-from ..recordings.importers.tables.name_index import columns_of_array, numbered
-from ..recordings.importers.tables.table import DATE, Table
 from ..recordings.recording import EFFORT
+from ..recordings.tables.columns import Columns, Names
+from ..recordings.tables.name_index import array_name, columns_of_array, numbered, which_columns
+from ..recordings.tables.table import DATE, Table
 from ..recordings.units import unit_named
 from .column_names import STAMPS, families, signal_of, words_of
 from .proposal import Proposal

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
-from ..recordings.importers.tables.name_index import column_words
 from ..recordings.recording_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import Remedy, advice, remedy, steps_back
+from ..recordings.tables.name_index import column_words
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 

@@ -53,8 +53,8 @@ def from_dataframe(table: Any, robot: "Model", name: str = "table", **options: A
     Raises:
         RecordingError: The table holds no run of this robot; the message gives the reason.
     """
-    from .importers.tables.import_table import import_table
-    from .importers.tables.table import Table
+    from .tables.import_table import import_table
+    from .tables.table import Table
 
     columns = table.reset_index() if table.index.name else table
     names = [str(column) for column in columns.columns]

@@ -14,7 +14,7 @@ from ...file_names import looked_in
 if TYPE_CHECKING:  # a process that reads a file imports this package, but needs none of these
     from ...model import Model
     from ..recording import Recording
-    from .tables.table import Table
+    from ..tables.table import Table
 
 
 BEGINNING = 16_384
@@ -26,8 +26,8 @@ class Entry(NamedTuple):
     """A format and its importer.
 
     Attributes:
-        place: "module:function" in this package, imported on demand: `(source) -> list[Table]` for a table,
-            else `(source, model, **options) -> list[Recording]`.
+        place: "module:function", relative to this package, imported on demand: `(source) -> list[Table]` for
+            a table, else `(source, model, **options) -> list[Recording]`.
         content: Name of the format, and what a file has to contain.
         endings: Endings of the names of such files.
         inside: Pattern of a file in such a folder.
@@ -48,7 +48,7 @@ class Entry(NamedTuple):
 
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
-        "tables.table:read_csv",
+        ".tables.table:read_csv",
         "CSV: a line of names, a row a sample; UR's RTDE and libfranka too",
         (".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz"),
         table=True,
@@ -83,7 +83,7 @@ IMPORTERS: dict[str, Entry] = {
     ),
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "ros2_bag": Entry(
-        "ros2_bag:import_ros2_bag",
+        ".bags.ros2_bag:import_ros2_bag",
         "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
         (".db3", ".bag", ".bag.active"),
         "metadata.yaml",
@@ -126,7 +126,7 @@ def import_source(
     source = Path(source)
     kind, function = _reader(source, kind)
     if IMPORTERS[kind].table:
-        from .tables.import_table import import_table
+        from ..tables.import_table import import_table
 
         function = partial(import_table, function)
     valid = tuple(inspect.signature(function).parameters)[2:]

@@ -21,9 +21,9 @@ from ..decompression_limits import require_gzip
 from ..optional_signals import without_damaged
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check, without_stale
+from ..tables.columns import find_joints
+from ..tables.table import refused_as
 from ..units import to_axes_of_robot
-from .tables.columns import find_joints
-from .tables.table import refused_as
 
 ELEMENTS: dict[str, tuple[str, ...]] = {
     "position": ("AIPos", "EIPos"),

@@ -1,12 +1,12 @@
-"""Lookup of columns by name, regardless of case, separators, units and groups in the names."""
+"""Columns by name, regardless of case, separators, units and groups; and numbered columns of one array."""
 
 import re
 from collections.abc import Collection, Sequence
 
-from ....errors import LISTED, listed
-from ...units import is_travel, unit_named
-from .signal_words import COMMANDED, OTHERS
-from .stated_units import stated_unit
+from ...arm.robot import Robot
+from ...errors import LISTED, listed
+from ..units import is_travel, unit_named
+from .name_words import COMMANDED, OTHERS, stated_unit
 
 _SEPARATORS = re.compile(r"[\W_]+")
 _BESIDE_DIGIT = re.compile(r"(?<=[^\W\d])_(?=\d)|(?<=\d)_(?=[^\W\d])")
@@ -106,3 +106,40 @@ def _continues(name: str, after: str) -> bool:
 def _run_words(run: Sequence[str]) -> str:
     last = numbered(run[-1])
     return f"{run[0]} to {last[1]}" if last and len(run) >= SHORTEST_RUN else ", ".join(run)
+
+
+def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:
+    """Question about an array with more columns than an arm has joints, with options that answer it."""
+    n, m = robot.dof, len(array)
+    half = m // 2
+    begins = 0, half if m % 2 == 0 and half >= n else m - n
+    blocks = [array[begin : begin + n] for begin in begins]
+    words = [
+        " to ".join(str(end[1]) for name in (block[0], block[-1]) if (end := numbered(name)))
+        for block in blocks
+    ]
+    first, second = map(_range, blocks)
+    return (
+        f"{array_name(array)} has {m} columns for {n} joints ({named_joints(robot)}): which? For example "
+        f"{words[0]}, or {words[1]}: --columns {signal}={first}, or {signal}={second}"
+    )
+
+
+def _range(array: Sequence[str]) -> str:
+    """Consecutive columns as a value of `--columns`: q1..6; names without numbers are listed."""
+    first, last = numbered(array[0]), numbered(array[-1])
+    if first is None or last is None or last[1] - first[1] != len(array) - 1 or len(array) == 1:
+        return ",".join(array)
+    return f"{first[0]}{first[1]}..{last[1]}{first[2]}"
+
+
+def named_joints(robot: Robot, most: int = 3) -> str:
+    """Names of the joints; only the first and the last if there are many."""
+    joints = robot.joints
+    return ", ".join(joints) if len(joints) <= most else f"{joints[0]} to {joints[-1]}"
+
+
+def array_name(array: Sequence[str]) -> str:
+    """Common part of the names of an array's columns."""
+    parts = numbered(array[0])
+    return (parts[0].rstrip(" _[(.-") + parts[2].lstrip(")] ")) if parts else array[0]

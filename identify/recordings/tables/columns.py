@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ....arm.robot import Robot
-from ....errors import RecordingError, WrongShape, listed
-from ...optional_signals import NEEDED
-from ...recording import SIGNALS
-from .array_blocks import array_name, which_columns
-from .name_index import NameIndex, column_words, columns_of_array
-from .signal_words import UNITS_ONLY, WORDS
+from ...arm.robot import Robot
+from ...errors import RecordingError, WrongShape, listed
+from ..optional_signals import NEEDED
+from ..recording import SIGNALS
+from .name_index import NameIndex, array_name, column_words, columns_of_array, which_columns
+from .name_words import UNITS_ONLY, WORDS
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {

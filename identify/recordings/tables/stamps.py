@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....errors import NotAFile, NotFinite, RecordingError
-from ...units import factors, unit_named
+from ...errors import NotAFile, NotFinite, RecordingError
+from ..units import factors, unit_named
 from .columns import Columns, Names, own_time
 from .preset import Preset, Reading
 from .table import DATE, Table

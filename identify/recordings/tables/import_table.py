@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ....errors import NotAFile, NotFinite, RecordingError, WrongShape
-from ....file_names import read_failure
-from ....model import Model
-from ....text_table import digits
-from ...optional_signals import NEEDED, without_damaged
-from ...recording import EFFORT, SIGNALS, KnownPayload, Recording
-from ...recording_checks import check
-from ...separate_runs import separate_runs
-from ...servo_error import (
+from ...errors import NotAFile, NotFinite, RecordingError, WrongShape
+from ...file_names import read_failure
+from ...model import Model
+from ...text_table import digits
+from ..optional_signals import NEEDED, without_damaged
+from ..recording import EFFORT, SIGNALS, KnownPayload, Recording
+from ..recording_checks import check
+from ..separate_runs import separate_runs
+from ..servo_error import (
     COMMAND,
     LAW,
     clipped_words,
@@ -22,8 +22,8 @@ from ...servo_error import (
     servo_words,
     with_servo_error,
 )
-from ...units import joint_side, to_axes_of_robot
-from ...wrong_unit import percent_questions
+from ..units import joint_side, to_axes_of_robot
+from ..wrong_unit import percent_questions
 from .columns import Columns, Names
 from .preset import Preset, preset_for, read_preset
 from .signal_units import SignalUnits

@@ -13,9 +13,9 @@ from ..optional_signals import without_damaged
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check, without_stale
 from ..separate_runs import separate_runs
-from .bags.bag_reader import Content, Group, read_bag
-from .bags.joint_parts import Part, clock_of, joined, parts_of
-from .bags.topic_choice import choose_topics, names_in
+from .bag_reader import Content, Group, read_bag
+from .joint_parts import clock_of, joined, parts_of
+from .topic_choice import choose_topics, names_in
 
 
 def import_ros2_bag(
@@ -82,7 +82,7 @@ def joints_of_bag(source: Path) -> list[str]:
     return list(names_in(read_bag(source).groups))
 
 
-def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) -> dict[str, Signal]:
+def _signals(part: Group, time: np.ndarray, names: Sequence[str], effort: str) -> dict[str, Signal]:
     """Signals of joints in the robot's order at times (t,) [ns], from fields that some message has."""
     places = [part.names.index(name) for name in names]
     since = (time - time[0]) * 1e-9
@@ -94,7 +94,7 @@ def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) ->
     return signals
 
 
-def _array_signals(content: Content, part: Part, time: np.ndarray) -> dict[str, Signal]:
+def _array_signals(content: Content, part: Group, time: np.ndarray) -> dict[str, Signal]:
     """Signals from arrays, whose times are those of the bag, converted to the clock of the joint states."""
     late = part.received[0] - time[0]
     return {
@@ -138,7 +138,7 @@ def _with_efforts(
     }
 
 
-def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot: Robot) -> None:
+def _require_positions(source: Path, groups: Sequence[Group], part: Group, robot: Robot) -> None:
     """Require a position of every joint.
 
     Raises:

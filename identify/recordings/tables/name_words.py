@@ -1,8 +1,29 @@
-"""Units in the names of columns: `q1 [deg]`, `i1_mA`, `tau1 (Nm)`, `time_ms`."""
+"""Words for signals and units in the names of columns: `q1 [deg]`, `i1_mA`, `tau1 (Nm)`, `time_ms`."""
 
 import re
 
-from ...units import SPELLINGS, UNITS, is_travel, unit_named
+from ..units import SPELLINGS, UNITS, is_travel, unit_named
+
+WORDS: dict[str, frozenset[str]] = {
+    "temperature": frozenset("temp temps temperature temperatures temperatur".split()),
+    "torque": frozenset("tau taus torque torques trq effort efforts moment moments drehmoment nm".split()),
+    "link_position": frozenset("ql secondary".split()),
+    "velocity": frozenset(
+        "dq qd qvel vel velocity velocities speed speeds qdot omega geschwindigkeit drehzahl rpm".split()
+    ),
+    "position": frozenset("q qpos pos position positions angle angles winkel theta lage".split()),
+    "current": frozenset("i cur curr current currents strom amps iq".split()),
+}
+"""Signal -> words for it; the first signal with a word counts: `current position` is a position."""
+
+UNITS_ONLY = frozenset(("nm", "rpm"))
+"""Words that are units, and ambiguous without another word."""
+
+COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
+"""Words for commanded quantities."""
+OTHERS = frozenset("tcp pose cart cartesian force wrench ext err error std model gravity tool ft".split())
+"""Words for quantities that are computed, or not those of a joint."""
+
 
 BRACKETED = re.compile(r"(.*?)[\s_]*(?:in\s+)?[\[(<{]\s*([^\[\](){}<>]+?)\s*[\])>}]\s*", re.DOTALL)
 _WORDS = {name for names in SPELLINGS.values() for name in names.split()} - {"c", "min-1"} | {"nm"}

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....arm.robot import Robot
-from ....errors import RecordingError, listed
+from ...arm.robot import Robot
+from ...errors import RecordingError, listed
 from ..tables.columns import find_joints
 from .bag_reader import Group
 from .joint_messages import JOINT_READERS, JSON

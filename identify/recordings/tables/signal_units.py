@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ....errors import BadUnit, WrongShape
-from ...recording import SIGNALS, Signal
-from ...units import ANGLES, factors, is_travel, unit_named
+from ...errors import BadUnit, WrongShape
+from ..recording import SIGNALS, Signal
+from ..units import ANGLES, factors, is_travel, unit_named
 from .columns import Columns
 from .preset import Preset, Reading
 

@@ -16,11 +16,11 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from ....errors import ExidynError, NotAFile, WrongShape
-from ...decompression_limits import largest_size, require_gzip, too_large
+from ...errors import ExidynError, NotAFile, WrongShape
+from ..decompression_limits import largest_size, require_gzip, too_large
 from .cells import decimal_mark, is_missing, number, onward, seconds_of
 from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of
-from .stated_units import is_unit, stated_unit
+from .name_words import is_unit, stated_unit
 
 LONGEST_LINE = 1_000_000
 """Maximum length of a line in characters: ten thousand columns of a hundred characters."""
