@@ -10,7 +10,7 @@ from typing import Any
 from exidyn.identification.errors import RecordingError, listed
 from exidyn.identification.file_names import distinct_stems
 from exidyn.identification.plausible.gate import suspect
-from exidyn.identification.plausible.servo_gains import servo_gain_doubts
+from exidyn.identification.plausible.position_servos import servo_gain_doubts
 from exidyn.identification.recordings.align import aligned
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording

@@ -18,8 +18,7 @@ from .flange import body_suspicions
 from .gains import TELLS, gains
 from .log_facts import LogFacts
 from .mistakes import MOUNTING
-from .sampled_runs import sampled_torques
-from .samples import joined
+from .samples import joined, sampled_torques
 from .suspicion import NONE_OF_THESE, Suspicion
 from .units import encoder_steps
 from .weigh import MOST, SURE, Weighed, supported, weigh

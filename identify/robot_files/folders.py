@@ -6,11 +6,12 @@ path, or by a symbolic link. Links inside a folder that the user states are foll
 """
 
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
 
-from ..errors import RobotError
+from ..errors import BrokenTree, RobotError
 
 VARIABLE = "EXIDYN_FOLDERS"
 """Environment variable with further folders, separated as in PATH."""
@@ -18,6 +19,10 @@ PACKAGE = "package.xml"
 """File that makes a folder a package of ROS."""
 LAYOUT = ("mjcf", "robots", "urdf", "xacro")
 """Usual names of a package's folder of descriptions. Meshes lie beside it; the two are copied together."""
+MJCF_FOLDERS = ("assetdir", "meshdir", "texturedir")
+"""Attributes of the element `compiler` of an MJCF that name folders."""
+MJCF_MODELS = ("include", "model")
+"""Elements whose file is an MJCF, which may name further files."""
 
 
 @dataclass(frozen=True)
@@ -77,3 +82,58 @@ def ros_folders() -> list[Path]:
 
 def _entries(variable: str) -> list[Path]:
     return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+
+
+@dataclass
+class _NamedFiles:
+    """Folders named by compiler elements, names of files, and contents of included files by their names."""
+
+    folders: set[str] = field(default_factory=lambda: {""})
+    names: list[str] = field(default_factory=list)
+    included: dict[str, bytes] = field(default_factory=dict)
+
+
+def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
+    """Refuse an MJCF that names a file outside of its folder.
+
+    Args:
+        text: Text of the file.
+        description: Path of the file; paths in it are relative to its folder.
+
+    Returns:
+        Contents of the files that it includes, by their names.
+
+    Raises:
+        BrokenTree: The text is not XML.
+        RobotError: A file is outside; the message names it and says what to do.
+    """
+    named, allowed, folder = _NamedFiles(), Folders.of(description), description.parent
+    texts = [(str(description), text)]
+    while texts:
+        where, content = texts.pop()
+        for name in _read(content, where, named):
+            for file in (folder / name, Path(where).parent / name):
+                if name not in named.included and file.is_file():
+                    allowed.require(file, str(description))
+                    named.included[name] = file.read_bytes()
+                    texts.append((str(file), named.included[name]))
+    places = {folder, *((folder / name).parent for name in named.included)}
+    for name in named.names:
+        for file in {place / part / name for place in places for part in named.folders}:
+            if file.exists():
+                allowed.require(file, str(description))
+    return named.included
+
+
+def _read(text: bytes, where: str, named: _NamedFiles) -> Iterator[str]:
+    """Names of the MJCF files that a text includes or attaches; all names are added to `named`."""
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
+    for element in root.iter():
+        named.folders |= {element.attrib[key] for key in MJCF_FOLDERS if key in element.attrib}
+        names = [value for key, value in element.attrib.items() if key.startswith("file")]
+        named.names += [*names, *(PurePosixPath(name).name for name in names)]  # strippath removes folders
+        if element.tag in MJCF_MODELS:
+            yield from names

@@ -13,10 +13,10 @@ from ..arm.robot import Held
 from ..errors import BrokenTree, MissingPackage
 from ..file_names import read_failure
 from ..notebook import optional
+from .folders import require_mjcf_files
 from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
 from .mjcf_drives import motor_coupling, torque_limits
-from .mjcf_files import require_mjcf_files
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
 from .mjcf_names import HOLD, enum_of, following_joints, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
