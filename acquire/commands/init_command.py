@@ -30,7 +30,7 @@ from exidyn.identification.plausible.proposal_text import (
 from exidyn.identification.plausible.proposed_units import GRAVITY
 from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
-from exidyn.identification.recordings.optional_signals import NEEDED
+from exidyn.identification.recordings.incomplete_samples import NEEDED
 from exidyn.identification.recordings.recording import EFFORT, Recording
 from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
 from exidyn.identification.recordings.tables.preset import BESIDE

@@ -5,13 +5,15 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ..recordings.recording import EFFORT
+from ..recordings.tables.columns import TIMES
 from ..recordings.tables.name_words import COMMANDED, OTHERS, WORDS, stated_unit
 from ..recordings.units import SPELLINGS
 
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
 MEASURED = frozenset("actual ist measured present".split())
 """Words for the measured columns among several of a quantity."""
-STAMPS = frozenset("t time timestamp timestamps zeit zeitstempel temps stamp clock sec secs seconds".split())
+STAMPS = frozenset(TIMES)
+"""Words for time."""
 UNITS: dict[str, frozenset[str]] = {
     unit: frozenset((unit, *SPELLINGS.get(unit, "").split()))
     for unit in ("deg", "rad", "mm", "rpm", "s", "ms", "us", "ns")

@@ -8,10 +8,11 @@ import numpy as np
 from ..errors import RecordingError
 from ..model import Model
 from ..recordings.arrival_times import regular_clock
+from ..recordings.effort_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.recording import EFFORT
-from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.separate_runs import beginnings
+from ..recordings.units import COMMANDS
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
@@ -26,8 +27,6 @@ from .samples import LONG, runs_of
 from .units import STATED, TIME, Units, affine, moves, quirks
 from .weigh import posterior
 
-COMMANDS = {"command": "position", "command_velocity": "velocity"}
-"""Command -> measured signal in the same unit."""
 FOLLOWS = 2.0
 """Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""
 FEWEST = 100

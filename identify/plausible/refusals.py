@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
-from ..recordings.recording_checks import unmeasured_words
+from ..recordings.effort_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import Remedy, advice, remedy, steps_back
 from ..recordings.tables.name_index import column_words

@@ -11,6 +11,8 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..notebook import counted
+from ..recordings.recording_checks import BEYOND_LIMITS, GAP, beyond_limits
+from ..recordings.units import percent_of_travel
 from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
 from .samples import runs_of
@@ -56,8 +58,6 @@ STATED = 0.99
 """Probability that a unit in a column's name is right."""
 STEPS = 5
 """Number of sampling periods over which speeds are computed, to limit the effect of timestamp jitter."""
-GAP = 1.5
-"""A step of more than this many median periods misses at least one sample."""
 COARSE = 0.3
 """Share of equal successive values beyond which the resolution of an encoder is visible."""
 REPEATED = 0.3
@@ -135,14 +135,12 @@ def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, n
     if unit != TRAVEL:
         factor = {**TURNING, **SLIDING}[unit]
         return np.where(robot.revolute == (unit in TURNING), factor, 1.0), np.zeros(robot.dof)
-    lower, upper = robot.limits.position_lower, robot.limits.position_upper
     opening = [
         in_percent(joint, values) and float(np.nanmin(values)) >= 0.0
         for joint, values in zip(robot.joints, position.T, strict=True)
     ]
-    lowest = np.where(opening, 0.0, -100.0)
-    scale = (upper - lower) / (100.0 - lowest)
-    return scale, lower - scale * lowest
+    scale, zero = percent_of_travel(robot.limits, np.where(opening, 0.0, -100.0))
+    return scale, -zero * scale
 
 
 def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
@@ -258,10 +256,8 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
         notes.append(f"{100 * repeated:.0f} % of the samples repeat all positions of the previous one")
     for joint, column in zip(robot.joints, change.T, strict=True):
         notes += _encoder(joint, column, robot.revolute[robot.index(joint)])
-    beyond = np.maximum(
-        robot.limits.position_lower - position.min(axis=0), position.max(axis=0) - robot.limits.position_upper
-    )
-    for j in np.flatnonzero(beyond > 0.1):
+    beyond = beyond_limits(robot.limits, position)
+    for j in np.flatnonzero(beyond > BEYOND_LIMITS):
         notes.append(
             f"{robot.joints[j]} goes {digits(beyond[j])} beyond its limits: check its zero against the URDF"
         )

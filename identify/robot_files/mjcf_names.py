@@ -20,6 +20,11 @@ def enum_of(kind: str, name: str) -> int:
     return int(getattr(getattr(optional("mujoco", "an MJCF", "mujoco"), kind), name))
 
 
+def disabled(model: Any, flag: str) -> bool:
+    """Whether the option `flag` switches off a kind of forces, such as "GRAVITY"."""
+    return bool(model.opt.disableflags & enum_of("mjtDisableBit", f"mjDSBL_{flag}"))
+
+
 def name_of(model: Any, kind: str, index: int) -> str:
     """Name of an element; if the file gives none, its kind and its number from 1."""
     mujoco = optional("mujoco", "an MJCF", "mujoco")

@@ -10,17 +10,17 @@ import numpy as np
 
 from ..arm.robot import Limits
 from .mjcf_dcmotors import dc_motors, friction_of_motors, ripples, stribeck_friction
-from .mjcf_names import actuators, drives_joint, enum_of, joint_name
+from .mjcf_names import actuators, disabled, drives_joint, joint_name
 
 
 def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
     """Rotor inertia, friction, springs and offsets of the moving joints, with the values of the file."""
     dofs = model.jnt_dofadr[list(joints)]
     of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
-    damps, springs = (not _disabled(model, flag) for flag in ("DAMPER", "SPRING"))
+    damps, springs = (not disabled(model, flag) for flag in ("DAMPER", "SPRING"))
     motors = dc_motors(model, joints)
     viscous, dry = friction_of_motors(motors, joints)
-    loses = not (_disabled(model, "FRICTIONLOSS") or _disabled(model, "CONSTRAINT"))
+    loses = not (disabled(model, "FRICTIONLOSS") or disabled(model, "CONSTRAINT"))
     terms = {
         "rotor_inertia": model.dof_armature[dofs] + of_drive["armature"],
         "viscous_friction": damps * (model.dof_damping[dofs] + of_drive["damping"]) + viscous,
@@ -69,10 +69,6 @@ def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
                 per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
             )
     return shares
-
-
-def _disabled(model: Any, flag: str) -> bool:
-    return bool(model.opt.disableflags & enum_of("mjtDisableBit", f"mjDSBL_{flag}"))
 
 
 def limits_of(model: Any, joints: Sequence[int], torque: np.ndarray) -> Limits:

@@ -9,9 +9,9 @@ from ...arm.robot import Robot
 from ...errors import NotRecorded, RecordingError, listed
 from ...model import Model
 from ...notebook import counted
-from ..optional_signals import without_damaged
+from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
-from ..recording_checks import check, without_stale
+from ..recording_checks import check
 from ..separate_runs import separate_runs
 from .bag_reader import Content, Group, read_bag
 from .joint_parts import clock_of, joined, parts_of

@@ -18,9 +18,9 @@ from ...arm.robot import Robot
 from ...errors import NotAFile, NotRecorded, WrongShape, listed
 from ...model import Model
 from ..decompression_limits import require_gzip
-from ..optional_signals import without_damaged
+from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, KnownPayload, Recording, Signal
-from ..recording_checks import check, without_stale
+from ..recording_checks import check
 from ..tables.columns import find_joints
 from ..tables.table import refused_as
 from ..units import to_axes_of_robot

@@ -16,8 +16,9 @@ import numpy as np
 from ...errors import BadTime, NotAFile, RecordingError
 from ...model import Model
 from ...robot_files.robot_file import parse_model
+from ..incomplete_samples import without_stale
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
-from ..recording_checks import check_recorded, imported_warnings, without_stale
+from ..recording_checks import check_recorded, imported_warnings
 from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
 from .mcap_records import Contents, read_contents

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
-from ..optional_signals import NEEDED
+from ..incomplete_samples import NEEDED
 from ..recording import SIGNALS
 from .name_index import NameIndex, array_name, column_words, columns_of_array, which_columns
 from .name_words import UNITS_ONLY, WORDS

@@ -9,7 +9,7 @@ from ...errors import NotAFile, NotFinite, RecordingError, WrongShape
 from ...file_names import read_failure
 from ...model import Model
 from ...text_table import digits
-from ..optional_signals import NEEDED, without_damaged
+from ..incomplete_samples import without_damaged, without_incomplete
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording
 from ..recording_checks import check
 from ..separate_runs import separate_runs
@@ -130,7 +130,7 @@ def import_table(
         )
         recording = without_damaged(recording.with_warnings(*lookup.left_out, *facts, *in_si.facts))
         recording = recording.with_warnings(*_percent_questions(in_si, recording))
-        recording = _whole_samples(recording, source)
+        recording = without_incomplete(recording, str(source))
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         for run, first in separate_runs(recording, table.place, table.headings()):
             recordings.append(_checked(run, source, table.without(first), stamps[first:]))
@@ -154,36 +154,6 @@ def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
     """Questions about grippers whose positions were read in degrees."""
     position = np.where(in_si.in_degrees(), recording.signals["position"].values, np.nan)
     return percent_questions(recording.robot, position)
-
-
-def _whole_samples(recording: Recording, source: Path) -> Recording:
-    """The recording without samples of positions and efforts that lack a joint; a warning counts them.
-
-    Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint
-    without any number is handled by the checks.
-
-    Raises:
-        NotFinite: Fewer than two samples have all joints.
-    """
-    complete, warnings = {}, []
-    for name in (name for name in NEEDED if name in recording.signals):
-        values = recording.signals[name].values
-        lost = np.isnan(values)
-        lost &= ~lost.all(axis=0) & ~lost.all(axis=1)[:, None]
-        complete[name] = ~lost.any(axis=1)
-        if complete[name].all():
-            continue
-        count = int(np.sum(complete[name] & ~np.isnan(values).all(axis=1)))
-        joints = [
-            f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
-        ]
-        facts = f"{name}: no number for {', '.join(joints)} of {len(values)} rows"
-        if count < 2:
-            raise NotFinite(
-                f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row"
-            )
-        warnings.append(f"{facts}; these {np.sum(~complete[name])} rows are left out")
-    return recording.keeping(complete).with_warnings(*warnings)
 
 
 def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:

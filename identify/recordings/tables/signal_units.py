@@ -6,12 +6,10 @@ import numpy as np
 
 from ...errors import BadUnit, WrongShape
 from ..recording import SIGNALS, Signal
-from ..units import ANGLES, factors, is_travel, unit_named
+from ..units import ANGLES, COMMANDS, factors, is_travel, unit_named
 from .columns import Columns
 from .preset import Preset, Reading
 
-MEASURED = {"command": "position", "command_velocity": "velocity"}
-"""Command -> measured signal with the same unit."""
 Units = Mapping[str, str | Sequence[str]]
 
 
@@ -66,7 +64,7 @@ class SignalUnits:
         ]
         each = zip(stated, self._places[signal], si, strict=True)
         stated = [unit or self._of_file(signal, place, wanted) for unit, place, wanted in each]
-        measured = MEASURED.get(signal, "")
+        measured = COMMANDS.get(signal, "")
         others = self.units(measured) if measured in self._places else [""] * len(si)
         return [unit or other for unit, other in zip(stated, others, strict=True)]
 
@@ -80,7 +78,7 @@ class SignalUnits:
     def _reading(self, signal: str) -> Reading:
         """Reading of a signal; of the measured signal for a command whose reading states only columns."""
         reading = self._from_preset(signal)
-        return self._from_preset(MEASURED[signal]) if signal in MEASURED and reading.plain else reading
+        return self._from_preset(COMMANDS[signal]) if signal in COMMANDS and reading.plain else reading
 
     def _where(self, signal: str) -> str:
         if signal in self._stated:
