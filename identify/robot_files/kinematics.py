@@ -9,10 +9,9 @@ import pinocchio as pin
 
 from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
+from .robot_keys import KEYS
 from .toml_fields import check_keys, matrix, number, numbers, string
 
-PLACEMENT_KEYS = ("origin", "rotation", "rpy")
-LINK_KEYS = ("joint", "link", "parent", "kind", "axis", *PLACEMENT_KEYS, "mass", "center_of_mass", "inertia")
 KINDS = ("revolute", "prismatic")
 INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Row and column of xx, xy, xz, yy, yz, zz."""
@@ -162,7 +161,7 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
     model.name = name
     for place, row in enumerate(rows):
         where = f"link {place + 1}"
-        check_keys(row, LINK_KEYS, where)
+        check_keys(row, KEYS["[[link]]"], where)
         joint = string(row.get("joint", f"joint{place + 1}"), f"{where} joint")
         where = f"link of {joint}"
         parent = _parent(row.get("parent"), tuple(model.names), name)
