@@ -7,7 +7,7 @@ path, or by a symbolic link. Links inside a folder that the user states are foll
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
@@ -84,15 +84,6 @@ def _entries(variable: str) -> list[Path]:
     return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
 
 
-@dataclass
-class _NamedFiles:
-    """Folders named by compiler elements, names of files, and contents of included files by their names."""
-
-    folders: set[str] = field(default_factory=lambda: {""})
-    names: list[str] = field(default_factory=list)
-    included: dict[str, bytes] = field(default_factory=dict)
-
-
 def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
     """Refuse an MJCF that names a file outside of its folder.
 
@@ -107,33 +98,31 @@ def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
         BrokenTree: The text is not XML.
         RobotError: A file is outside; the message names it and says what to do.
     """
-    named, allowed, folder = _NamedFiles(), Folders.of(description), description.parent
+    allowed, folder = Folders.of(description), description.parent
+    folders, names, included = {""}, list[str](), dict[str, bytes]()
     texts = [(str(description), text)]
     while texts:
         where, content = texts.pop()
-        for name in _read(content, where, named):
-            for file in (folder / name, Path(where).parent / name):
-                if name not in named.included and file.is_file():
-                    allowed.require(file, str(description))
-                    named.included[name] = file.read_bytes()
-                    texts.append((str(file), named.included[name]))
-    places = {folder, *((folder / name).parent for name in named.included)}
-    for name in named.names:
-        for file in {place / part / name for place in places for part in named.folders}:
+        for element in _elements(content, where):
+            folders |= {element.attrib[key] for key in MJCF_FOLDERS if key in element.attrib}
+            files = [value for key, value in element.attrib.items() if key.startswith("file")]
+            names += [*files, *(PurePosixPath(name).name for name in files)]  # strippath removes folders
+            for name in files if element.tag in MJCF_MODELS else ():
+                for file in (folder / name, Path(where).parent / name):
+                    if name not in included and file.is_file():
+                        included[name] = allowed.require(file, str(description)).read_bytes()
+                        texts.append((str(file), included[name]))
+    places = {folder, *((folder / name).parent for name in included)}
+    for name in names:
+        for file in {place / part / name for place in places for part in folders}:
             if file.exists():
                 allowed.require(file, str(description))
-    return named.included
+    return included
 
 
-def _read(text: bytes, where: str, named: _NamedFiles) -> Iterator[str]:
-    """Names of the MJCF files that a text includes or attaches; all names are added to `named`."""
+def _elements(text: bytes, where: str) -> Iterator[ElementTree.Element]:
+    """All elements of an XML text; raises BrokenTree if it is not XML."""
     try:
-        root = ElementTree.fromstring(text)
+        return ElementTree.fromstring(text).iter()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
-    for element in root.iter():
-        named.folders |= {element.attrib[key] for key in MJCF_FOLDERS if key in element.attrib}
-        names = [value for key, value in element.attrib.items() if key.startswith("file")]
-        named.names += [*names, *(PurePosixPath(name).name for name in names)]  # strippath removes folders
-        if element.tag in MJCF_MODELS:
-            yield from names

@@ -23,6 +23,7 @@ from .mjcf_geometry import read_mjcf_geometry
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf
+from .urdf_checks import attribute_numbers
 
 SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
 IN_PACKAGES = ("package://", "model://")
@@ -87,7 +88,7 @@ def _placement(collision: Element, where: str) -> pin.SE3:
     origin = collision.find("origin")
     if origin is None:
         return pin.SE3.Identity()
-    rpy, xyz = (_numbers(origin, key, 3, where, "0 0 0") for key in ("rpy", "xyz"))
+    rpy, xyz = (attribute_numbers(origin, key, 3, where, "0 0 0") for key in ("rpy", "xyz"))
     return pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
 
 
@@ -106,7 +107,7 @@ def _shape(
     element = kinds[0]
     if element.tag != "mesh":
         return _primitive(element, where)
-    scale = _numbers(element, "scale", 3, where, "1 1 1")
+    scale = attribute_numbers(element, "scale", 3, where, "1 1 1")
     path = _find_mesh(element.get("filename", ""), urdf, package_dirs, where)
     key = (path, tuple(scale))
     if key not in meshes:
@@ -126,21 +127,10 @@ def _primitive(element: Element, where: str) -> Any:
 
 def _sizes(element: Element, key: str, count: int, where: str) -> np.ndarray:
     """Sizes of a shape, which are above zero [m]."""
-    sizes = _numbers(element, key, count, where)
+    sizes = attribute_numbers(element, key, count, where)
     if np.any(sizes <= 0):
         raise BrokenTree(f'{where}: <{element.tag} {key}="{element.get(key)}">: every size must be above 0 m')
     return sizes
-
-
-def _numbers(element: Element, key: str, count: int, where: str, default: str = "") -> np.ndarray:
-    text = element.get(key, default)
-    try:
-        values = np.array([float(word) for word in text.split()])
-    except ValueError:
-        values = np.empty(0)
-    if len(values) != count or not np.all(np.isfinite(values)):
-        raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
-    return values
 
 
 def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where: str) -> Path:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..notebook import optional
-from .mjcf_names import actuators, disabled, drives_joint, input_of, joint_name, name_of
+from .mjcf_names import disabled, drives_joint, input_of, joint_actuators, joint_name, name_of
 
 SHORTED, VOLTAGE = 16, 8
 """Bits of `actuator_ctrlspec` (mjtCtrlInput): no input at all, and voltage as input."""
@@ -109,10 +109,9 @@ def dc_motors(model: Any, joints: Sequence[int]) -> list[DcMotor]:
         return []
     return [
         DcMotor.of(model, index)
-        for index in actuators(model)
+        for index, joint in joint_actuators(model)
         if is_dc_motor(model, index)
-        and drives_joint(model, index)
-        and int(model.actuator_trnid[index][0]) in joints
+        and joint in joints
         and not _group_disabled(model, int(model.actuator_group[index]))
     ]
 

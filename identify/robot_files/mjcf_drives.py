@@ -8,16 +8,16 @@ import numpy as np
 from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
 from .mjcf_dcmotors import is_dc_motor, stall_torque
-from .mjcf_names import HOLD, actuators, drives_joint, enum_of, input_of, joint_name, name_of
+from .mjcf_names import HOLD, actuators, enum_of, input_of, joint_actuators, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     """Maximum torque of each joint's actuators in both directions, shape (n,) [N m]; inf: not stated."""
     limits = np.zeros(len(joints))
     driven = np.zeros(len(joints), bool)
-    for actuator in actuators(model):
-        if drives_joint(model, actuator) and model.actuator_trnid[actuator][0] in joints:
-            place = list(joints).index(model.actuator_trnid[actuator][0])
+    for actuator, joint in joint_actuators(model):
+        if joint in joints:
+            place = list(joints).index(joint)
             limits[place] += _strength(model, actuator)
             driven[place] = True
     limits[~driven] = np.inf
@@ -51,12 +51,7 @@ def is_motor(model: Any, actuator: int) -> bool:
 
 def motors(model: Any, joint: str) -> list[int]:
     """Indices of the actuators of a joint."""
-    return [
-        actuator
-        for actuator in actuators(model)
-        if drives_joint(model, actuator)
-        and joint_name(model, int(model.actuator_trnid[actuator][0])) == joint
-    ]
+    return [actuator for actuator, driven in joint_actuators(model) if joint_name(model, driven) == joint]
 
 
 def _symmetric_limit(ends: np.ndarray) -> float:
@@ -72,7 +67,7 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
     Raises:
         RobotError: There is not exactly one such joint.
     """
-    driven = {int(model.actuator_trnid[a][0]) for a in actuators(model) if drives_joint(model, a)}
+    driven = {joint for _, joint in joint_actuators(model)}
     coupling = np.eye(len(joints))
     for actuator in actuators(model):
         if model.actuator_trntype[actuator] != enum_of("mjtTrn", "mjTRN_TENDON"):

@@ -49,6 +49,15 @@ def drives_joint(model: Any, actuator: int) -> bool:
     return bool(model.actuator_trntype[actuator] in kinds)
 
 
+def joint_actuators(model: Any) -> list[tuple[int, int]]:
+    """Actuators whose transmission is a joint, and that joint."""
+    return [
+        (index, int(model.actuator_trnid[index][0]))
+        for index in actuators(model)
+        if drives_joint(model, index)
+    ]
+
+
 def joint_name(model: Any, joint: int) -> str:
     """Name of a joint."""
     return name_of(model, "joint", joint)

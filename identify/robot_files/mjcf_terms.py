@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arm.robot import Limits
 from .mjcf_dcmotors import dc_motors, friction_of_motors, ripples, stribeck_friction
-from .mjcf_names import actuators, disabled, drives_joint, joint_name
+from .mjcf_names import disabled, joint_actuators, joint_name
 
 
 def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
@@ -62,9 +62,8 @@ def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
     shares, per_actuator = np.zeros(len(joints)), getattr(model, f"actuator_{name}", None)
     if per_actuator is None:  # MuJoCo before 3.7 lacks it
         return shares
-    for actuator in actuators(model):
-        joint = int(model.actuator_trnid[actuator][0])
-        if drives_joint(model, actuator) and joint in joints:
+    for actuator, joint in joint_actuators(model):
+        if joint in joints:
             shares[list(joints).index(joint)] += (
                 per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
             )

@@ -20,7 +20,7 @@ from .topic_choice import choose_topics, names_in
 
 def import_ros2_bag(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     topic: str | None = None,
     joints: str | Sequence[str] | None = None,
     effort: str = "torque",
@@ -42,10 +42,6 @@ def import_ros2_bag(
         RecordingError: The bag cannot be read or holds no run of this robot.
         MissingPackage: rosbags is not installed.
     """
-    if model is None:
-        raise RecordingError(
-            f"{source}: a bag does not describe its robot; give the robot too (--robot FILE)"
-        )
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
     content = read_bag(source)

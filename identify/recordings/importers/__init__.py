@@ -33,6 +33,7 @@ class Entry(NamedTuple):
         inside: Pattern of a file in such a folder.
         marks: Bytes at the beginning of such files, whatever their name.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
+        robot: Whether such files contain their robot; otherwise it has to be given.
         library: Library in native code that reads such tables. As a damaged file may crash it, it runs in a
             separate process. Empty if no such library is used.
     """
@@ -43,7 +44,13 @@ class Entry(NamedTuple):
     inside: str = ""
     marks: tuple[bytes, ...] = ()
     table: bool = False
+    robot: bool = False
     library: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the format."""
+        return self.content.partition(":")[0]
 
 
 IMPORTERS: dict[str, Entry] = {
@@ -100,9 +107,12 @@ IMPORTERS: dict[str, Entry] = {
         marks=(b"<Rob", b"<IPOC>"),
     ),
     "case_folder": Entry(
-        "case_folder:import_case_folder", "case folder: a nominal robot and runs of it", inside="case.toml"
+        "case_folder:import_case_folder",
+        "case folder: a nominal robot and runs of it",
+        inside="case.toml",
+        robot=True,
     ),
-    "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",)),
+    "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",), robot=True),
 }
 """Name -> format and importer. The content of an MCAP file shows whether exidyn or another tool wrote it."""
 
@@ -120,6 +130,7 @@ def import_source(
 
     Raises:
         NotAFile: The path does not exist, or no importer can read it.
+        RecordingError: Files of this format do not contain their robot, and there is no model.
         UnknownKey: An option or kind does not exist; the message lists the valid ones.
         MissingPackage: A library that the format needs is not installed.
     """
@@ -133,6 +144,10 @@ def import_source(
     for option in options:
         if option not in valid:
             raise UnknownKey(option, f"import of {kind}", valid)
+    if model is None and not IMPORTERS[kind].robot:
+        raise RecordingError(
+            f"{source}: {IMPORTERS[kind].name} does not name its robot; give the robot too (--robot FILE)"
+        )
     return function(source, model, **options)
 
 
@@ -148,7 +163,7 @@ def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
     source = Path(source)
     kind, function = _reader(source, kind)
     if not IMPORTERS[kind].table:
-        raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is not a table")
+        raise RecordingError(f"{source}: {IMPORTERS[kind].name} is not a table")
     return function(source)
 
 
@@ -182,7 +197,7 @@ def kind_of(source: Path) -> str:
         )
     if kind is None:
         known = [
-            f"{entry.content.partition(':')[0]} ({(*entry.endings, entry.inside or 'by its content')[0]})"
+            f"{entry.name} ({(*entry.endings, entry.inside or 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
         raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")

@@ -64,7 +64,7 @@ class _Column:
 
 def import_kuka_trace(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
@@ -85,8 +85,6 @@ def import_kuka_trace(
     Raises:
         RecordingError: The files hold no run of this robot; the message gives the reason.
     """
-    if model is None:
-        raise RecordingError(f"{source}: a trace does not name its robot; give the robot too (--robot FILE)")
     folder = source if source.is_dir() else source.parent
     traces: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):

@@ -71,7 +71,7 @@ class _Telegrams(NamedTuple):
 
 def import_rsi_telegrams(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     joints: str | Sequence[str] | None = None,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
@@ -90,8 +90,6 @@ def import_rsi_telegrams(
     Raises:
         RecordingError: The file holds no run of this robot; the message gives the reason.
     """
-    if model is None:
-        raise NotRecorded(f"{source}: telegrams do not name their robot; give the robot too (--robot FILE)")
     telegrams = _read(source)
     axes = _axes(source, telegrams, model.robot, joints)
     time, rows = _time(telegrams.clock)

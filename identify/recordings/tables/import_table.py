@@ -34,7 +34,7 @@ from .table import Table
 def import_table(
     read: Callable[[Path], list[Table]],
     source: Path,
-    model: Model | None = None,
+    model: Model,
     preset: Path | str | None = None,
     columns: Mapping[str, Names] | None = None,
     joints: Names | None = None,
@@ -88,8 +88,6 @@ def import_table(
         RecordingError: The file holds no run of this robot; the message gives the reason.
         RobotError: The preset is wrong.
     """
-    if model is None:
-        raise RecordingError(f"{source}: a table does not name its robot; give the robot too (--robot FILE)")
     if effort not in (*EFFORT, COMMAND):
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
