@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..recordings.recording import EFFORT
 from ..recordings.tables.columns import TIMES
-from ..recordings.tables.name_words import COMMANDED, OTHERS, WORDS, stated_unit
+from ..recordings.tables.name_index import COMMANDED, OTHERS, WORDS, stated_unit
 from ..recordings.units import SPELLINGS
 
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())

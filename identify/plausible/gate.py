@@ -15,7 +15,7 @@ from ..text_table import digits
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
-from .log_facts import LogFacts
+from .mistake import LogFacts
 from .mistakes import MOUNTING
 from .samples import joined, sampled_torques
 from .suspicion import NONE_OF_THESE, Suspicion
@@ -48,13 +48,11 @@ def _mistakes(runs: Sequence[Recording], model: Model) -> list[str]:
     others = {of_run.name for of_run in each.values() if of_run is not None}
     if together is not None and others <= {together.name}:
         return [f"all runs: {together}"]
-    alone = {name: of_run for name, of_run in each.items() if of_run is not None and _stands_alone(of_run)}
-    return [f"{name}: {of_run}" for name, of_run in alone.items()]
-
-
-def _stands_alone(suspicion: Suspicion) -> bool:
-    """Whether one run is sufficient evidence for a mistake that the others do not show."""
-    return suspicion.probability is None or suspicion.probability > ALONE
+    return [
+        f"{name}: {of_run}"
+        for name, of_run in each.items()
+        if of_run is not None and (of_run.probability is None or of_run.probability > ALONE)
+    ]
 
 
 def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:

@@ -7,16 +7,15 @@ from threadpoolctl import threadpool_limits
 
 from ..errors import RecordingError
 from ..model import Model
-from ..recordings.no_commands import no_commands
 from ..recordings.recording import EFFORT, Recording
-from ..recordings.servo_error import is_servo_error
+from ..recordings.servo_error import is_servo_error, no_commands
 from ..text_table import digits
 from .column_names import Family
 from .effort_mistakes import FAR
 from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
-from .guess import Guess
 from .samples import joined, sampled_run
+from .suspicion import Guess
 from .weigh import MOST
 
 ERROR = "position error"

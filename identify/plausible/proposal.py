@@ -19,11 +19,11 @@ from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
 from .evidence import Reading
 from .gains import AGAINST, NOT_TORQUE, Gain, effort_odds, gain_guesses, gains
-from .guess import Guess
 from .position_servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .proposed_units import Log, joint_odds, propose_units
 from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
 from .samples import LONG, runs_of
+from .suspicion import Guess
 from .units import STATED, TIME, Units, affine, moves, quirks
 from .weigh import posterior
 

@@ -17,8 +17,7 @@ from .effort_checks import effort_warnings
 from .incomplete_samples import without_impossible, without_silence
 from .recording import Recording
 from .recording_findings import findings, finite
-from .restored_signals import restored
-from .saturated import without_saturated
+from .restored_signals import restored, without_saturated
 
 GAP = 1.5
 """A step of more median periods than this misses at least one sample, if the clock is regular."""

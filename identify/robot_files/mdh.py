@@ -16,7 +16,15 @@ import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import BrokenTree, RobotError
-from .kinematics import INERTIA_PLACES, Kinematics, Part, add_joint, body_doubts, rigid_inertia
+from .kinematics import (
+    Kinematics,
+    Part,
+    add_joint,
+    body_doubts,
+    inertia_elements,
+    inertia_matrix,
+    rigid_inertia,
+)
 from .toml_fields import boolean, check_keys, number, parse_toml, string, tables
 
 GEOMETRY = ("alpha", "d", "theta_offset", "r")
@@ -130,20 +138,19 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
     Raises:
         RobotError: They are not those of a rigid body, such as base parameters without a mass.
     """
-    xx, xy, xz, yy, yz, zz, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
+    *inertia, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
     if m == 0:
-        if any((xx, xy, xz, yy, yz, zz, mx, my, mz)):
+        if any((*inertia, mx, my, mz)):
             raise RobotError(
                 f"{where}: M is 0 but other parameters are not; give standard parameters of a body with "
                 "mass, not base parameters"
             )
         return pin.Inertia.Zero()
     center = np.array([mx, my, mz]) / m
-    about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about_origin = inertia_matrix(inertia)
     shift = m * (center @ center * np.eye(3) - np.outer(center, center))
-    about_center = about_origin - shift
     try:
-        return rigid_inertia(m, center, np.array([about_center[at] for at in INERTIA_PLACES]), where)
+        return rigid_inertia(m, center, inertia_elements(about_origin - shift), where)
     except BrokenTree as error:
         raise BrokenTree(f"{error}. {_hint(about_origin, shift)}") from error
 

@@ -15,11 +15,10 @@ from ..notebook import optional
 from .folders import require_mjcf_files
 from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, joint_model
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
-from .mjcf_drives import motor_coupling, torque_limits
+from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
 from .mjcf_names import HOLD, disabled, following_joints, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
-from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
 
 SITES = (*FLANGES, "attachment_site", "attachment")

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ..errors import BrokenTree, listed
-from .kinematics import check_center, inertia_doubt
+from .kinematics import INERTIA_PLACES, check_center, inertia_doubt, inertia_matrix
 from .toml_fields import LARGEST
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -172,10 +172,7 @@ def urdf_doubts(root: Element, where: str) -> Iterator[str]:
     for link in root.findall("link"):
         element = link.find("inertial/inertia")
         if element is not None:
-            xx, xy, xz, yy, yz, zz = (
-                float(element.get(f"i{axes}", 0.0)) for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
-            )
-            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            inertia = inertia_matrix([float(element.get(f"i{axes}", 0.0)) for axes in INERTIA_PLACES])
             if doubt := inertia_doubt(inertia, f"{where}: link '{link.get('name')}'"):
                 yield doubt
 

@@ -55,6 +55,7 @@ def import_ros2_bag(
     _require_positions(source, groups, part, model.robot)
     signals = _signals(part, time, names, effort) | _array_signals(content, part, time)
     signals = _with_efforts(source, groups, names, signals, model.robot)
+    wrong = [_wrong_length(group, field) for group in groups for field in group.wrong]
     recording = Recording(
         name=source.stem,
         model=model,
@@ -62,7 +63,7 @@ def import_ros2_bag(
         payload=payload,
         settings={"source": source.name},
         host_time=part.received,
-        warnings=(*content.notes, *_wrong_lengths(groups), *notes),
+        warnings=(*content.notes, *wrong, *notes),
     )
     complete = without_damaged(without_stale(recording))
     return [check(run) for run, _ in separate_runs(complete, "message {}".format)]
@@ -161,12 +162,8 @@ def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot:
     return f"{f' of {listed(missing)}' * some}: {wrong[0] if wrong else empty}"
 
 
-def _wrong_lengths(groups: Sequence[Group]) -> list[str]:
-    """Sentences about fields with fewer or more values than joints."""
-    return [_wrong_length(group, field) for group in groups for field in group.wrong]
-
-
 def _wrong_length(group: Group, field: str) -> str:
+    """Sentence about a field with fewer or more values than joints."""
     count, length = group.wrong[field]
     return (
         f"{field} has {counted(length, 'value')} for {len(group.names)} joints in {count} of "

@@ -10,8 +10,15 @@ from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
 from ..incomplete_samples import NEEDED
 from ..recording import SIGNALS
-from .name_index import NameIndex, array_name, column_words, columns_of_array, which_columns
-from .name_words import UNITS_ONLY, WORDS
+from .name_index import (
+    UNITS_ONLY,
+    WORDS,
+    NameIndex,
+    array_name,
+    column_words,
+    columns_of_array,
+    which_columns,
+)
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {

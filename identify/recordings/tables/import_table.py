@@ -23,11 +23,9 @@ from ..servo_error import (
     with_servo_error,
 )
 from ..units import joint_side, to_axes_of_robot
-from ..wrong_unit import percent_questions
 from .columns import Columns, Names
 from .preset import Preset, preset_for, read_preset
-from .signal_units import SignalUnits
-from .stamps import stamped, with_rate
+from .signal_units import SignalUnits, stamped, with_rate
 from .table import Table
 
 
@@ -127,8 +125,8 @@ def import_table(
             settings={**known, **(settings or {})},
         )
         recording = without_damaged(recording.with_warnings(*lookup.left_out, *facts, *in_si.facts))
-        recording = recording.with_warnings(*_percent_questions(in_si, recording))
-        recording = without_incomplete(recording, str(source))
+        questions = in_si.percent_questions(recording.signals["position"].values)
+        recording = without_incomplete(recording.with_warnings(*questions), str(source))
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         for run, first in separate_runs(recording, table.place, table.headings()):
             recordings.append(_checked(run, source, table.without(first), stamps[first:]))
@@ -146,12 +144,6 @@ def _stem(source: Path) -> str:
     except OSError as error:
         raise NotAFile(f"{source} cannot be read: {read_failure(source, error)}") from error
     return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
-
-
-def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
-    """Questions about grippers whose positions were read in degrees."""
-    position = np.where(in_si.in_degrees(), recording.signals["position"].values, np.nan)
-    return percent_questions(recording.robot, position)
 
 
 def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:

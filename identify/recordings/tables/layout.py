@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .cells import is_missing, is_number, seconds_of
-from .name_words import is_unit_row
+from .name_index import is_unit_row
 
 PREAMBLE = 200
 """Number of lines that are searched for the first sample."""

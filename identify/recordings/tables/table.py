@@ -20,7 +20,7 @@ from ...errors import ExidynError, NotAFile, WrongShape
 from ..decompression_limits import largest_size, require_gzip, too_large
 from .cells import decimal_mark, is_missing, number, onward, seconds_of
 from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of
-from .name_words import is_unit, stated_unit
+from .name_index import is_unit, stated_unit
 
 LONGEST_LINE = 1_000_000
 """Maximum length of a line in characters: ten thousand columns of a hundred characters."""

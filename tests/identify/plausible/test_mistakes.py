@@ -6,7 +6,7 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.plausible.evidence import Reading
 from exidyn.identification.plausible.gate import suspect
-from exidyn.identification.plausible.log_facts import LogFacts
+from exidyn.identification.plausible.mistake import LogFacts
 from exidyn.identification.plausible.mistakes import TABLE
 from exidyn.identification.plausible.position_mistakes import equal_chains
 from exidyn.identification.plausible.position_servos import servo_gain_doubts
