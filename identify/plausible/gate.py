@@ -44,14 +44,14 @@ def _mistakes(runs: Sequence[Recording], model: Model) -> list[str]:
     # A run that differs from the others corrupts the common evidence.
     if together is None and explained:
         return []
-    each = {run.name: suspect([run], model) for run in runs}
-    others = {of_run.name for of_run in each.values() if of_run is not None}
+    suspicions = {run.name: suspect([run], model) for run in runs}
+    others = {suspicion.name for suspicion in suspicions.values() if suspicion is not None}
     if together is not None and others <= {together.name}:
         return [f"all runs: {together}"]
     return [
-        f"{name}: {of_run}"
-        for name, of_run in each.items()
-        if of_run is not None and (of_run.probability is None or of_run.probability > ALONE)
+        f"{name}: {suspicion}"
+        for name, suspicion in suspicions.items()
+        if suspicion is not None and (suspicion.probability is None or suspicion.probability > ALONE)
     ]
 
 

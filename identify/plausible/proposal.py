@@ -219,8 +219,8 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
     """Rows in which time increases and positions and efforts are numbers."""
-    there = np.isfinite(values).mean(axis=0) > 0.5
-    known = [p for f in read for p in f.places if there[p] and f.signal in ("", "position", *EFFORT)]
+    mostly_known = np.isfinite(values).mean(axis=0) > 0.5
+    known = [p for f in read for p in f.places if mostly_known[p] and f.signal in ("", "position", *EFFORT)]
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
     rising = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
@@ -241,8 +241,10 @@ def _signals(groups: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], 
     """Families by the signal that their names state, guesses, and families with uninformative names."""
     chosen, guesses = {}, []
     for signal in {family.signal: None for family in groups if family.signal not in ("", "other")}:
-        ours = [family for family in groups if family.signal == signal]
-        best = [family for family in ours if MEASURED.intersection(words_of(family.pattern))] or ours
+        candidates = [family for family in groups if family.signal == signal]
+        best = [
+            family for family in candidates if MEASURED.intersection(words_of(family.pattern))
+        ] or candidates
         if len(best) == 1 or signal in ("position", *EFFORT):
             chosen[signal] = best[0]
             option = f"[{signal}] column in a preset"

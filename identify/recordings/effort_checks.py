@@ -150,7 +150,7 @@ def _share(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> float:
         return 0.0
     later, before = (np.interp(time + x * WINDOW / 2, time[known], position[known]) for x in (1, -1))
     moved = np.abs(later - before)
-    there = (moved > SLOW * np.percentile(moved, 90)) & np.isfinite(effort)
-    if there.sum() < FEWEST:
+    in_motion = (moved > SLOW * np.percentile(moved, 90)) & np.isfinite(effort)
+    if in_motion.sum() < FEWEST:
         return 0.0
-    return float(np.unique(effort[there], return_counts=True)[1].max() / there.sum())
+    return float(np.unique(effort[in_motion], return_counts=True)[1].max() / in_motion.sum())

@@ -153,9 +153,9 @@ def _require_positions(source: Path, groups: Sequence[Group], part: Group, robot
 
 def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot: Robot) -> str:
     """Part of a message: joints that lack a field, and the reason."""
-    theirs = [group for group in groups if set(missing) & set(group.names)]
-    wrong = [_wrong_length(group, field) for group in theirs if field in group.wrong]
-    count = sum(len(group.received) for group in theirs)
+    affected = [group for group in groups if set(missing) & set(group.names)]
+    wrong = [_wrong_length(group, field) for group in affected if field in group.wrong]
+    count = sum(len(group.received) for group in affected)
     some = len(missing) < robot.dof
     with_them = " with them" * some
     empty = f"the field {field} of all {count} joint states{with_them} is empty or NaN"

@@ -227,10 +227,10 @@ def _kind(source: Path) -> str | None:
     name = source.name.lower()
     begin = _beginning(source) if source.is_file() else b""
     if name.endswith(".mcap") and source.is_file():
-        # A file that is not MCAP counts as ours, so that our reader reports what is wrong. The first metadata
-        # record of our files begins within 256 bytes, behind the header of the format.
-        ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
-        return "exidyn" if ours else "ros2_bag"
+        # A file that is not MCAP counts as our own, so that our reader reports what is wrong. The first
+        # metadata record of our files begins within 256 bytes, behind the header of the format.
+        own_recording = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
+        return "exidyn" if own_recording else "ros2_bag"
     for kind, entry in IMPORTERS.items():
         if entry.marks and all(mark in begin for mark in entry.marks):
             return kind

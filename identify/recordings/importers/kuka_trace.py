@@ -265,13 +265,13 @@ def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str])
     kind = header.get("214", "REAL64").upper()
     if kind not in TYPES:
         raise RecordingError(f"{path}: channel {header['200']} is {kind}. Valid: {', '.join(TYPES)}")
-    raw = np.fromfile(data, TYPES[kind])  # skips a number that is cut in the middle
+    stored = np.fromfile(data, TYPES[kind])  # skips a number that is cut in the middle
     count, place = _whole_number(path, header, "220", 0), _whole_number(path, header, "221", 1) - 1
     layout = header.get("213", "BLOCK").upper()
     if layout == "CHANNEL" and place >= 0:
-        values = raw[place : place + count]
+        values = stored[place : place + count]
     elif 0 <= place < width:
-        values = raw[: len(raw) // width * width].reshape(-1, width)[:count, place]
+        values = stored[: len(stored) // width * width].reshape(-1, width)[:count, place]
     else:
         raise RecordingError(f"{path}: channel {header['200']} is column {place + 1} of {width}")
     if len(values) < count:

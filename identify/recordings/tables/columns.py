@@ -58,10 +58,10 @@ class Columns:
         self.left_out: list[str] = []
         self._index = NameIndex(table.names)
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
-        there = table.joints
-        if there and (joints or len(there) != robot.dof or set(self._joints) <= set(there)):
-            self._joints = find_joints(robot, there, joints, str(source))
-            self._numbers = [there.index(name) + 1 for name in self._joints]
+        log_joints = table.joints
+        if log_joints and (joints or len(log_joints) != robot.dof or set(self._joints) <= set(log_joints)):
+            self._joints = find_joints(robot, log_joints, joints, str(source))
+            self._numbers = [log_joints.index(name) + 1 for name in self._joints]
 
     def has(self, signal: str, names: Names, joints: int | None = None) -> bool:
         """Whether the table has columns with these names for "time", or for the first joints of a signal.

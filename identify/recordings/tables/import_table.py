@@ -13,15 +13,7 @@ from ..incomplete_samples import without_damaged, without_incomplete
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording
 from ..recording_checks import check
 from ..separate_runs import separate_runs
-from ..servo_error import (
-    COMMAND,
-    LAW,
-    clipped_words,
-    lacks_effort,
-    servo_of,
-    servo_words,
-    with_servo_error,
-)
+from ..servo_error import COMMAND, LAW, clipped_words, lacks_effort, servo_of, servo_words, with_servo_error
 from ..units import joint_side, to_axes_of_robot
 from .columns import Columns, Names
 from .preset import Preset, preset_for, read_preset
