@@ -142,33 +142,20 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
     Raises:
         RobotError: There is no such mesh, or it is outside of the allowed folders.
     """
-    for prefix in IN_PACKAGES:
-        if name.startswith(prefix):
-            package, _, inside = name.removeprefix(prefix).partition("/")
-            return _find(name, urdf, package_dirs, _package_roots(urdf, package_dirs), package, inside, where)
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
-    return _find(name, urdf, package_dirs, [urdf.parent, *map(Path, package_dirs)], "", name, where)
-
-
-def _find(
-    name: str,
-    urdf: Path,
-    stated: Sequence[str | Path],
-    folders: list[Path],
-    package: str,
-    inside: str,
-    where: str,
-) -> Path:
-    allowed = Folders.of(urdf, stated)
-    for folder in folders:
-        if (folder / package / inside).is_file():
-            return _allowed(folder / package / inside, folder / package, package, urdf, allowed, where)
-        # a package that was checked out under another name, or stated itself
-        if package and _is_package(folder, package) and (folder / inside).is_file():
-            return _allowed(folder / inside, folder, package, urdf, allowed, where)
-    around = urdf.resolve().parents
-    others = [str(folder) for folder in folders if folder.resolve() not in around]
+    scheme = next((prefix for prefix in IN_PACKAGES if name.startswith(prefix)), "")
+    package, _, inside = name.removeprefix(scheme).partition("/") if scheme else ("", "", name)
+    stated, around = list(map(Path, package_dirs)), urdf.resolve().parents
+    folders = [*stated, *around, *ros_folders()] if scheme else [urdf.parent, *stated]
+    for folder in dict.fromkeys(folders):
+        roots = [folder / package]
+        if package and (folder.name == package or (folder / PACKAGE).is_file()):
+            roots.append(folder)  # a package that was checked out under another name, or stated itself
+        for root in roots:
+            if (root / inside).is_file():
+                return _allowed(root / inside, root, package, urdf, Folders.of(urdf, package_dirs), where)
+    others = [str(folder) for folder in dict.fromkeys(folders) if folder.resolve() not in around]
     searched = ", ".join([*others, "the folders around the URDF" if package else "the folder of the URDF"])
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
@@ -188,13 +175,3 @@ def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders,
     if named and mesh.resolve().is_relative_to(root.resolve()):
         return mesh
     return folders.require(mesh, where)
-
-
-def _is_package(folder: Path, package: str) -> bool:
-    return folder.name == package or (folder / PACKAGE).is_file()
-
-
-def _package_roots(urdf: Path, package_dirs: Iterable[str | Path]) -> list[Path]:
-    """Folders that may hold packages: stated folders, those around the URDF, and those of ROS 1 and 2."""
-    urdf = urdf.resolve()
-    return list(dict.fromkeys([*map(Path, package_dirs), *urdf.parents, *ros_folders()]))
