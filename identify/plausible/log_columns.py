@@ -20,19 +20,8 @@ from ..recordings.units import unit_named
 from .column_names import STAMPS, families, signal_of, words_of
 from .proposal import Proposal
 
-WORDS = {
-    "time": "time",
-    "position": "position",
-    "velocity": "velocity",
-    "effort": "effort",
-    "torque": "torque",
-    "current": "current",
-    "temperature": "temperature",
-    "link_position": "ql",
-    "command": "command",
-    "command_velocity": "command velocity",
-}
-"""Signal -> words by which a proposal recognizes it."""
+WORDS = {"link_position": "ql", "command_velocity": "command velocity"}
+"""Signal -> words by which a proposal recognizes it, if they are not its name."""
 FULL = ((0.0, 1.0), (4 * np.pi, 100.0))
 """Scales of a gripper's opening: value that the largest position must exceed, and value when fully open."""
 SHARE_NOISE = 0.02
@@ -93,7 +82,8 @@ def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
             shown[place] = f"{before}{number + 1}{behind}"
     for signal, chosen_places in places.items():
         for joint, place in enumerate(chosen_places):
-            name = WORDS[signal] if signal == "time" else f"{robot.joints[joint]} {WORDS[signal]}"
+            words = WORDS.get(signal, signal)
+            name = words if signal == "time" else f"{robot.joints[joint]} {words}"
             shown[place] = _with_unit(table, place, name)
     fixed = {place for chosen_places in places.values() for place in chosen_places}
     dropped = others | _rivals(shown, fixed, places, robot)

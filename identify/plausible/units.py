@@ -8,6 +8,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from ..arm.robot import Robot
 from ..notebook import counted
@@ -98,7 +99,8 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
     speeds = np.diff(position[::stride], axis=0) / steps
     ratio = np.nan
     if velocity is not None:
-        means = np.diff(_integral(time, velocity)[::stride], axis=0) / steps
+        traveled = cumulative_trapezoid(velocity, time, axis=0, initial=0.0)
+        means = np.diff(traveled[::stride], axis=0) / steps
         along, across = float((speeds * means).sum()), float((means**2).sum())
         if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
             ratio = along / across
@@ -120,11 +122,6 @@ def _step(position: np.ndarray) -> float:
     if len(small) < 20 or np.mean(np.abs(small - np.round(small)) < 0.02) < 0.95:
         return np.nan
     return float(least * (small @ np.round(small)) / (np.round(small) @ np.round(small)))
-
-
-def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    areas = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
-    return np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(areas, axis=0)])
 
 
 def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +184,7 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
         base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
         base += motion_odds(seen.speed * scale / TIME[time], seen.reach * scale, robot)
         base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
-        rates = {**{unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}}
+        rates = {unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}
         rates |= {"rpm": np.pi / 30} if turning else {}
         for velocity, rate in rates.items():
             value = base + _stated(velocity, stated.velocity or position, rates)

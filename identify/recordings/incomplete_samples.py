@@ -60,10 +60,7 @@ def without_incomplete(recording: Recording, where: str) -> Recording:
         if complete[name].all():
             continue
         count = int(np.sum(complete[name] & ~np.isnan(values).all(axis=1)))
-        joints = [
-            f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
-        ]
-        facts = f"{name}: no number for {', '.join(joints)} of {len(values)} rows"
+        facts = f"{name}: no number for {_by_joint(recording, lost)} of {len(values)} rows"
         if count < 2:
             raise NotFinite(
                 f"{where}: {facts}, and {count} with all joints; a sample needs all joints in one row"
@@ -87,7 +84,10 @@ def without_stale(recording: Recording) -> Recording:
             continue
         fresh[name] = ~stale
         if np.isfinite(signal.values[stale]).any():
-            warnings.append(_stale_warning(recording, name, silent, stale))
+            warnings.append(
+                f"{name}: a joint was silent in {stale.sum()} of {len(stale)} samples "
+                f"({_by_joint(recording, silent)}); they are left out"
+            )
     complete = replace(recording, signals={**recording.signals, **filled})
     return complete.keeping(fresh).with_warnings(*warnings)
 
@@ -102,16 +102,10 @@ def _filled(signal: Signal) -> Signal:
     return Signal(signal.time, values)
 
 
-def _stale_warning(recording: Recording, name: str, silent: np.ndarray, stale: np.ndarray) -> str:
-    joints = [
-        f"{joint} in {count}"
-        for joint, count in zip(recording.robot.joints, silent.sum(axis=0), strict=True)
-        if count
-    ]
-    return (
-        f"{name}: a joint was silent in {stale.sum()} of {len(stale)} samples ({', '.join(joints)}); they "
-        "are left out"
-    )
+def _by_joint(recording: Recording, lost: np.ndarray) -> str:
+    """Joints that some samples lack, bool (t, n), and their number of such samples."""
+    counts = zip(recording.robot.joints, lost.sum(axis=0), strict=True)
+    return ", ".join(f"{joint} in {count}" for joint, count in counts if count)
 
 
 def without_damaged(recording: Recording) -> Recording:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import is_number
@@ -118,14 +119,7 @@ def _slope(position: Signal, velocity: Signal, joint: int) -> tuple[float, float
     if len(edges) < 20:
         return 1.0, 1.0
     derivative = np.diff(np.interp(edges, position.time, position.values[:, joint])) / span
-    area = np.concatenate(
-        [
-            [0.0],
-            np.cumsum(
-                0.5 * np.diff(velocity.time) * (velocity.values[1:, joint] + velocity.values[:-1, joint])
-            ),
-        ]
-    )
+    area = cumulative_trapezoid(velocity.values[:, joint], velocity.time, initial=0.0)
     mean = np.diff(np.interp(edges, velocity.time, area)) / span
     size = np.sqrt(derivative @ derivative * (mean @ mean))
     if not np.ptp(position.values[:, joint]) > 0.01 or size == 0.0:

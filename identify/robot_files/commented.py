@@ -30,14 +30,12 @@ ATTRIBUTE = re.compile(r"^(\w+): (.*(?:\n[ \t]+.*)*)", re.MULTILINE)
 
 def commented_text(model: Model) -> str:
     """Text of `model_text` with a comment above each key; reading it gives the same model."""
-    effects = [effect for effect in model.effects if not effect.of_links or _stated(effect, model)]
-    rows: list[Row] = [*effects, *model.measurements]
-    return "\n".join([*_comment(HEAD), "", *_lines(model_text(model), model, iter(rows))]) + "\n"
-
-
-def _stated(effect: Effect, model: Model) -> bool:
-    """Whether the rigid body has a row, which a file needs only for its parameters."""
-    return f'name = "{RIGID_BODY}"' in model_text(model)
+    text = model_text(model)
+    rigid_body = f'name = "{RIGID_BODY}"' in text  # a file needs this row only for its parameters
+    effects = [effect for effect in model.effects if rigid_body or not effect.of_links]
+    return (
+        "\n".join([*_comment(HEAD), "", *_lines(text, model, iter([*effects, *model.measurements]))]) + "\n"
+    )
 
 
 def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:

@@ -165,11 +165,7 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
 
 
 def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders, where: str) -> Path:
-    """The mesh, if it is in the named package or in a folder whose files the URDF may name.
-
-    Raises:
-        RobotError: It is in none of them.
-    """
+    """The mesh, if it is in the named package or in a folder whose files the URDF may name."""
     around = root.resolve() in urdf.resolve().parents and root.name == package
     named = package and (around or (root / PACKAGE).is_file())
     if named and mesh.resolve().is_relative_to(root.resolve()):

@@ -5,14 +5,6 @@ from typing import Any
 from ..notebook import optional
 
 HOLD = "Hold joints still in a robot.toml: mjcf = ..., joints = [joints that move]"
-OBJECTS = {
-    "joint": "mjOBJ_JOINT",
-    "body": "mjOBJ_BODY",
-    "site": "mjOBJ_SITE",
-    "tendon": "mjOBJ_TENDON",
-    "actuator": "mjOBJ_ACTUATOR",
-    "equality": "mjOBJ_EQUALITY",
-}
 
 
 def enum_of(kind: str, name: str) -> int:
@@ -28,7 +20,7 @@ def disabled(model: Any, flag: str) -> bool:
 def name_of(model: Any, kind: str, index: int) -> str:
     """Name of an element; if the file gives none, its kind and its number from 1."""
     mujoco = optional("mujoco", "an MJCF", "mujoco")
-    named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, OBJECTS[kind]), index)
+    named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
     return str(named or f"{kind}{index + 1}")
 
 

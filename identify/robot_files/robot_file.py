@@ -87,24 +87,30 @@ def read_model(
             f"no robot or file called '{source}'{looked_in(path)}. Built-in robots: "
             f"{', '.join(builtin_names())}; or give the path of a robot.toml, or of a {NAMED}"
         )
-    if not is_description(path):
+    if is_description(path):
+        kinematics = read_kinematics(path, joints, held)
+        model, doubts = described_model(path.stem, kinematics), kinematics.doubts
+    else:
         model, doubts = _parse(read_text(path), path.parent, str(path))
-        for doubt in (*doubts, *_value_doubts(model, str(path))):
-            warnings.warn(doubt, RobotWarning, stacklevel=2)
-        return model
-    kinematics = read_kinematics(path, joints, held)
-    for doubt in kinematics.doubts:
+        doubts = (*doubts, *_value_doubts(model, str(path)))
+    for doubt in doubts:
         warnings.warn(doubt, RobotWarning, stacklevel=2)
-    return described_model(path.stem, kinematics)
+    return model
 
 
 def described_model(name: str, kinematics: Kinematics) -> Model:
     """Model from a description alone: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
-    known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
-    known["held"] = kinematics.held
-    known["gear_ratio"] = kinematics.gear_ratio
-    robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
+    robot = Robot(
+        name,
+        kinematics.model,
+        limits,
+        flange=kinematics.flange,
+        coupling=kinematics.coupling,
+        held=kinematics.held,
+        gear_ratio=kinematics.gear_ratio,
+        inertias_stated=False,
+    )
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
 

@@ -136,11 +136,7 @@ def _with_efforts(
 
 
 def _require_positions(source: Path, groups: Sequence[Group], part: Group, robot: Robot) -> None:
-    """Require a position of every joint.
-
-    Raises:
-        NotRecorded: A joint has no position.
-    """
+    """Require a position of every joint."""
     silent = np.isnan(part.rows["position"]).all(axis=0)
     if silent.any():
         missing = [name for name, lacks in zip(part.names, silent, strict=True) if lacks]

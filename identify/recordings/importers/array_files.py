@@ -45,11 +45,7 @@ def read_matlab(source: Path) -> list[Table]:
 
 
 def _require_matlab(source: Path) -> None:
-    """Refuse variables that are too large once decompressed; each is an element, compressed by zlib or not.
-
-    Raises:
-        NotAFile: The variables exceed the limit, which the message states.
-    """
+    """Refuse variables that are too large once decompressed; each is an element, compressed or not."""
     limit, size = largest_size(source), 0
     with open(source, "rb") as file:
         order = "<" if file.read(MATLAB_HEAD)[-2:] == b"IM" else ">"

@@ -103,18 +103,15 @@ def _trace_name(file: Path) -> str:
 
 
 def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayload | None) -> Recording:
-    columns: list[_Column] = []
     warnings: list[str] = []
-    for file in files:
-        columns += _columns(file, warnings)
-    signals = {}
+    columns = [column for file in files for column in _columns(file, warnings)]
     arm_axes = max(ARM_AXES, model.robot.dof)
     external = [column for column in columns if column.axis > arm_axes]
-    columns = [column for column in columns if column.axis <= arm_axes]
-    for signal in dict.fromkeys(column.signal for column in columns):
-        same_signal = [column for column in columns if column.signal == signal]
-        best = min(column.rank for column in same_signal)
-        signals[signal] = _signal(signal, [c for c in same_signal if c.rank == best], model, warnings)
+    by_signal: dict[str, list[_Column]] = {}
+    for column in columns:
+        if column.axis <= arm_axes:
+            by_signal.setdefault(column.signal, []).append(column)
+    signals = {name: _signal(name, sharing, model, warnings) for name, sharing in by_signal.items()}
     settings = {"source": ", ".join(file.name for file in files)}
     state = _external(external, arm_axes, warnings)
     return Recording(
@@ -167,8 +164,9 @@ def _in_si(channel: _Channel, warnings: list[str]) -> np.ndarray | None:
 
 
 def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]) -> Signal:
-    """Signal with all axes; an axis that was not traced is NaN."""
-    robot = model.robot
+    """Signal with all axes, from the columns of the best rank; an axis that was not traced is NaN."""
+    robot, best = model.robot, min(column.rank for column in columns)
+    columns = [column for column in columns if column.rank == best]
     beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
     if beyond:
         raise RecordingError(f"{name} of axis {beyond[0]}, but {robot.name} has {robot.dof}")

@@ -209,11 +209,7 @@ def _values(telegrams: _Telegrams, signal: str, axes: Sequence[str], robot: Robo
 
 
 def _require_efforts(source: Path, telegrams: _Telegrams, signals: dict[str, Signal]) -> None:
-    """Require motor currents or torques.
-
-    Raises:
-        NotRecorded: There are neither.
-    """
+    """Require motor currents or torques."""
     if not any(name in signals for name in EFFORT):
         raise NotRecorded(
             f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "

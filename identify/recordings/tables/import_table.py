@@ -164,11 +164,7 @@ def _by_signal(
 
 
 def _check_still(table: Table, used: Preset, source: Path) -> None:
-    """Require that joints which the model holds stay within the range in the preset.
-
-    Raises:
-        WrongShape: A joint moves, or its column is missing.
-    """
+    """Require that joints which the model holds stay within the range in the preset."""
     for column, (low, high) in used.still.items():
         if column not in table.names:
             raise WrongShape(f"{source}: no column {column}, which preset {used.name} says stands still")
