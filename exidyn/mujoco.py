@@ -11,7 +11,7 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.model import Model
-from exidyn.identification.robot_files.finding_rows import parse_findings
+from exidyn.identification.robot_files.effect_rows import parse_findings
 from exidyn.identification.robot_files.toml_fields import parse_toml, read_text
 
 __all__ = ["Attached", "attach"]

@@ -19,8 +19,8 @@ from exidyn.identification.fit.fit import Moved
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identified import Standard, standard_parameters
 from exidyn.identification.model import Model
-from exidyn.identification.recordings.importers.tables.written import TABLES, left_out
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
+from exidyn.identification.recordings.tables.written import TABLES, left_out
 from exidyn.identification.robot_files.description import is_mjcf
 from exidyn.identification.robot_files.mjcf import compile_mjcf
 from exidyn.identification.robot_files.mjcf_drives import servo_law

@@ -10,14 +10,14 @@ from typing import Any
 from exidyn.identification.errors import RecordingError, listed
 from exidyn.identification.file_names import distinct_stems
 from exidyn.identification.plausible.gate import suspect
-from exidyn.identification.plausible.servo_gains import servo_gain_doubts
+from exidyn.identification.plausible.position_servos import servo_gain_doubts
 from exidyn.identification.recordings.align import aligned
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
-from exidyn.identification.recordings.importers.tables.preset import preset_names
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import EFFORT, SIGNALS, Recording
 from exidyn.identification.recordings.separate_runs import PART
 from exidyn.identification.recordings.servo_error import COMMAND
+from exidyn.identification.recordings.tables.preset import preset_names
 from exidyn.identification.recordings.units import BEFORE_GEAR
 from exidyn.identification.robot_files.description import XML
 from exidyn.identification.robot_files.mjcf import compile_mjcf

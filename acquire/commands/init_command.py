@@ -15,7 +15,6 @@ from exidyn.identification.model import Model
 from exidyn.identification.notebook import counted
 from exidyn.identification.plausible.column_names import joints_named
 from exidyn.identification.plausible.gains import GAIN_OF
-from exidyn.identification.plausible.guess import DECIDED
 from exidyn.identification.plausible.log_columns import log_columns
 from exidyn.identification.plausible.proposal import Proposal, one_after_another, propose
 from exidyn.identification.plausible.proposal_text import (
@@ -28,14 +27,15 @@ from exidyn.identification.plausible.proposal_text import (
     without_still,
 )
 from exidyn.identification.plausible.proposed_units import GRAVITY
+from exidyn.identification.plausible.suspicion import DECIDED
+from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
-from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
-from exidyn.identification.recordings.importers.tables.columns import Columns, Names, own_time
-from exidyn.identification.recordings.importers.tables.preset import BESIDE
-from exidyn.identification.recordings.importers.tables.stamps import require_no_time
-from exidyn.identification.recordings.importers.tables.table import Table
-from exidyn.identification.recordings.optional_signals import NEEDED
+from exidyn.identification.recordings.incomplete_samples import NEEDED
 from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
+from exidyn.identification.recordings.tables.preset import BESIDE
+from exidyn.identification.recordings.tables.signal_units import require_no_time
+from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.description import NAMED, is_description, movable_joints
 from exidyn.identification.robot_files.robot_file import read_model
 

@@ -23,8 +23,9 @@ from ..preparation.prepare import (
     recorded_up_to,
 )
 from ..progress import StageText
+from ..recordings.effort_checks import check_alive
 from ..recordings.recording import Recording
-from ..recordings.recording_checks import check, check_alive
+from ..recordings.recording_checks import check
 from .agreement import agreement
 from .base_parameters import BaseParameters, base_parameters
 from .edit_test import edits

@@ -12,8 +12,9 @@ from ..fit.estimators.drive_gains import linearised
 from ..fit.identification import solvable, with_payloads
 from ..model import Model
 from ..preparation.prepare import prepare
+from ..recordings.effort_checks import check_alive
 from ..recordings.recording import Recording
-from ..recordings.recording_checks import check, check_alive
+from ..recordings.recording_checks import check
 from .kind import Kind
 
 SPANNED = 1e-9

@@ -22,7 +22,7 @@ from ..diagnosis.words.sentences import sentence
 from ..errors import RecordingError
 from ..model import Model
 from ..plausible.gate import doubts
-from ..plausible.servo_gains import servo_gain_doubts
+from ..plausible.position_servos import servo_gain_doubts
 from ..preparation.prepare import Filtering
 from ..progress import StageText
 from ..recordings.recording import Recording

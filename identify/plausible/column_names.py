@@ -4,15 +4,16 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ..recordings.importers.tables.signal_words import COMMANDED, OTHERS, WORDS
-from ..recordings.importers.tables.stated_units import stated_unit
 from ..recordings.recording import EFFORT
+from ..recordings.tables.columns import TIMES
+from ..recordings.tables.name_index import COMMANDED, OTHERS, WORDS, stated_unit
 from ..recordings.units import SPELLINGS
 
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
 MEASURED = frozenset("actual ist measured present".split())
 """Words for the measured columns among several of a quantity."""
-STAMPS = frozenset("t time timestamp timestamps zeit zeitstempel temps stamp clock sec secs seconds".split())
+STAMPS = frozenset(TIMES)
+"""Words for time."""
 UNITS: dict[str, frozenset[str]] = {
     unit: frozenset((unit, *SPELLINGS.get(unit, "").split()))
     for unit in ("deg", "rad", "mm", "rpm", "s", "ms", "us", "ns")

@@ -7,9 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from ..text_table import digits
-from .changes import Change
 from .described_bodies import KINDS
-from .log_facts import Case, LogFacts
+from .mistake import Case, Change, LogFacts
 
 UNITS = MappingProxyType(
     {

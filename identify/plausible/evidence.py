@@ -13,16 +13,7 @@ import numpy as np
 from ..arm.rigid_regressor import rigid_regressor
 from ..model import Model
 from .block_prediction import ArmPrediction
-from .described_bodies import (
-    ANY,
-    KINDS,
-    Likelihood,
-    Masses,
-    Stated,
-    described,
-    likelihoods,
-    mean_of_logs,
-)
+from .described_bodies import ANY, KINDS, Likelihood, Masses, Stated, described, likelihoods, mean_of_logs
 from .samples import Sampled
 
 CORRECT = 0.1

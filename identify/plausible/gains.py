@@ -8,7 +8,7 @@ import numpy as np
 from ..text_table import NORMAL_95, digits
 from .described_bodies import ANY, KINDS, Likelihood, mean_of_logs
 from .evidence import Reading
-from .guess import DECIDED, Guess
+from .suspicion import DECIDED, Guess
 
 TELLS = 0.35
 """Standard deviation of the logarithm up to which a size counts as known: a factor of two is two of them."""

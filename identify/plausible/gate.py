@@ -4,7 +4,6 @@ The check warns and never rejects: a large effect that no description has makes 
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -16,10 +15,9 @@ from ..text_table import digits
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
-from .log_facts import LogFacts
+from .mistake import LogFacts
 from .mistakes import MOUNTING
-from .sampled_runs import sampled_torques
-from .samples import joined
+from .samples import joined, sampled_torques
 from .suspicion import NONE_OF_THESE, Suspicion
 from .units import encoder_steps
 from .weigh import MOST, SURE, Weighed, supported, weigh
@@ -40,50 +38,40 @@ def doubts(runs: Sequence[Recording], model: Model) -> list[str]:
 
 
 def _mistakes(runs: Sequence[Recording], model: Model) -> list[str]:
-    checked = _checked(runs, model)
-    if checked is None:
-        return []
-    together = checked.suspicion
+    together, explained = _checked(runs, model)
     if len(runs) == 1:
         return [] if together is None else [f"{runs[0].name}: {together}"]
     # A run that differs from the others corrupts the common evidence.
-    if together is None and checked.explained:
+    if together is None and explained:
         return []
-    each = {run.name: suspect([run], model) for run in runs}
-    others = {of_run.name for of_run in each.values() if of_run is not None}
+    suspicions = {run.name: suspect([run], model) for run in runs}
+    others = {suspicion.name for suspicion in suspicions.values() if suspicion is not None}
     if together is not None and others <= {together.name}:
         return [f"all runs: {together}"]
-    alone = {name: of_run for name, of_run in each.items() if of_run is not None and _stands_alone(of_run)}
-    return [f"{name}: {of_run}" for name, of_run in alone.items()]
-
-
-def _stands_alone(suspicion: Suspicion) -> bool:
-    """Whether one run is sufficient evidence for a mistake that the others do not show."""
-    return suspicion.probability is None or suspicion.probability > ALONE
+    return [
+        f"{name}: {suspicion}"
+        for name, suspicion in suspicions.items()
+        if suspicion is not None and (suspicion.probability is None or suspicion.probability > ALONE)
+    ]
 
 
 def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
     """Most probable mistake common to all recordings, if it is more probable than none."""
     with threadpool_limits(limits=1):
-        checked = _checked(runs, model)
-    return None if checked is None else checked.suspicion
+        return _checked(runs, model)[0]
 
 
-class Checked(NamedTuple):
-    """Suspicion about recordings, and whether each joint is explained without a correction."""
+def _checked(runs: Sequence[Recording], model: Model) -> tuple[Suspicion | None, bool]:
+    """Suspicion about all recordings together, and whether each joint is explained without a correction.
 
-    suspicion: Suspicion | None
-    explained: bool
-
-
-def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
-    """Check of all recordings together; None if they are too short or nothing moves."""
+    There is no suspicion if they are too short or nothing moves.
+    """
     usable, logs, stated = sampled_torques(runs, model.robot)
     if not usable:
-        return None
+        return None, True
     reading = Reading(model, joined(logs).thinned(MOST), stated)
     if not reading.log.moving.any():
-        return None
+        return None, True
     torques = all("torque" in run.signals for run in usable)
     servo = all(is_servo_error(run.settings) for run in usable)
     steps = encoder_steps(np.concatenate([run.signals["position"].values for run in usable]))
@@ -91,7 +79,7 @@ def _checked(runs: Sequence[Recording], model: Model) -> Checked | None:
     weighed = weigh(reading, facts)
     parts = logs if len(logs) > 1 else logs[0].halves()
     suspicion = _suspicion(weighed, facts, [Reading(model, part.thinned(MOST), stated) for part in parts])
-    return Checked(suspicion, bool(weighed.plain.trust[facts.moving].min(initial=1.0) > LIKELY))
+    return suspicion, bool(weighed.plain.trust[facts.moving].min(initial=1.0) > LIKELY)
 
 
 def _suspicion(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> Suspicion | None:

@@ -12,28 +12,16 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RecordingError
-from ..recordings.importers.tables.array_blocks import array_name, which_columns
-from ..recordings.importers.tables.columns import Columns, Names
-from ..recordings.importers.tables.name_index import columns_of_array, numbered
-from ..recordings.importers.tables.table import DATE, Table
 from ..recordings.recording import EFFORT
+from ..recordings.tables.columns import Columns, Names
+from ..recordings.tables.name_index import array_name, columns_of_array, numbered, which_columns
+from ..recordings.tables.table import DATE, Table
 from ..recordings.units import unit_named
 from .column_names import STAMPS, families, signal_of, words_of
 from .proposal import Proposal
 
-WORDS = {
-    "time": "time",
-    "position": "position",
-    "velocity": "velocity",
-    "effort": "effort",
-    "torque": "torque",
-    "current": "current",
-    "temperature": "temperature",
-    "link_position": "ql",
-    "command": "command",
-    "command_velocity": "command velocity",
-}
-"""Signal -> words by which a proposal recognizes it."""
+WORDS = {"link_position": "ql", "command_velocity": "command velocity"}
+"""Signal -> words by which a proposal recognizes it, if they are not its name."""
 FULL = ((0.0, 1.0), (4 * np.pi, 100.0))
 """Scales of a gripper's opening: value that the largest position must exceed, and value when fully open."""
 SHARE_NOISE = 0.02
@@ -86,18 +74,19 @@ def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
     """
     table, robot = columns.table, columns.robot
     places = _chosen_places(columns, chosen, str(columns.source))
-    arm, notes = _columns_of_arm(columns, places)
+    arm, others, notes = _columns_of_arm(columns, places)
     shown = {k: _with_unit(table, k) for k in range(len(table.names))}
     for array in arm:
-        for number, place in enumerate(array.kept):
+        for number, place in enumerate(array):
             before, _, behind = numbered(table.names[place]) or (table.names[place], 0, "")
             shown[place] = f"{before}{number + 1}{behind}"
     for signal, chosen_places in places.items():
         for joint, place in enumerate(chosen_places):
-            name = WORDS[signal] if signal == "time" else f"{robot.joints[joint]} {WORDS[signal]}"
+            words = WORDS.get(signal, signal)
+            name = words if signal == "time" else f"{robot.joints[joint]} {words}"
             shown[place] = _with_unit(table, place, name)
     fixed = {place for chosen_places in places.values() for place in chosen_places}
-    dropped = {place for array in arm for place in array.dropped} | _rivals(shown, fixed, places, robot)
+    dropped = others | _rivals(shown, fixed, places, robot)
     used = [k for k in shown if k in fixed or k not in dropped]
     factor = {k: _effort_factor(table, k) for k in used}
     return LogColumns(
@@ -157,31 +146,28 @@ def _rivals(
     return rivals
 
 
-class _Array(NamedTuple):
-    """Indices of an array's columns: those of the arm, and the others."""
+def _columns_of_arm(
+    columns: Columns, places: Mapping[str, Sequence[int]]
+) -> tuple[list[list[int]], set[int], list[str]]:
+    """Arrays with more columns than joints, if no other columns have the positions.
 
-    kept: list[int]
-    dropped: list[int]
-
-
-def _columns_of_arm(columns: Columns, places: Mapping[str, Sequence[int]]) -> tuple[list[_Array], list[str]]:
-    """Arrays with more columns than joints, if no other columns have the positions; and notes."""
+    Returns:
+        Indices of the arm's columns in each array, indices of the other columns, and notes.
+    """
     table, robot = columns.table, columns.robot
     groups = families(table.names, robot.joints, table.joints)
     if table.joints or "position" not in places and any(family.signal == "position" for family in groups):
-        return [], []
+        return [], set(), []
     arrays = _larger_arrays(table, robot)
     position = next((array for array in arrays if _signal_of_array(array) == "position"), [])
     if not position:
-        return [], []
-    numbers = {name: k for k, name in enumerate(table.names)}
+        return [], set(), []
     begin, notes = _begin_of_arm(columns, position, places)
-    alike = [array for array in arrays if len(array) == len(position) and begin is not None]
-    result = []
-    for array in alike:
-        of_arm = array[begin : (begin or 0) + robot.dof]
-        result.append(_Array([numbers[n] for n in of_arm], [numbers[n] for n in array if n not in of_arm]))
-    return result, notes
+    if begin is None:
+        return [], set(), notes
+    alike = [list(map(table.names.index, array)) for array in arrays if len(array) == len(position)]
+    arm = [array[begin : begin + robot.dof] for array in alike]
+    return arm, {k for array in alike for k in array}.difference(*arm), notes
 
 
 def _larger_arrays(table: Table, robot: Robot) -> list[list[str]]:

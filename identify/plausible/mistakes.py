@@ -19,7 +19,7 @@ from .effort_mistakes import (
     upside_down,
     wrong_gears,
 )
-from .log_facts import Mistake
+from .mistake import Mistake
 from .position_mistakes import (
     exchanged_chains,
     exchanges,

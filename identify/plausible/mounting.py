@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 from scipy import optimize
 
-from .changes import with_gravity
 from .evidence import Reading
+from .mistake import with_gravity
 
 EVALUATIONS = 40
 """Maximum number of evaluations of the search, enough for an accuracy of about one degree."""

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..text_table import digits
-from .changes import Change
-from .log_facts import Case, LogFacts
+from .mistake import Case, Change, LogFacts
 from .units import LEAST_PERCENT, PERCENT
 
 ANGLES = MappingProxyType(

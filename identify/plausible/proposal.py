@@ -8,26 +8,25 @@ import numpy as np
 from ..errors import RecordingError
 from ..model import Model
 from ..recordings.arrival_times import regular_clock
+from ..recordings.effort_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.recording import EFFORT
-from ..recordings.recording_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.separate_runs import beginnings
+from ..recordings.units import COMMANDS
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
 from .evidence import Reading
 from .gains import AGAINST, NOT_TORQUE, Gain, effort_odds, gain_guesses, gains
-from .guess import Guess
+from .position_servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .proposed_units import Log, joint_odds, propose_units
 from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
 from .samples import LONG, runs_of
-from .servos import BY_SERVO, only_commanded, servo_gains, with_error
+from .suspicion import Guess
 from .units import STATED, TIME, Units, affine, moves, quirks
 from .weigh import posterior
 
-COMMANDS = {"command": "position", "command_velocity": "velocity"}
-"""Command -> measured signal in the same unit."""
 FOLLOWS = 2.0
 """Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""
 FEWEST = 100
@@ -220,8 +219,8 @@ def _time(names: Sequence[str], values: np.ndarray) -> int:
 
 def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
     """Rows in which time increases and positions and efforts are numbers."""
-    there = np.isfinite(values).mean(axis=0) > 0.5
-    known = [p for f in read for p in f.places if there[p] and f.signal in ("", "position", *EFFORT)]
+    mostly_known = np.isfinite(values).mean(axis=0) > 0.5
+    known = [p for f in read for p in f.places if mostly_known[p] and f.signal in ("", "position", *EFFORT)]
     rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
     later = np.maximum.accumulate(values[rows, clock])
     rising = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
@@ -242,8 +241,10 @@ def _signals(groups: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], 
     """Families by the signal that their names state, guesses, and families with uninformative names."""
     chosen, guesses = {}, []
     for signal in {family.signal: None for family in groups if family.signal not in ("", "other")}:
-        ours = [family for family in groups if family.signal == signal]
-        best = [family for family in ours if MEASURED.intersection(words_of(family.pattern))] or ours
+        candidates = [family for family in groups if family.signal == signal]
+        best = [
+            family for family in candidates if MEASURED.intersection(words_of(family.pattern))
+        ] or candidates
         if len(best) == 1 or signal in ("position", *EFFORT):
             chosen[signal] = best[0]
             option = f"[{signal}] column in a preset"

@@ -10,14 +10,13 @@ from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import EFFORT
 from ..text_table import digits, percent
-from .changes import Change, with_gravity
 from .column_names import Family
 from .effort_mistakes import direction_words
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
-from .guess import DECIDED, Guess
-from .log_facts import LogFacts
+from .mistake import Change, LogFacts, with_gravity
 from .samples import Sampled, sampled
+from .suspicion import DECIDED, Guess
 from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
 from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
 

@@ -6,15 +6,13 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
-from ..recordings.importers.tables.name_index import column_words
-from ..recordings.recording_checks import unmeasured_words
+from ..recordings.effort_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import Remedy, advice, remedy, steps_back
+from ..recordings.tables.name_index import column_words, named_joints
 from ..text_table import digits
 from .column_names import STAMPS, families, words_of
 
-NAMED = 3
-"""Maximum number of joints named in an error, which has one line."""
 RATE = "or state the sampling rate: exidyn init --rate HZ"
 
 
@@ -92,7 +90,7 @@ def require_measured(effort: np.ndarray, pattern: str) -> None:
 def not_found(quantity: str, signals: Sequence[str], names: Sequence[str], robot: Robot) -> RecordingError:
     """Error for a log without one column per joint of any of `signals`, called `quantity`."""
     text = (
-        f"no {quantity} of {robot.dof} joints ({_ends(robot.joints)}) found among the columns: "
+        f"no {quantity} of {robot.dof} joints ({named_joints(robot)}) found among the columns: "
         f"{column_words(names, quantity)}. "
     )
     fewer = _fewer(signals, names, robot)
@@ -111,8 +109,3 @@ def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:
         if any(family.signal in signals and not family.by_name for family in groups):
             return count
     return 0
-
-
-def _ends(joints: Sequence[str]) -> str:
-    """Names of the joints, or the first and the last of many."""
-    return ", ".join(joints) if len(joints) <= NAMED else f"{joints[0]} to {joints[-1]}"

@@ -1,14 +1,40 @@
-"""A probable mistake in a log, as data and as one sentence."""
+"""Guesses about a log and probable mistakes in it, as data and as one sentence."""
 
 from dataclasses import dataclass
 
 from ..text_table import percent
 
+DECIDED = 0.95
+"""Probability beyond which a guess is written to a file: at most one in twenty at the limit is wrong."""
 CHECK_FIRST = "Check the input first"
 UNLESS = "What follows holds only if the input is right."
 """Words before and after a suspicion in a verdict."""
 NONE_OF_THESE = "none_of_these"
 """Name of the hypothesis of an unlisted mistake."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A guess with its probability.
+
+    Attributes:
+        what: Question that the guess answers.
+        value: Most probable answer.
+        probability: Probability of that answer, given the log and the robot.
+        why: Evidence for the answer.
+        option: Option or key by which a person can state the answer.
+    """
+
+    what: str
+    value: str
+    probability: float
+    why: str
+    option: str = ""
+
+    @property
+    def decided(self) -> bool:
+        """Whether the answer is certain enough to be written to a file."""
+        return self.probability > DECIDED
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,12 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from ..arm.robot import Robot
 from ..notebook import counted
+from ..recordings.recording_checks import BEYOND_LIMITS, GAP, beyond_limits
+from ..recordings.units import percent_of_travel
 from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
 from .samples import runs_of
@@ -56,8 +59,6 @@ STATED = 0.99
 """Probability that a unit in a column's name is right."""
 STEPS = 5
 """Number of sampling periods over which speeds are computed, to limit the effect of timestamp jitter."""
-GAP = 1.5
-"""A step of more than this many median periods misses at least one sample."""
 COARSE = 0.3
 """Share of equal successive values beyond which the resolution of an encoder is visible."""
 REPEATED = 0.3
@@ -98,7 +99,8 @@ def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -
     speeds = np.diff(position[::stride], axis=0) / steps
     ratio = np.nan
     if velocity is not None:
-        means = np.diff(_integral(time, velocity)[::stride], axis=0) / steps
+        traveled = cumulative_trapezoid(velocity, time, axis=0, initial=0.0)
+        means = np.diff(traveled[::stride], axis=0) / steps
         along, across = float((speeds * means).sum()), float((means**2).sum())
         if along > 0.9 * np.sqrt(across * (speeds**2).sum()) > 0.0:
             ratio = along / across
@@ -122,11 +124,6 @@ def _step(position: np.ndarray) -> float:
     return float(least * (small @ np.round(small)) / (np.round(small) @ np.round(small)))
 
 
-def _integral(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    areas = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
-    return np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(areas, axis=0)])
-
-
 def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Scale and offset of each joint's position, shape (n,) each: position = scale * value + offset.
 
@@ -135,14 +132,12 @@ def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, n
     if unit != TRAVEL:
         factor = {**TURNING, **SLIDING}[unit]
         return np.where(robot.revolute == (unit in TURNING), factor, 1.0), np.zeros(robot.dof)
-    lower, upper = robot.limits.position_lower, robot.limits.position_upper
     opening = [
         in_percent(joint, values) and float(np.nanmin(values)) >= 0.0
         for joint, values in zip(robot.joints, position.T, strict=True)
     ]
-    lowest = np.where(opening, 0.0, -100.0)
-    scale = (upper - lower) / (100.0 - lowest)
-    return scale, lower - scale * lowest
+    scale, zero = percent_of_travel(robot.limits, np.where(opening, 0.0, -100.0))
+    return scale, -zero * scale
 
 
 def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
@@ -189,7 +184,7 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
         base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
         base += motion_odds(seen.speed * scale / TIME[time], seen.reach * scale, robot)
         base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
-        rates = {**{unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}}
+        rates = {unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}
         rates |= {"rpm": np.pi / 30} if turning else {}
         for velocity, rate in rates.items():
             value = base + _stated(velocity, stated.velocity or position, rates)
@@ -258,10 +253,8 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
         notes.append(f"{100 * repeated:.0f} % of the samples repeat all positions of the previous one")
     for joint, column in zip(robot.joints, change.T, strict=True):
         notes += _encoder(joint, column, robot.revolute[robot.index(joint)])
-    beyond = np.maximum(
-        robot.limits.position_lower - position.min(axis=0), position.max(axis=0) - robot.limits.position_upper
-    )
-    for j in np.flatnonzero(beyond > 0.1):
+    beyond = beyond_limits(robot.limits, position)
+    for j in np.flatnonzero(beyond > BEYOND_LIMITS):
         notes.append(
             f"{robot.joints[j]} goes {digits(beyond[j])} beyond its limits: check its zero against the URDF"
         )

@@ -6,10 +6,9 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from .changes import Change
 from .effort_mistakes import of_gravity
 from .evidence import Evidence, Reading
-from .log_facts import LogFacts, Mistake
+from .mistake import Change, LogFacts, Mistake
 from .mistakes import MOUNTING, TABLE
 from .mounting import search_gravity
 

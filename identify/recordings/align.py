@@ -106,15 +106,15 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
             f"{recording.name} is of {', '.join(recording.robot.joints)}, {run.name} of "
             f"{', '.join(run.robot.joints)}"
         )
-    ours, theirs = recording.signals["position"], run.signals["position"]
-    if min(len(ours), len(theirs)) < 2 * BLOCKS:
+    trace, reference = recording.signals["position"], run.signals["position"]
+    if min(len(trace), len(reference)) < 2 * BLOCKS:
         raise RecordingError(
-            f"{recording.name} has {len(ours)} positions and {run.name} {len(theirs)}; to align them each "
-            f"needs {2 * BLOCKS}"
+            f"{recording.name} has {len(trace)} positions and {run.name} {len(reference)}; to align them "
+            f"each needs {2 * BLOCKS}"
         )
-    step = max(ours.period, theirs.period)
+    step = max(trace.period, reference.period)
     offset, distance = _coarse(recording, run, step)
-    return _refined(ours, theirs, offset, step), distance
+    return _refined(trace, reference, offset, step), distance
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:
@@ -150,10 +150,10 @@ def aligned(recording: Recording, run: Recording) -> Recording:
 
 def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, float]:
     """Best offset in whole steps, and distance to another equally good offset [s]; zero if there is none."""
-    ours, theirs = (_even(source.signals["position"], step) for source in (recording, run))
-    count = round(OVERLAP * min(len(ours), len(theirs)))
-    lags = np.arange(count - len(ours), len(theirs) - count + 1)
-    mean, power = _disagreement(ours, theirs, lags)
+    trace, reference = (_even(source.signals["position"], step) for source in (recording, run))
+    count = round(OVERLAP * min(len(trace), len(reference)))
+    lags = np.arange(count - len(trace), len(reference) - count + 1)
+    mean, power = _disagreement(trace, reference, lags)
     mean = np.where(power < MOVES**2, np.inf, mean)
     if not np.isfinite(mean).any():
         raise RecordingError(
@@ -162,7 +162,7 @@ def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, f
     # A difference below the resolution of encoders counts as zero.
     good = CLEARER * max(float(np.min(mean)), RESOLVED**2)
     time = lags * step
-    best = _first(mean, good, np.minimum(lags + len(ours), len(theirs)) - np.maximum(lags, 0), time)
+    best = _first(mean, good, np.minimum(lags + len(trace), len(reference)) - np.maximum(lags, 0), time)
     away = np.abs(time - time[best])
     others = np.where(away > NEAR, mean, np.inf)
     distance = float(away[_first(others, good, -away, time)]) if np.any(others < good) else 0.0
@@ -185,31 +185,34 @@ def _even(signal: Signal, step: float) -> np.ndarray:
     return CubicSpline(signal.time, signal.values)(time)
 
 
-def _disagreement(ours: np.ndarray, theirs: np.ndarray, lags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _disagreement(
+    trace: np.ndarray, reference: np.ndarray, lags: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Mean square of the difference and of the motion in the overlap, at each lag."""
-    center = theirs.mean(axis=0)
-    ours, theirs = ours - center, theirs - center
-    size = next_fast_len(len(ours) + len(theirs))
-    product = irfft((rfft(theirs, size, axis=0) * rfft(ours, size, axis=0).conj()).sum(axis=1), size)[lags]
-    begin, end = np.maximum(lags, 0), np.minimum(lags + len(ours), len(theirs))
+    center = reference.mean(axis=0)
+    trace, reference = trace - center, reference - center
+    size = next_fast_len(len(trace) + len(reference))
+    spectra = rfft(reference, size, axis=0) * rfft(trace, size, axis=0).conj()
+    product = irfft(spectra.sum(axis=1), size)[lags]
+    begin, end = np.maximum(lags, 0), np.minimum(lags + len(trace), len(reference))
     length = end - begin
-    mine, other = (np.concatenate([[0.0], np.cumsum((a**2).sum(axis=1))]) for a in (ours, theirs))
+    mine, other = (np.concatenate([[0.0], np.cumsum((a**2).sum(axis=1))]) for a in (trace, reference))
     squares = mine[end - lags] - mine[begin - lags] + other[end] - other[begin]
-    sums = np.concatenate([np.zeros((1, theirs.shape[1])), np.cumsum(theirs, axis=0)])
+    sums = np.concatenate([np.zeros((1, reference.shape[1])), np.cumsum(reference, axis=0)])
     middle = (((sums[end] - sums[begin]) / length[:, None]) ** 2).sum(axis=1)
     power = (other[end] - other[begin]) / length - middle
     return (squares - 2.0 * product) / length, power
 
 
-def _refined(ours: Signal, theirs: Signal, start: float, step: float) -> Alignment:
+def _refined(trace: Signal, reference: Signal, start: float, step: float) -> Alignment:
     """Alignment whose offset is within a step of the start, by Gauss-Newton least squares."""
     offset = start
-    spline = CubicSpline(ours.time, ours.values)
+    spline = CubicSpline(trace.time, trace.values)
     slope = spline.derivative()
     for _ in range(STEPS):
-        inside = (theirs.time - offset >= ours.time[0]) & (theirs.time - offset <= ours.time[-1])
-        time = theirs.time[inside] - offset
-        velocity, difference = slope(time), spline(time) - theirs.values[inside]
+        inside = (reference.time - offset >= trace.time[0]) & (reference.time - offset <= trace.time[-1])
+        time = reference.time[inside] - offset
+        velocity, difference = slope(time), spline(time) - reference.values[inside]
         power = float((velocity**2).sum())
         change = float((velocity * difference).sum()) / power
         if abs(change) < 1e-9 or abs(offset + change - start) > step:

@@ -8,12 +8,10 @@ import numpy as np
 
 from ..errors import WrongShape
 from .recording import Recording, Signal
+from .units import OF_JOINT
 
 if TYPE_CHECKING:
     from ..model import Model
-
-IN_RADIANS = ("position", "velocity", "link_position", "command", "command_velocity")
-"""Signals that may be in degrees."""
 
 
 def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
@@ -25,7 +23,7 @@ def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Si
     time = np.asarray(t, float)
     return {
         name: _signal(
-            name, time, np.asarray(values, float) * (np.pi / 180.0 if degrees and name in IN_RADIANS else 1.0)
+            name, time, np.asarray(values, float) * (np.pi / 180.0 if degrees and name in OF_JOINT else 1.0)
         )
         for name, values in arrays.items()
         if values is not None
@@ -53,8 +51,8 @@ def from_dataframe(table: Any, robot: "Model", name: str = "table", **options: A
     Raises:
         RecordingError: The table holds no run of this robot; the message gives the reason.
     """
-    from .importers.tables.import_table import import_table
-    from .importers.tables.table import Table
+    from .tables.import_table import import_table
+    from .tables.table import Table
 
     columns = table.reset_index() if table.index.name else table
     names = [str(column) for column in columns.columns]

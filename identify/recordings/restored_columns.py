@@ -83,7 +83,7 @@ def lost_sign(effort: np.ndarray) -> Restored | None:
     counts = np.round(effort / step)
     largest = counts[np.isfinite(counts)].max()
     readings = {
-        (f"as {bits} bits without a sign: {_example(2**bits)}", 2.0**bits): np.where(
+        (f"as {bits} bits without a sign: -45 is {2**bits - 45}", 2.0**bits): np.where(
             counts >= 2 ** (bits - 1), counts - 2.0**bits, counts
         )
         for bits in WIDTHS
@@ -102,10 +102,6 @@ def lost_sign(effort: np.ndarray) -> Restored | None:
     if _roughness(readings[name, turn]) * SMOOTHER > _roughness(counts):
         return None
     return Restored(readings[name, turn] * step, name, turn * step)
-
-
-def _example(turn: int) -> str:
-    return f"-45 is {turn - 45}"
 
 
 def _count(values: np.ndarray) -> float | None:

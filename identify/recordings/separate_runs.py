@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,22 +26,12 @@ PART = "part"
 """Setting of a recording that is one of several in a file; its text names the run and its beginning."""
 
 
-class Part(NamedTuple):
-    """One run of a file.
-
-    Attributes:
-        recording: Recording of the run, whose time begins at its first position.
-        first: Index of its first row in the file, from 0.
-    """
-
-    recording: Recording
-    first: int
-
-
 def separate_runs(
     recording: Recording, place: Callable[[int], str], headings: Mapping[int, str] = MappingProxyType({})
-) -> list[Part]:
+) -> list[tuple[Recording, int]]:
     """Runs of a recording from one file, each with a warning about its beginning; or the only run.
+
+    The time of a run begins at its first position; beside it is the index of its first row in the file.
 
     Args:
         recording: Recording with the times in the file.
@@ -59,9 +48,9 @@ def separate_runs(
         signal for signal in recording.signals.values() if not np.array_equal(signal.time, position.time)
     ]
     if len(runs) < 2 or scraps > SCRAPS * len(position) or apart:
-        return [Part(recording, 0)]
+        return [(recording, 0)]
     where = "; ".join(f"{why[row]} at {headings.get(row) or place(row)}" for row in sorted(why))
-    return [Part(_part(recording, run, k, len(runs), where, scraps), run[0]) for k, run in enumerate(runs, 1)]
+    return [(_part(recording, run, k, len(runs), where, scraps), run[0]) for k, run in enumerate(runs, 1)]
 
 
 def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]]:

@@ -69,6 +69,8 @@ ANGLES = ("rad", "rad/s")
 
 OF_JOINT = ("position", "velocity", "link_position", "command", "command_velocity")
 """Signals that are a joint coordinate, or its rate."""
+COMMANDS = {"command": "position", "command_velocity": "velocity"}
+"""Command -> measured signal with the same unit."""
 
 BEFORE_GEAR = ("position", "velocity", "command", "torque")
 """Signals that a controller may report for the motor: larger by the gear ratio, torque smaller."""
@@ -92,12 +94,12 @@ _BY_NAME = {_bare(name): entry for name, entry in UNITS.items()}
 _BY_NAME |= {_bare(name): UNITS[unit] for unit, names in SPELLINGS.items() for name in names.split()}
 
 
-def percent_of_travel(limits: Limits, lowest: float = -100.0) -> tuple[np.ndarray, np.ndarray]:
+def percent_of_travel(limits: Limits, lowest: float | np.ndarray = -100.0) -> tuple[np.ndarray, np.ndarray]:
     """Scale and zero of positions in percent of each joint's travel: position = (value - zero) * scale.
 
     Args:
         limits: Limits of the joints; a joint without limits has no travel.
-        lowest: Value at the lower limit; the value at the upper limit is 100.
+        lowest: Value at the lower limit, one for all joints or shape (n,); at the upper limit it is 100.
 
     Returns:
         Scale [rad or m per percent] and zero, the value at position 0, shape (n,) each; NaN for joints

@@ -11,6 +11,7 @@ from exidyn.quoting import hash_comment, one_line
 from ..effects import Effect
 from ..measurements import Measurement
 from ..model import Model
+from .robot_keys import KEYS, TITLES
 from .robot_text import RIGID_BODY, model_text
 
 Row = Effect | Measurement
@@ -21,64 +22,6 @@ HEAD = (
     "Nominal model of one arm: its values before any identification. All values are in SI units and refer to "
     "the joint, behind the gear; lists have one number per joint, base to tip. All keys: docs/robot-toml.md."
 )
-TABLES = {
-    "[limits]": "Limits of the arm; planned motions and runs stay within them.",
-    "[drive]": "Conversion of motor currents to joint torques.",
-    "[flange]": "Mounting frame of payloads, in the last link's frame.",
-    "[[link]]": "A joint, and the body that it moves. The keys of the other links have the same meaning.",
-    "[[measurement]]": "Effects of the measurement on recordings; fits remove them.",
-    "[prior]": "Single parameters: value, or [value, standard deviation].",
-}
-KEYS = {
-    ("", "format"): "version of this format",
-    ("", "name"): "name of the robot",
-    ("", "gravity"): "in the base frame [m/s^2]; turn it for an arm on a wall or ceiling",
-    (
-        "",
-        "inertial_tolerance",
-    ): "relative standard deviation of the links' masses and inertias",
-    ("", "rigid_body"): "whether the links' inertia and gravity are in the model",
-    ("[limits]", "position_lower"): "minimum position [rad; m for a prismatic joint]",
-    ("[limits]", "position_upper"): "maximum position [rad; m]",
-    ("[limits]", "velocity"): "maximum velocity [rad/s; m/s]",
-    ("[limits]", "acceleration"): "maximum acceleration [rad/s^2; m/s^2]",
-    ("[limits]", "jerk"): "maximum jerk [rad/s^3; m/s^3]",
-    ("[limits]", "torque"): "maximum torque of the joint [N m; N]",
-    ("[limits]", "velocity_lower"): "minimum velocity, negative [rad/s; m/s]",
-    ("[limits]", "acceleration_lower"): "minimum acceleration, negative [rad/s^2; m/s^2]",
-    ("[drive]", "gain"): "joint torque per unit of current, with its sign [N m/A; N/A]",
-    ("[drive]", "gain_tolerance"): "relative standard deviation of the gains",
-    (
-        "[drive]",
-        "gain_in_inertias",
-    ): "whether inertias were identified from currents with these gains: their errors are then correlated",
-    ("[drive]", "gear_ratio"): "turns of the motor per turn of the joint [-]",
-    ("[drive]", "direct_drive"): "joints whose motor has no gear",
-    ("[drive]", "passive"): "joints without a motor: their torque is zero",
-    ("[drive]", "servo_gain"): (
-        "gain of position servos, for logs without currents: position error [rad] times this replaces the "
-        "current, and gain is torque per unit of that; 1 if gain is in N m/rad"
-    ),
-    ("[drive]", "servo_limit"): "position error at which a servo saturates [rad]; inf: not known",
-    ("[drive]", "coupling"): "motor velocity over gear ratio = coupling x joint velocity; identity: none [-]",
-    ("[flange]", "origin"): "position of the flange [m]",
-    ("[flange]", "rotation"): "rotation matrix of the flange [-]",
-    ("[[link]]", "joint"): "name of the joint",
-    ("[[link]]", "link"): "name of the link that it moves",
-    ("[[link]]", "parent"): 'joint whose link carries it; "": the base',
-    ("[[link]]", "kind"): '"revolute": turns, "prismatic": slides',
-    ("[[link]]", "axis"): "direction of the axis in the joint's frame [-]",
-    ("[[link]]", "origin"): "position of the joint's frame in the frame of the parent's link [m]",
-    ("[[link]]", "rotation"): "rotation matrix of the joint's frame in that frame [-]",
-    ("[[link]]", "mass"): "mass of the link [kg]",
-    ("[[link]]", "center_of_mass"): "center of mass in the joint's frame [m]",
-    ("[[link]]", "inertia"): "XX, XY, XZ, YY, YZ, ZZ about the center of mass [kg m²]",
-    ("[[effect]]", "name"): "name of the effect; valid names are in docs/robot-toml.md",
-    ("[[measurement]]", "name"): "name of the measurement; valid names are in docs/robot-toml.md",
-    ("[[effect]]", "joints"): "names of the joints it acts on; default: all",
-    ("[[effect]]", "std"): "standard deviations of the values, in the same units",
-}
-"""Table and key -> its meaning and unit."""
 ROWS = ("[[effect]]", "[[measurement]]")
 """Tables whose rows are effects or measurements, which have their own fields."""
 FORMULA = re.compile(r"\s*:math:`[^`]*`,?")
@@ -87,14 +30,12 @@ ATTRIBUTE = re.compile(r"^(\w+): (.*(?:\n[ \t]+.*)*)", re.MULTILINE)
 
 def commented_text(model: Model) -> str:
     """Text of `model_text` with a comment above each key; reading it gives the same model."""
-    effects = [effect for effect in model.effects if not effect.of_links or _stated(effect, model)]
-    rows: list[Row] = [*effects, *model.measurements]
-    return "\n".join([*_comment(HEAD), "", *_lines(model_text(model), model, iter(rows))]) + "\n"
-
-
-def _stated(effect: Effect, model: Model) -> bool:
-    """Whether the rigid body has a row, which a file needs only for its parameters."""
-    return f'name = "{RIGID_BODY}"' in model_text(model)
+    text = model_text(model)
+    rigid_body = f'name = "{RIGID_BODY}"' in text  # a file needs this row only for its parameters
+    effects = [effect for effect in model.effects if rigid_body or not effect.of_links]
+    return (
+        "\n".join([*_comment(HEAD), "", *_lines(text, model, iter([*effects, *model.measurements]))]) + "\n"
+    )
 
 
 def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
@@ -104,7 +45,7 @@ def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
         if line.startswith("["):
             table = line
             effect = next(effects) if table in ROWS else None
-            yield from _comment("" if table in seen else TABLES.get(table, ""))
+            yield from _comment("" if table in seen else TITLES.get(table, ""))
             yield from _comment(_title(effect) if effect else "")
             explained = table in seen and effect is None
             seen.add(table)
@@ -118,7 +59,7 @@ def _of_key(table: str, key: str, effect: Row | None, model: Model) -> str:
     if isinstance(effect, Effect) and key == "values":
         return _parameters(effect, model)
     described = _attributes(effect).get(key, "") if effect is not None else ""
-    text = KEYS.get((table, key), "") or described
+    text = KEYS[table].get(key, "") or described
     return text[:1].upper() + text[1:]
 
 

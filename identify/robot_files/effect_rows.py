@@ -1,8 +1,8 @@
-"""`[[effect]]` and `[[measurement]]` rows of a robot file; their keys are the fields of dataclasses."""
+"""Rows `[[effect]]`, `[[measurement]]` and `[[finding]]` of a robot file; their keys are fields of types."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..arm.robot import Robot
 from ..effects import EFFECTS, Effect, Prior, load_installed
 from ..errors import ExidynError, RobotError, UnknownJoint, listed
 from ..measurements import MEASUREMENTS, Measurement
-from .toml_fields import boolean, check_keys, number, numbers, string
+from .toml_fields import block, boolean, check_keys, number, numbers, string, strings, tables
 
 EFFECT_KEYS = ("name", "values", "tolerance", "std")
 """Keys of an effect's row that are not fields of the effect."""
@@ -19,6 +19,8 @@ FIELD_KEYS = {"name": "label"}
 JOINT_FIELDS = ("joint", "other", "joints")
 """Fields that hold joint names."""
 Kind = TypeVar("Kind", Effect, Measurement)
+FINDING = "finding"
+"""Rows that a diagnosis writes: what it found, and whether the model holds it."""
 SCALARS: dict[object, Callable[[object, str], Any]] = {
     float: number,
     str: string,
@@ -157,3 +159,45 @@ def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
     if "std" in row:
         std = numbers(row["std"], len(names), f"{where} std", 0.0, infinite=True)
     return {n: Prior(float(v), float(s)) for n, v, s in zip(names, values, std, strict=True)}
+
+
+class FindingRow(NamedTuple):
+    """One finding.
+
+    Attributes:
+        effect: Name in the vocabulary.
+        joints: Names of the joints on which it acts; empty for the whole arm.
+        probability: Probability that the missing physics is this effect.
+        in_model: Whether the model of the file holds it.
+    """
+
+    effect: str
+    joints: tuple[str, ...]
+    probability: float
+    in_model: bool
+
+
+def findings_text(rows: Sequence[FindingRow]) -> str:
+    """A table [[finding]] for each."""
+    return "\n".join(block(f"[[{FINDING}]]", row._asdict()) + "\n" for row in rows)
+
+
+def parse_findings(table: dict[str, Any]) -> list[FindingRow]:
+    """The findings of a parsed robot.toml; none in a file that no diagnosis wrote.
+
+    Raises:
+        RobotError: A row has a key that there is not, or a value of another type.
+    """
+    rows = []
+    for place, row in enumerate(tables(table[FINDING], FINDING) if FINDING in table else ()):
+        where = f"[[{FINDING}]] {place + 1}"
+        check_keys(row, FindingRow._fields, where)
+        rows.append(
+            FindingRow(
+                string(row.get("effect"), f"{where} effect"),
+                tuple(strings(row.get("joints"), f"{where} joints")),
+                number(row.get("probability"), f"{where} probability", 0.0),
+                boolean(row.get("in_model"), f"{where} in_model"),
+            )
+        )
+    return rows

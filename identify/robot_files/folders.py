@@ -6,11 +6,12 @@ path, or by a symbolic link. Links inside a folder that the user states are foll
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
 
-from ..errors import RobotError
+from ..errors import BrokenTree, RobotError
 
 VARIABLE = "EXIDYN_FOLDERS"
 """Environment variable with further folders, separated as in PATH."""
@@ -18,6 +19,10 @@ PACKAGE = "package.xml"
 """File that makes a folder a package of ROS."""
 LAYOUT = ("mjcf", "robots", "urdf", "xacro")
 """Usual names of a package's folder of descriptions. Meshes lie beside it; the two are copied together."""
+MJCF_FOLDERS = ("assetdir", "meshdir", "texturedir")
+"""Attributes of the element `compiler` of an MJCF that name folders."""
+MJCF_MODELS = ("include", "model")
+"""Elements whose file is an MJCF, which may name further files."""
 
 
 @dataclass(frozen=True)
@@ -77,3 +82,47 @@ def ros_folders() -> list[Path]:
 
 def _entries(variable: str) -> list[Path]:
     return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+
+
+def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
+    """Refuse an MJCF that names a file outside of its folder.
+
+    Args:
+        text: Text of the file.
+        description: Path of the file; paths in it are relative to its folder.
+
+    Returns:
+        Contents of the files that it includes, by their names.
+
+    Raises:
+        BrokenTree: The text is not XML.
+        RobotError: A file is outside; the message names it and says what to do.
+    """
+    allowed, folder = Folders.of(description), description.parent
+    folders, names, included = {""}, list[str](), dict[str, bytes]()
+    texts = [(str(description), text)]
+    while texts:
+        where, content = texts.pop()
+        for element in _elements(content, where):
+            folders |= {element.attrib[key] for key in MJCF_FOLDERS if key in element.attrib}
+            files = [value for key, value in element.attrib.items() if key.startswith("file")]
+            names += [*files, *(PurePosixPath(name).name for name in files)]  # strippath removes folders
+            for name in files if element.tag in MJCF_MODELS else ():
+                for file in (folder / name, Path(where).parent / name):
+                    if name not in included and file.is_file():
+                        included[name] = allowed.require(file, str(description)).read_bytes()
+                        texts.append((str(file), included[name]))
+    places = {folder, *((folder / name).parent for name in included)}
+    for name in names:
+        for file in {place / part / name for place in places for part in folders}:
+            if file.exists():
+                allowed.require(file, str(description))
+    return included
+
+
+def _elements(text: bytes, where: str) -> Iterator[ElementTree.Element]:
+    """All elements of an XML text; raises BrokenTree if it is not XML."""
+    try:
+        return ElementTree.fromstring(text).iter()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise BrokenTree(f"{where}: not well-formed XML: {error}") from error

@@ -23,6 +23,7 @@ from .mjcf_geometry import read_mjcf_geometry
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf
+from .urdf_checks import attribute_numbers
 
 SHAPES = ("box", "capsule", "cylinder", "mesh", "sphere")
 IN_PACKAGES = ("package://", "model://")
@@ -87,7 +88,7 @@ def _placement(collision: Element, where: str) -> pin.SE3:
     origin = collision.find("origin")
     if origin is None:
         return pin.SE3.Identity()
-    rpy, xyz = (_numbers(origin, key, 3, where, "0 0 0") for key in ("rpy", "xyz"))
+    rpy, xyz = (attribute_numbers(origin, key, 3, where, "0 0 0") for key in ("rpy", "xyz"))
     return pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
 
 
@@ -106,7 +107,7 @@ def _shape(
     element = kinds[0]
     if element.tag != "mesh":
         return _primitive(element, where)
-    scale = _numbers(element, "scale", 3, where, "1 1 1")
+    scale = attribute_numbers(element, "scale", 3, where, "1 1 1")
     path = _find_mesh(element.get("filename", ""), urdf, package_dirs, where)
     key = (path, tuple(scale))
     if key not in meshes:
@@ -126,21 +127,10 @@ def _primitive(element: Element, where: str) -> Any:
 
 def _sizes(element: Element, key: str, count: int, where: str) -> np.ndarray:
     """Sizes of a shape, which are above zero [m]."""
-    sizes = _numbers(element, key, count, where)
+    sizes = attribute_numbers(element, key, count, where)
     if np.any(sizes <= 0):
         raise BrokenTree(f'{where}: <{element.tag} {key}="{element.get(key)}">: every size must be above 0 m')
     return sizes
-
-
-def _numbers(element: Element, key: str, count: int, where: str, default: str = "") -> np.ndarray:
-    text = element.get(key, default)
-    try:
-        values = np.array([float(word) for word in text.split()])
-    except ValueError:
-        values = np.empty(0)
-    if len(values) != count or not np.all(np.isfinite(values)):
-        raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
-    return values
 
 
 def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where: str) -> Path:
@@ -152,33 +142,20 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
     Raises:
         RobotError: There is no such mesh, or it is outside of the allowed folders.
     """
-    for prefix in IN_PACKAGES:
-        if name.startswith(prefix):
-            package, _, inside = name.removeprefix(prefix).partition("/")
-            return _find(name, urdf, package_dirs, _package_roots(urdf, package_dirs), package, inside, where)
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
-    return _find(name, urdf, package_dirs, [urdf.parent, *map(Path, package_dirs)], "", name, where)
-
-
-def _find(
-    name: str,
-    urdf: Path,
-    stated: Sequence[str | Path],
-    folders: list[Path],
-    package: str,
-    inside: str,
-    where: str,
-) -> Path:
-    allowed = Folders.of(urdf, stated)
-    for folder in folders:
-        if (folder / package / inside).is_file():
-            return _allowed(folder / package / inside, folder / package, package, urdf, allowed, where)
-        # a package that was checked out under another name, or stated itself
-        if package and _is_package(folder, package) and (folder / inside).is_file():
-            return _allowed(folder / inside, folder, package, urdf, allowed, where)
-    around = urdf.resolve().parents
-    others = [str(folder) for folder in folders if folder.resolve() not in around]
+    scheme = next((prefix for prefix in IN_PACKAGES if name.startswith(prefix)), "")
+    package, _, inside = name.removeprefix(scheme).partition("/") if scheme else ("", "", name)
+    stated, around = list(map(Path, package_dirs)), urdf.resolve().parents
+    folders = [*stated, *around, *ros_folders()] if scheme else [urdf.parent, *stated]
+    for folder in dict.fromkeys(folders):
+        roots = [folder / package]
+        if package and (folder.name == package or (folder / PACKAGE).is_file()):
+            roots.append(folder)  # a package that was checked out under another name, or stated itself
+        for root in roots:
+            if (root / inside).is_file():
+                return _allowed(root / inside, root, package, urdf, Folders.of(urdf, package_dirs), where)
+    others = [str(folder) for folder in dict.fromkeys(folders) if folder.resolve() not in around]
     searched = ", ".join([*others, "the folders around the URDF" if package else "the folder of the URDF"])
     hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
@@ -188,23 +165,9 @@ def _find(
 
 
 def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders, where: str) -> Path:
-    """The mesh, if it is in the named package or in a folder whose files the URDF may name.
-
-    Raises:
-        RobotError: It is in none of them.
-    """
+    """The mesh, if it is in the named package or in a folder whose files the URDF may name."""
     around = root.resolve() in urdf.resolve().parents and root.name == package
     named = package and (around or (root / PACKAGE).is_file())
     if named and mesh.resolve().is_relative_to(root.resolve()):
         return mesh
     return folders.require(mesh, where)
-
-
-def _is_package(folder: Path, package: str) -> bool:
-    return folder.name == package or (folder / PACKAGE).is_file()
-
-
-def _package_roots(urdf: Path, package_dirs: Iterable[str | Path]) -> list[Path]:
-    """Folders that may hold packages: stated folders, those around the URDF, and those of ROS 1 and 2."""
-    urdf = urdf.resolve()
-    return list(dict.fromkeys([*map(Path, package_dirs), *urdf.parents, *ros_folders()]))

@@ -9,18 +9,30 @@ import pinocchio as pin
 
 from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
+from .robot_keys import KEYS
 from .toml_fields import check_keys, matrix, number, numbers, string
 
-PLACEMENT_KEYS = ("origin", "rotation", "rpy")
-LINK_KEYS = ("joint", "link", "parent", "kind", "axis", *PLACEMENT_KEYS, "mass", "center_of_mass", "inertia")
 KINDS = ("revolute", "prismatic")
-INERTIA_PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Row and column of xx, xy, xz, yy, yz, zz."""
+INERTIA_PLACES = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
+"""Element of an inertia -> its row and column."""
 FARTHEST_CENTER = 10.0
 """Maximum distance of a body's center of mass from its frame [m]: the largest arms reach 5 m."""
 FLAT = 0.02
 """Share by which the largest principal moment may exceed the sum of the others [-]. For a flat plate they are
 equal, and rounding to two digits causes such an excess."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Place of a body, or of a row of a table, in the tree of joints.
+
+    Attributes:
+        joint: Index in Pinocchio's model of the joint that moves it, 0 for the base.
+        placement: Placement of its frame in the frame of that joint.
+    """
+
+    joint: int
+    placement: pin.SE3
 
 
 @dataclass(frozen=True)
@@ -60,9 +72,7 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
     check_center(mass, center_of_mass, where)
     if mass < 0 or not np.all(np.isfinite([mass, *center_of_mass, *inertia])):
         raise BrokenTree(f"{where}: mass {mass:g} kg; a mass is a number of at least 0")
-    about_center = np.empty((3, 3))
-    for value, (i, j) in zip(inertia, INERTIA_PLACES, strict=True):
-        about_center[i, j] = about_center[j, i] = value
+    about_center = inertia_matrix(inertia)
     lowest = np.linalg.eigvalsh(about_center)[0]
     # a thin rod has a principal moment of zero, which rounding may make negative
     if lowest < -1e-9 * (1.0 + np.abs(about_center).max()):
@@ -74,6 +84,17 @@ def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, 
         return pin.Inertia(mass, center_of_mass, about_center)
     except (RuntimeError, ValueError) as error:
         raise BrokenTree(f"{where}: {error}") from error
+
+
+def inertia_matrix(elements: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Inertia, shape (3, 3), from xx, xy, xz, yy, yz, zz."""
+    xx, xy, xz, yy, yz, zz = elements
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def inertia_elements(inertia: np.ndarray) -> np.ndarray:
+    """Elements xx, xy, xz, yy, yz, zz of an inertia (3, 3), shape (6,)."""
+    return np.array([inertia[at] for at in INERTIA_PLACES.values()])
 
 
 def check_center(mass: float, center_of_mass: np.ndarray, where: str) -> None:
@@ -149,7 +170,7 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
     model.name = name
     for place, row in enumerate(rows):
         where = f"link {place + 1}"
-        check_keys(row, LINK_KEYS, where)
+        check_keys(row, KEYS["[[link]]"], where)
         joint = string(row.get("joint", f"joint{place + 1}"), f"{where} joint")
         where = f"link of {joint}"
         parent = _parent(row.get("parent"), tuple(model.names), name)

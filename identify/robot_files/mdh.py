@@ -9,14 +9,22 @@ The placement of frame j in its antecedent's frame is
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import BrokenTree, RobotError
-from .kinematics import INERTIA_PLACES, Kinematics, add_joint, body_doubts, rigid_inertia
+from .kinematics import (
+    Kinematics,
+    Part,
+    add_joint,
+    body_doubts,
+    inertia_elements,
+    inertia_matrix,
+    rigid_inertia,
+)
 from .toml_fields import boolean, check_keys, number, parse_toml, string, tables
 
 GEOMETRY = ("alpha", "d", "theta_offset", "r")
@@ -26,13 +34,6 @@ TURN = 2 * np.pi
 ROW_KEYS = ("joint", "antecedent", "sigma", "degrees", *GEOMETRY, *INERTIAL, "Ia")
 CONVENTION = "mdh-khalil"
 SIGMA = {0: "revolute", 1: "prismatic", 2: "fixed"}
-
-
-class _Frame(NamedTuple):
-    """Frame of a row: the joint that carries it, and its placement in that joint's frame."""
-
-    joint: int
-    placement: pin.SE3
 
 
 def parse_mdh(text: str, name: str, where: str = "modified-DH file") -> Kinematics:
@@ -56,14 +57,14 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
     """
     model = pin.Model()
     model.name = name
-    frames: dict[str, _Frame] = {}
-    fixed: list[_Frame] = []
+    frames: dict[str, Part] = {}
+    fixed: list[Part] = []
     rotors: dict[str, float] = {}
     for place, row in enumerate(rows):
         label = _label(row, place, frames)
         where = f"mdh row {place + 1} ({label})"
         frame = _antecedent(row, place, frames, where)
-        frame = _Frame(frame.joint, frame.placement * _transform(row, where))
+        frame = Part(frame.joint, frame.placement * _transform(row, where))
         kind = _kind(row, where)
         if kind == "fixed":
             fixed.append(frame)
@@ -72,7 +73,7 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         else:
             joint = pin.JointModelRZ() if kind == "revolute" else pin.JointModelPZ()
             index = add_joint(model, frame.joint, joint, frame.placement, label, f"link{model.njoints}")
-            frame = _Frame(index, pin.SE3.Identity())
+            frame = Part(index, pin.SE3.Identity())
             if "Ia" in row:
                 rotors[label] = number(row["Ia"], f"{where} Ia", low=0.0)
         if frame.joint > 0:
@@ -83,7 +84,7 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
     return Kinematics(model, None, flange, rotors, body_doubts(model))
 
 
-def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]) -> str:
+def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, Part]) -> str:
     check_keys(row, ROW_KEYS, f"mdh row {place + 1}")
     joint = row.get("joint", place + 1)
     label = f"joint{joint}" if isinstance(joint, int) else string(joint, f"mdh row {place + 1} joint")
@@ -92,14 +93,14 @@ def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame]) -> 
     return label
 
 
-def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, _Frame], where: str) -> _Frame:
+def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, Part], where: str) -> Part:
     """Frame of the row's antecedent, given by name or number (0: base); by default the row before."""
     names = list(frames)
     antecedent = row.get("antecedent", place)
     if isinstance(antecedent, int) and 0 <= antecedent <= place:
         antecedent = names[antecedent - 1] if antecedent else ""
     if antecedent == "":
-        return _Frame(0, pin.SE3.Identity())
+        return Part(0, pin.SE3.Identity())
     if not isinstance(antecedent, str) or antecedent not in frames:
         raise BrokenTree(
             f"{where}: antecedent {antecedent!r} is not a row above it. Valid: 0 (base), {', '.join(names)}"
@@ -137,20 +138,19 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
     Raises:
         RobotError: They are not those of a rigid body, such as base parameters without a mass.
     """
-    xx, xy, xz, yy, yz, zz, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
+    *inertia, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
     if m == 0:
-        if any((xx, xy, xz, yy, yz, zz, mx, my, mz)):
+        if any((*inertia, mx, my, mz)):
             raise RobotError(
                 f"{where}: M is 0 but other parameters are not; give standard parameters of a body with "
                 "mass, not base parameters"
             )
         return pin.Inertia.Zero()
     center = np.array([mx, my, mz]) / m
-    about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about_origin = inertia_matrix(inertia)
     shift = m * (center @ center * np.eye(3) - np.outer(center, center))
-    about_center = about_origin - shift
     try:
-        return rigid_inertia(m, center, np.array([about_center[at] for at in INERTIA_PLACES]), where)
+        return rigid_inertia(m, center, inertia_elements(about_origin - shift), where)
     except BrokenTree as error:
         raise BrokenTree(f"{error}. {_hint(about_origin, shift)}") from error
 

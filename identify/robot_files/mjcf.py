@@ -1,7 +1,6 @@
 """Robots in MJCF, the format of MuJoCo, which compiles them: kinematics, inertias, torques, limits."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,31 +12,17 @@ from ..arm.robot import Held
 from ..errors import BrokenTree, MissingPackage
 from ..file_names import read_failure
 from ..notebook import optional
-from .kinematics import Kinematics, add_joint, body_doubts, check_center, joint_model
+from .folders import require_mjcf_files
+from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, joint_model
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
-from .mjcf_drives import motor_coupling, torque_limits
-from .mjcf_files import require_mjcf_files
+from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
-from .mjcf_names import HOLD, enum_of, following_joints, joint_name, name_of, single, turns
+from .mjcf_names import HOLD, disabled, following_joints, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
-from .mjcf_terms import effect_rows, limits_of
 from .urdf import FLANGES
 
 SITES = (*FLANGES, "attachment_site", "attachment")
 """Names (or ends of names) of sites that carry payloads, the most likely first."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """Place of a body of the file in the tree of joints.
-
-    Attributes:
-        joint: Index in Pinocchio's model of the joint that moves the body, 0 for the base.
-        placement: Placement of the body's frame in that joint's frame.
-    """
-
-    joint: int
-    placement: pin.SE3
 
 
 def compile_mjcf(source: Path | str, folder: str = "") -> Any:
@@ -198,8 +183,7 @@ def own_inertia(model: Any, body: int) -> pin.Inertia:
 
 
 def _gravity(model: Any) -> np.ndarray:
-    off = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
-    return np.zeros(3) if off else np.array(model.opt.gravity)
+    return np.zeros(3) if disabled(model, "GRAVITY") else np.array(model.opt.gravity)
 
 
 def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..notebook import optional
-from .mjcf_names import actuators, drives_joint, enum_of, input_of, joint_name, name_of
+from .mjcf_names import disabled, drives_joint, input_of, joint_actuators, joint_name, name_of
 
 SHORTED, VOLTAGE = 16, 8
 """Bits of `actuator_ctrlspec` (mjtCtrlInput): no input at all, and voltage as input."""
@@ -105,19 +105,18 @@ def is_dc_motor(model: Any, actuator: int) -> bool:
 
 def dc_motors(model: Any, joints: Sequence[int]) -> list[DcMotor]:
     """Motors of the given joints of a compiled model that are not disabled."""
-    if model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_ACTUATION"):
+    if disabled(model, "ACTUATION"):
         return []
     return [
         DcMotor.of(model, index)
-        for index in actuators(model)
+        for index, joint in joint_actuators(model)
         if is_dc_motor(model, index)
-        and drives_joint(model, index)
-        and int(model.actuator_trnid[index][0]) in joints
-        and not _disabled(model, int(model.actuator_group[index]))
+        and joint in joints
+        and not _group_disabled(model, int(model.actuator_group[index]))
     ]
 
 
-def _disabled(model: Any, group: int) -> bool:
+def _group_disabled(model: Any, group: int) -> bool:
     """Whether the file disables a group of actuators."""
     return 0 <= group <= 30 and bool(model.opt.disableactuator >> group & 1)
 

@@ -1,23 +1,34 @@
-"""Actuators of an MJCF: torque limits of the joints' motors, and motors that turn with several joints."""
+"""Forces in an MJCF: joint torques as `[[effect]]` rows, limits of joints, and actuators of several joints.
 
-from collections.abc import Sequence
+The values are initial values of a fit without a prior: many are chosen only to keep a simulation stable.
+"""
+
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..arm.robot import Limits
 from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
-from .mjcf_dcmotors import is_dc_motor, stall_torque
-from .mjcf_names import HOLD, actuators, drives_joint, enum_of, input_of, joint_name, name_of
+from .mjcf_dcmotors import (
+    dc_motors,
+    friction_of_motors,
+    is_dc_motor,
+    ripples,
+    stall_torque,
+    stribeck_friction,
+)
+from .mjcf_names import HOLD, actuators, disabled, enum_of, input_of, joint_actuators, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     """Maximum torque of each joint's actuators in both directions, shape (n,) [N m]; inf: not stated."""
     limits = np.zeros(len(joints))
     driven = np.zeros(len(joints), bool)
-    for actuator in actuators(model):
-        if drives_joint(model, actuator) and model.actuator_trnid[actuator][0] in joints:
-            place = list(joints).index(model.actuator_trnid[actuator][0])
+    for actuator, joint in joint_actuators(model):
+        if joint in joints:
+            place = list(joints).index(joint)
             limits[place] += _strength(model, actuator)
             driven[place] = True
     limits[~driven] = np.inf
@@ -51,12 +62,7 @@ def is_motor(model: Any, actuator: int) -> bool:
 
 def motors(model: Any, joint: str) -> list[int]:
     """Indices of the actuators of a joint."""
-    return [
-        actuator
-        for actuator in actuators(model)
-        if drives_joint(model, actuator)
-        and joint_name(model, int(model.actuator_trnid[actuator][0])) == joint
-    ]
+    return [actuator for actuator, driven in joint_actuators(model) if joint_name(model, driven) == joint]
 
 
 def _symmetric_limit(ends: np.ndarray) -> float:
@@ -72,7 +78,7 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
     Raises:
         RobotError: There is not exactly one such joint.
     """
-    driven = {int(model.actuator_trnid[a][0]) for a in actuators(model) if drives_joint(model, a)}
+    driven = {joint for _, joint in joint_actuators(model)}
     coupling = np.eye(len(joints))
     for actuator in actuators(model):
         if model.actuator_trntype[actuator] != enum_of("mjtTrn", "mjTRN_TENDON"):
@@ -160,3 +166,75 @@ def _is_servo(model: Any, actuator: int, joint: int) -> bool:
     gain, bias = model.actuator_gainprm[actuator][0], model.actuator_biasprm[actuator][1]
     of_joint = model.actuator_trntype[actuator] == enum_of("mjtTrn", "mjTRN_JOINT")
     return of_joint and int(model.actuator_trnid[actuator][0]) == joint and gain > 0.0 and bias == -gain
+
+
+def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], ...]:
+    """Rotor inertia, friction, springs and offsets of the moving joints, with the values of the file."""
+    dofs = model.jnt_dofadr[list(joints)]
+    of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
+    damps, springs = (not disabled(model, flag) for flag in ("DAMPER", "SPRING"))
+    motors = dc_motors(model, joints)
+    viscous, dry = friction_of_motors(motors, joints)
+    loses = not (disabled(model, "FRICTIONLOSS") or disabled(model, "CONSTRAINT"))
+    terms = {
+        "rotor_inertia": model.dof_armature[dofs] + of_drive["armature"],
+        "viscous_friction": damps * (model.dof_damping[dofs] + of_drive["damping"]) + viscous,
+        "coulomb_friction": loses * model.dof_frictionloss[dofs] + dry,
+    }
+    rows: list[Mapping[str, Any]] = [
+        {"name": name, **({"values": values.tolist()} if np.any(values) else {})}
+        for name, values in terms.items()
+    ]
+    names = [joint_name(model, joint) for joint in joints]
+    rows += [*stribeck_friction(motors, joints, names), *ripples(motors, joints, names)]
+    stiff = [joint for joint in joints if springs and model.jnt_stiffness[joint]]
+    if stiff:
+        rows.append(_springs(model, stiff))
+    others = [joint_name(model, joint) for joint in joints if joint not in stiff]
+    if others:
+        everywhere = {} if len(others) == len(joints) else {"joints": others}
+        rows.append({"name": "current_offset", **everywhere})
+    return tuple(rows)
+
+
+def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
+    """Joint springs: stiffness [N m/rad] and torque at position zero [N m], joint by joint."""
+    values = [
+        value
+        for joint in joints
+        for stiffness in (float(model.jnt_stiffness[joint]),)
+        for value in (stiffness, -stiffness * float(model.qpos_spring[model.jnt_qposadr[joint]]))
+    ]
+    return {
+        "name": "joint_spring",
+        "joints": [joint_name(model, joint) for joint in joints],
+        "values": [value + 0.0 for value in values],
+    }
+
+
+def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
+    """Armature or damping that actuators add to their joints, by the gear squared, shape (n,)."""
+    shares, per_actuator = np.zeros(len(joints)), getattr(model, f"actuator_{name}", None)
+    if per_actuator is None:  # MuJoCo before 3.7 lacks it
+        return shares
+    for actuator, joint in joint_actuators(model):
+        if joint in joints:
+            shares[list(joints).index(joint)] += (
+                per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
+            )
+    return shares
+
+
+def limits_of(model: Any, joints: Sequence[int], torque: np.ndarray) -> Limits:
+    """Limits of position and torque (n,); MuJoCo has no limits of velocity."""
+    limited = model.jnt_limited[list(joints)].astype(bool)
+    lower, upper = model.jnt_range[list(joints)].T
+    unlimited = np.full(len(joints), np.inf)
+    return Limits(
+        np.where(limited, lower, -unlimited),
+        np.where(limited, upper, unlimited),
+        unlimited,
+        unlimited,
+        unlimited,
+        torque,
+    )

@@ -5,14 +5,6 @@ from typing import Any
 from ..notebook import optional
 
 HOLD = "Hold joints still in a robot.toml: mjcf = ..., joints = [joints that move]"
-OBJECTS = {
-    "joint": "mjOBJ_JOINT",
-    "body": "mjOBJ_BODY",
-    "site": "mjOBJ_SITE",
-    "tendon": "mjOBJ_TENDON",
-    "actuator": "mjOBJ_ACTUATOR",
-    "equality": "mjOBJ_EQUALITY",
-}
 
 
 def enum_of(kind: str, name: str) -> int:
@@ -20,10 +12,15 @@ def enum_of(kind: str, name: str) -> int:
     return int(getattr(getattr(optional("mujoco", "an MJCF", "mujoco"), kind), name))
 
 
+def disabled(model: Any, flag: str) -> bool:
+    """Whether the option `flag` switches off a kind of forces, such as "GRAVITY"."""
+    return bool(model.opt.disableflags & enum_of("mjtDisableBit", f"mjDSBL_{flag}"))
+
+
 def name_of(model: Any, kind: str, index: int) -> str:
     """Name of an element; if the file gives none, its kind and its number from 1."""
     mujoco = optional("mujoco", "an MJCF", "mujoco")
-    named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, OBJECTS[kind]), index)
+    named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
     return str(named or f"{kind}{index + 1}")
 
 
@@ -42,6 +39,15 @@ def drives_joint(model: Any, actuator: int) -> bool:
     """Whether the transmission of an actuator is a joint, in either of its two frames."""
     kinds = (enum_of("mjtTrn", "mjTRN_JOINT"), enum_of("mjtTrn", "mjTRN_JOINTINPARENT"))
     return bool(model.actuator_trntype[actuator] in kinds)
+
+
+def joint_actuators(model: Any) -> list[tuple[int, int]]:
+    """Actuators whose transmission is a joint, and that joint."""
+    return [
+        (index, int(model.actuator_trnid[index][0]))
+        for index in actuators(model)
+        if drives_joint(model, index)
+    ]
 
 
 def joint_name(model: Any, joint: int) -> str:

@@ -19,8 +19,9 @@ from ..model import Model
 from .bam_file import with_bam_rows
 from .description import NAMED, is_description, read_kinematics
 from .effect_rows import read_effects, read_measurements, read_priors
-from .kinematics import PLACEMENT_KEYS, Kinematics, link_kinematics, read_placement
+from .kinematics import Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
+from .robot_keys import KEYS
 from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
 from .toml_fields import (
     boolean,
@@ -41,30 +42,11 @@ __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "rea
 DESCRIPTIONS = ("urdf", "mjcf")
 """Keys for the file that describes the arm; either accepts any kind of description."""
 SOURCES = (*DESCRIPTIONS, "mdh", "link")
-TABLES = ("limits", "drive", "flange", "prior")
 AROUND = ("obstacle", "region", "finding")
 """Rows that the model does not need: what stands around the arm, and what a diagnosis found."""
-KEYS = (
-    "format",
-    "name",
-    *SOURCES,
-    "joints",
-    "held",
-    "gravity",
-    "inertial_tolerance",
-    "rigid_body",
-    *TABLES,
-    *AROUND,
-    "effect",
-    "measurement",
-)
 LIMIT_KEYS = tuple(f.name for f in fields(Limits))
 BACKWARD_KEYS = ("velocity_lower", "acceleration_lower")
 """Limits of backward motion; by default the negative of the forward limits."""
-DRIVE_KEYS = (
-    "gain", "gain_tolerance", "gain_in_inertias", "gear_ratio", "direct_drive", "passive", "servo_gain",
-    "servo_limit", "coupling",
-)  # fmt: skip
 USUAL_EFFECTS = ("rotor_inertia", "viscous_friction", "coulomb_friction", "current_offset")
 """Effects of nearly every geared arm, and so the default for a URDF or MDH table that names no effects."""
 STRONGEST_GRAVITY = 30.0
@@ -105,24 +87,30 @@ def read_model(
             f"no robot or file called '{source}'{looked_in(path)}. Built-in robots: "
             f"{', '.join(builtin_names())}; or give the path of a robot.toml, or of a {NAMED}"
         )
-    if not is_description(path):
+    if is_description(path):
+        kinematics = read_kinematics(path, joints, held)
+        model, doubts = described_model(path.stem, kinematics), kinematics.doubts
+    else:
         model, doubts = _parse(read_text(path), path.parent, str(path))
-        for doubt in (*doubts, *_value_doubts(model, str(path))):
-            warnings.warn(doubt, RobotWarning, stacklevel=2)
-        return model
-    kinematics = read_kinematics(path, joints, held)
-    for doubt in kinematics.doubts:
+        doubts = (*doubts, *_value_doubts(model, str(path)))
+    for doubt in doubts:
         warnings.warn(doubt, RobotWarning, stacklevel=2)
-    return described_model(path.stem, kinematics)
+    return model
 
 
 def described_model(name: str, kinematics: Kinematics) -> Model:
     """Model from a description alone: a robot and its effects."""
     limits = kinematics.limits or Limits.none(kinematics.model.nv)
-    known: dict[str, Any] = {"flange": kinematics.flange, "coupling": kinematics.coupling}
-    known["held"] = kinematics.held
-    known["gear_ratio"] = kinematics.gear_ratio
-    robot = Robot(name, kinematics.model, limits, inertias_stated=False, **known)
+    robot = Robot(
+        name,
+        kinematics.model,
+        limits,
+        flange=kinematics.flange,
+        coupling=kinematics.coupling,
+        held=kinematics.held,
+        gear_ratio=kinematics.gear_ratio,
+        inertias_stated=False,
+    )
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
 
@@ -145,7 +133,7 @@ def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str
     table = parse_toml(text, where)
     if "belief" in table:  # the name of the table [prior] in older files
         table["prior"] = table.pop("belief")
-    check_keys(table, KEYS, where)
+    check_keys(table, KEYS[""], where)
     if table.get("format", FORMAT) != FORMAT:
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
     kinematics = _kinematics(table, folder or Path(), where)
@@ -192,7 +180,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
         model.gravity = pin.Motion(_gravity(table["gravity"]), np.zeros(3))
     flange = kinematics.flange
     if "flange" in table:
-        check_keys(table["flange"], PLACEMENT_KEYS, "[flange]")
+        check_keys(table["flange"], KEYS["[flange]"], "[flange]")
         flange = read_placement(table["flange"], "[flange]")
     known: dict[str, Any] = {"coupling": kinematics.coupling, "gear_ratio": kinematics.gear_ratio}
     known |= _drive(table.get("drive", {}), model.nv)
@@ -206,7 +194,7 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
 
 def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     """Arguments of `Robot` that describe its drives."""
-    check_keys(table, DRIVE_KEYS, "[drive]")
+    check_keys(table, KEYS["[drive]"], "[drive]")
     known: dict[str, Any] = {}
     if "gain_tolerance" in table:
         known["drive_gain_tolerance"] = numbers(table["gain_tolerance"], n, "[drive] gain_tolerance", 0.0)
@@ -244,7 +232,7 @@ def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
 
 def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -> Limits:
     """Limits of the file, else those of its description; `revolute` (n,) marks the revolute joints."""
-    check_keys(table, ("degrees", *LIMIT_KEYS), "[limits]")
+    check_keys(table, KEYS["[limits]"], "[limits]")
     degrees = boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
     for key in LIMIT_KEYS:

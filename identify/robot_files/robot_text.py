@@ -19,7 +19,7 @@ from ..effects import Effect, name_of
 from ..measurements import Measurement, measurement_name
 from ..model import Model
 from .effect_rows import key_of
-from .kinematics import INERTIA_PLACES
+from .kinematics import INERTIA_PLACES, inertia_elements
 from .toml_fields import block, lines
 
 FORMAT = 1
@@ -117,7 +117,7 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
     return {
         "mass": inertia.mass,
         "center_of_mass": inertia.lever,
-        "inertia": [inertia.inertia[i, j] for i, j in INERTIA_PLACES],
+        "inertia": inertia_elements(inertia.inertia),
     }
 
 
@@ -187,9 +187,8 @@ def _add_inertial(link: Element, inertia: pin.Inertia) -> None:
     inertial = SubElement(link, "inertial")
     _add_origin(inertial, pin.SE3(np.eye(3), inertia.lever))
     SubElement(inertial, "mass", value=repr(float(inertia.mass)))
-    about = inertia.inertia
-    names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-    SubElement(inertial, "inertia", {name: repr(float(about[at])) for name, at in names.items()})
+    elements = zip(INERTIA_PLACES, inertia_elements(inertia.inertia).tolist(), strict=True)
+    SubElement(inertial, "inertia", {f"i{axes}": repr(value) for axes, value in elements})
 
 
 def _add_cylinder(link: Element, start: np.ndarray, end: np.ndarray, radius: float) -> None:

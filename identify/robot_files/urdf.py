@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
-from .kinematics import INERTIA_PLACES, Kinematics, rigid_inertia
+from .kinematics import Kinematics, inertia_elements, rigid_inertia
 from .toml_fields import number, numbers, read_text, strings
 from .urdf_checks import MOVING, axis_of, check_joint, check_urdf, link_at, numbers_of, read_tree, urdf_doubts
 from .xacro_macros import expanded
@@ -195,8 +195,8 @@ def _load(text: str, where: str) -> pin.Model:
     if model.nv == 0:
         raise BrokenTree(f"{where}: no joint moves; at least one must be {', '.join(MOVING)}")
     for name, body in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
-        six = np.array([body.inertia[at] for at in INERTIA_PLACES])
-        rigid_inertia(body.mass, body.lever, six, f"{where}: body moved by joint '{name}'")
+        elements = inertia_elements(body.inertia)
+        rigid_inertia(body.mass, body.lever, elements, f"{where}: body moved by joint '{name}'")
     return model
 
 

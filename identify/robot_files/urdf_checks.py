@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ..errors import BrokenTree, listed
-from .kinematics import check_center, inertia_doubt
+from .kinematics import INERTIA_PLACES, check_center, inertia_doubt, inertia_matrix
 from .toml_fields import LARGEST
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -128,16 +128,28 @@ def _check_numbers(element: Element, where: str) -> None:
         text = element.get(key)
         if text is None or element.tag not in ("origin", "axis", "mass", "inertia", "limit"):
             continue
-        try:
-            values = [float(word) for word in text.split()]
-        except ValueError:
-            values = []
-        expected = 3 if key in ("xyz", "rpy") else 1
-        known = np.isfinite(values) if element.tag == "limit" else np.abs(values) <= LARGEST
-        if len(values) != expected or not np.all(known):
-            raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {expected} finite number(s)')
+        largest = np.inf if element.tag == "limit" else LARGEST
+        values = attribute_numbers(element, key, 3 if key in ("xyz", "rpy") else 1, where, largest=largest)
         if element.tag == "mass" and values[0] < 0:
             raise BrokenTree(f"{where}: mass {text} kg; a mass is at least 0")
+
+
+def attribute_numbers(
+    element: Element, key: str, count: int, where: str, default: str = "", largest: float = np.inf
+) -> np.ndarray:
+    """Numbers of an attribute, finite and at most `largest` in size, shape (count,).
+
+    Raises:
+        BrokenTree: There are not `count` such numbers.
+    """
+    text = element.get(key, default)
+    try:
+        values = numbers_of(text)
+    except ValueError:
+        values = np.empty(0)
+    if len(values) != count or not np.all(np.isfinite(values) & (np.abs(values) <= largest)):
+        raise BrokenTree(f'{where}: <{element.tag} {key}="{text}">: expected {count} finite number(s)')
+    return values
 
 
 def check_joint(joint: Element, where: str) -> None:
@@ -160,10 +172,7 @@ def urdf_doubts(root: Element, where: str) -> Iterator[str]:
     for link in root.findall("link"):
         element = link.find("inertial/inertia")
         if element is not None:
-            xx, xy, xz, yy, yz, zz = (
-                float(element.get(f"i{axes}", 0.0)) for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
-            )
-            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            inertia = inertia_matrix([float(element.get(f"i{axes}", 0.0)) for axes in INERTIA_PLACES])
             if doubt := inertia_doubt(inertia, f"{where}: link '{link.get('name')}'"):
                 yield doubt
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source, read_tables
-from exidyn.identification.recordings.importers.tables.table import Table
 from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..real.data import DE_LUCA, FOLDER, KR300_TURNS

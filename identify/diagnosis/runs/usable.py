@@ -11,8 +11,9 @@ from ...fit.identification import common_filtering, of_these_joints
 from ...model import Model
 from ...preparation.even import torque_off_warnings
 from ...preparation.prepare import Filtering
+from ...recordings.effort_checks import check_alive
 from ...recordings.recording import Recording
-from ...recordings.recording_checks import check, check_alive
+from ...recordings.recording_checks import check
 from .driven import Driven
 
 HELD_OUT = "validate"

@@ -14,7 +14,7 @@ from ...file_names import looked_in
 if TYPE_CHECKING:  # a process that reads a file imports this package, but needs none of these
     from ...model import Model
     from ..recording import Recording
-    from .tables.table import Table
+    from ..tables.table import Table
 
 
 BEGINNING = 16_384
@@ -26,13 +26,14 @@ class Entry(NamedTuple):
     """A format and its importer.
 
     Attributes:
-        place: "module:function" in this package, imported on demand: `(source) -> list[Table]` for a table,
-            else `(source, model, **options) -> list[Recording]`.
+        place: "module:function", relative to this package, imported on demand: `(source) -> list[Table]` for
+            a table, else `(source, model, **options) -> list[Recording]`.
         content: Name of the format, and what a file has to contain.
         endings: Endings of the names of such files.
         inside: Pattern of a file in such a folder.
         marks: Bytes at the beginning of such files, whatever their name.
         table: Whether it is read as a table, whose columns `import_table` turns into signals.
+        robot: Whether such files contain their robot; otherwise it has to be given.
         library: Library in native code that reads such tables. As a damaged file may crash it, it runs in a
             separate process. Empty if no such library is used.
     """
@@ -43,12 +44,18 @@ class Entry(NamedTuple):
     inside: str = ""
     marks: tuple[bytes, ...] = ()
     table: bool = False
+    robot: bool = False
     library: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the format."""
+        return self.content.partition(":")[0]
 
 
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
-        "tables.table:read_csv",
+        ".tables.table:read_csv",
         "CSV: a line of names, a row a sample; UR's RTDE and libfranka too",
         (".csv", ".csv.gz", ".tsv", ".txt", ".txt.gz"),
         table=True,
@@ -83,7 +90,7 @@ IMPORTERS: dict[str, Entry] = {
     ),
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "ros2_bag": Entry(
-        "ros2_bag:import_ros2_bag",
+        ".bags.ros2_bag:import_ros2_bag",
         "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
         (".db3", ".bag", ".bag.active"),
         "metadata.yaml",
@@ -100,9 +107,12 @@ IMPORTERS: dict[str, Entry] = {
         marks=(b"<Rob", b"<IPOC>"),
     ),
     "case_folder": Entry(
-        "case_folder:import_case_folder", "case folder: a nominal robot and runs of it", inside="case.toml"
+        "case_folder:import_case_folder",
+        "case folder: a nominal robot and runs of it",
+        inside="case.toml",
+        robot=True,
     ),
-    "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",)),
+    "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",), robot=True),
 }
 """Name -> format and importer. The content of an MCAP file shows whether exidyn or another tool wrote it."""
 
@@ -120,19 +130,24 @@ def import_source(
 
     Raises:
         NotAFile: The path does not exist, or no importer can read it.
+        RecordingError: Files of this format do not contain their robot, and there is no model.
         UnknownKey: An option or kind does not exist; the message lists the valid ones.
         MissingPackage: A library that the format needs is not installed.
     """
     source = Path(source)
     kind, function = _reader(source, kind)
     if IMPORTERS[kind].table:
-        from .tables.import_table import import_table
+        from ..tables.import_table import import_table
 
         function = partial(import_table, function)
     valid = tuple(inspect.signature(function).parameters)[2:]
     for option in options:
         if option not in valid:
             raise UnknownKey(option, f"import of {kind}", valid)
+    if model is None and not IMPORTERS[kind].robot:
+        raise RecordingError(
+            f"{source}: {IMPORTERS[kind].name} does not name its robot; give the robot too (--robot FILE)"
+        )
     return function(source, model, **options)
 
 
@@ -148,7 +163,7 @@ def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
     source = Path(source)
     kind, function = _reader(source, kind)
     if not IMPORTERS[kind].table:
-        raise RecordingError(f"{source}: {IMPORTERS[kind].content.partition(':')[0]} is not a table")
+        raise RecordingError(f"{source}: {IMPORTERS[kind].name} is not a table")
     return function(source)
 
 
@@ -182,7 +197,7 @@ def kind_of(source: Path) -> str:
         )
     if kind is None:
         known = [
-            f"{entry.content.partition(':')[0]} ({(*entry.endings, entry.inside or 'by its content')[0]})"
+            f"{entry.name} ({(*entry.endings, entry.inside or 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
         raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")
@@ -212,10 +227,10 @@ def _kind(source: Path) -> str | None:
     name = source.name.lower()
     begin = _beginning(source) if source.is_file() else b""
     if name.endswith(".mcap") and source.is_file():
-        # A file that is not MCAP counts as ours, so that our reader reports what is wrong. The first metadata
-        # record of our files begins within 256 bytes, behind the header of the format.
-        ours = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
-        return "exidyn" if ours else "ros2_bag"
+        # A file that is not MCAP counts as our own, so that our reader reports what is wrong. The first
+        # metadata record of our files begins within 256 bytes, behind the header of the format.
+        own_recording = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
+        return "exidyn" if own_recording else "ros2_bag"
     for kind, entry in IMPORTERS.items():
         if entry.marks and all(mark in begin for mark in entry.marks):
             return kind

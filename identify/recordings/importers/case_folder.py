@@ -35,8 +35,8 @@ from ...robot_files.toml_fields import (
     tables,
 )
 from ..recording import KnownPayload, Recording
-from .tables.import_table import import_table
-from .tables.table import read_csv
+from ..tables.import_table import import_table
+from ..tables.table import read_csv
 
 FORMAT = 1
 

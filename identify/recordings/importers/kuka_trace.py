@@ -64,7 +64,7 @@ class _Column:
 
 def import_kuka_trace(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
@@ -85,8 +85,6 @@ def import_kuka_trace(
     Raises:
         RecordingError: The files hold no run of this robot; the message gives the reason.
     """
-    if model is None:
-        raise RecordingError(f"{source}: a trace does not name its robot; give the robot too (--robot FILE)")
     folder = source if source.is_dir() else source.parent
     traces: dict[str, list[Path]] = {}
     for file in sorted(folder.iterdir()):
@@ -105,18 +103,15 @@ def _trace_name(file: Path) -> str:
 
 
 def _recording(trace: str, files: list[Path], model: Model, payload: KnownPayload | None) -> Recording:
-    columns: list[_Column] = []
     warnings: list[str] = []
-    for file in files:
-        columns += _columns(file, warnings)
-    signals = {}
+    columns = [column for file in files for column in _columns(file, warnings)]
     arm_axes = max(ARM_AXES, model.robot.dof)
     external = [column for column in columns if column.axis > arm_axes]
-    columns = [column for column in columns if column.axis <= arm_axes]
-    for signal in dict.fromkeys(column.signal for column in columns):
-        same_signal = [column for column in columns if column.signal == signal]
-        best = min(column.rank for column in same_signal)
-        signals[signal] = _signal(signal, [c for c in same_signal if c.rank == best], model, warnings)
+    by_signal: dict[str, list[_Column]] = {}
+    for column in columns:
+        if column.axis <= arm_axes:
+            by_signal.setdefault(column.signal, []).append(column)
+    signals = {name: _signal(name, sharing, model, warnings) for name, sharing in by_signal.items()}
     settings = {"source": ", ".join(file.name for file in files)}
     state = _external(external, arm_axes, warnings)
     return Recording(
@@ -169,8 +164,9 @@ def _in_si(channel: _Channel, warnings: list[str]) -> np.ndarray | None:
 
 
 def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]) -> Signal:
-    """Signal with all axes; an axis that was not traced is NaN."""
-    robot = model.robot
+    """Signal with all axes, from the columns of the best rank; an axis that was not traced is NaN."""
+    robot, best = model.robot, min(column.rank for column in columns)
+    columns = [column for column in columns if column.rank == best]
     beyond = [column.axis for column in columns if not 1 <= column.axis <= robot.dof]
     if beyond:
         raise RecordingError(f"{name} of axis {beyond[0]}, but {robot.name} has {robot.dof}")
@@ -267,13 +263,13 @@ def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str])
     kind = header.get("214", "REAL64").upper()
     if kind not in TYPES:
         raise RecordingError(f"{path}: channel {header['200']} is {kind}. Valid: {', '.join(TYPES)}")
-    raw = np.fromfile(data, TYPES[kind])  # skips a number that is cut in the middle
+    stored = np.fromfile(data, TYPES[kind])  # skips a number that is cut in the middle
     count, place = _whole_number(path, header, "220", 0), _whole_number(path, header, "221", 1) - 1
     layout = header.get("213", "BLOCK").upper()
     if layout == "CHANNEL" and place >= 0:
-        values = raw[place : place + count]
+        values = stored[place : place + count]
     elif 0 <= place < width:
-        values = raw[: len(raw) // width * width].reshape(-1, width)[:count, place]
+        values = stored[: len(stored) // width * width].reshape(-1, width)[:count, place]
     else:
         raise RecordingError(f"{path}: channel {header['200']} is column {place + 1} of {width}")
     if len(values) < count:

@@ -8,7 +8,7 @@ from typing import Any
 from ...errors import NotAFile
 from ...limited_process import Ended, call
 from ..decompression_limits import largest_size, too_large
-from .tables.table import Table
+from ..tables.table import Table
 
 START = 60.0
 """Maximum time to import libraries, on a busy machine with a cold disk [s]; usually 0.3 s."""

@@ -18,12 +18,12 @@ from ...arm.robot import Robot
 from ...errors import NotAFile, NotRecorded, WrongShape, listed
 from ...model import Model
 from ..decompression_limits import require_gzip
-from ..optional_signals import without_damaged
+from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, KnownPayload, Recording, Signal
-from ..recording_checks import check, without_stale
+from ..recording_checks import check
+from ..tables.columns import find_joints
+from ..tables.table import refused_as
 from ..units import to_axes_of_robot
-from .tables.columns import find_joints
-from .tables.table import refused_as
 
 ELEMENTS: dict[str, tuple[str, ...]] = {
     "position": ("AIPos", "EIPos"),
@@ -50,28 +50,20 @@ class _Telegrams(NamedTuple):
 
     Attributes:
         clock: IPOC of each telegram, shape (t,) [ms].
-        values: "element.axis" -> values as sent, shape (t,); NaN if a telegram lacks it.
+        values: Signal -> axis -> values as sent, shape (t,); NaN if a telegram lacks them.
+        elements: Names of the elements in the telegrams.
         damaged: Line of each telegram that cannot be read, from 1.
     """
 
     clock: np.ndarray
-    values: dict[str, np.ndarray]
+    values: dict[str, dict[str, np.ndarray]]
+    elements: list[str]
     damaged: list[int]
-
-    def column(self, signal: str, axis: str) -> np.ndarray | None:
-        """Values of an axis, shape (t,); None if no telegram has them."""
-        names = (f"{element}.{axis}" for element in ELEMENTS[signal])
-        return next((self.values[name] for name in names if name in self.values), None)
-
-    def axes(self) -> list[str]:
-        """Axes with a position, in the order in which the controller sends them."""
-        pairs = [name.split(".") for name in self.values]
-        return [axis for element, axis in pairs if element in ELEMENTS["position"]]
 
 
 def import_rsi_telegrams(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     joints: str | Sequence[str] | None = None,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
@@ -90,8 +82,6 @@ def import_rsi_telegrams(
     Raises:
         RecordingError: The file holds no run of this robot; the message gives the reason.
     """
-    if model is None:
-        raise NotRecorded(f"{source}: telegrams do not name their robot; give the robot too (--robot FILE)")
     telegrams = _read(source)
     axes = _axes(source, telegrams, model.robot, joints)
     time, rows = _time(telegrams.clock)
@@ -125,7 +115,7 @@ def _read(source: Path) -> _Telegrams:
         with opener(source, "rt", encoding="utf-8-sig", errors="replace") as file:
             text = file.read()
     clock: list[int] = []
-    rows: list[dict[str, float]] = []
+    rows: list[dict[tuple[str, str], float]] = []
     damaged = []
     starts = [match.start() for match in TELEGRAM.finditer(text)]
     for start, stop in pairwise([*starts, len(text)]):
@@ -141,20 +131,27 @@ def _read(source: Path) -> _Telegrams:
             f"{source}: {len(clock)} telegrams of RSI, <Rob ...> with IPOC and </Rob>, can be read, and "
             f"{len(damaged)} are damaged; a run has many"
         )
-    counts = Counter(name for row in rows for name in row)
-    names = [name for name, count in counts.items() if count > USUAL * len(rows)]
-    values = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    return _Telegrams(np.array(clock), values, damaged)
+    counts = Counter(place for row in rows for place in row)
+    places = [place for place, count in counts.items() if count > USUAL * len(rows)]
+    values = {
+        signal: {
+            axis: np.array([row.get((element, axis), np.nan) for row in rows])
+            for element, axis in places
+            if element in elements
+        }
+        for signal, elements in ELEMENTS.items()
+    }
+    return _Telegrams(np.array(clock), values, list(dict.fromkeys(element for element, _ in places)), damaged)
 
 
-def _telegram(text: str) -> tuple[int, dict[str, float]] | None:
-    """Clock [ms] and values of a telegram; None if it is damaged."""
+def _telegram(text: str) -> tuple[int, dict[tuple[str, str], float]] | None:
+    """Clock [ms] of a telegram, and its values by element and axis; None if it is damaged."""
     stamp = CLOCK.search(text)
     try:
         values = {
-            f"{element[1]}.{name}": float(number)
+            (element[1], axis): float(number)
             for element in ELEMENT.finditer(text)
-            for name, number in ATTRIBUTE.findall(element[2])
+            for axis, number in ATTRIBUTE.findall(element[2])
         }
     except ValueError:
         return None
@@ -168,7 +165,7 @@ def _axes(source: Path, telegrams: _Telegrams, robot: Robot, joints: str | Seque
         NotRecorded: The telegrams have no positions of axes.
         WrongShape: The number of axes is not the number of joints, and `joints` does not name them.
     """
-    axes = telegrams.axes()
+    axes = list(telegrams.values["position"])
     if not axes:
         raise NotRecorded(
             f"{source}: the telegrams have no positions of the axes (AIPos). Let the controller send them: "
@@ -203,25 +200,21 @@ def _time(clock: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _values(telegrams: _Telegrams, signal: str, axes: Sequence[str], robot: Robot) -> np.ndarray | None:
     """A signal in the unit of `SIGNALS`, shape (t, n); None if some axis lacks it."""
-    columns = [column for axis in axes if (column := telegrams.column(signal, axis)) is not None]
-    if len(columns) < len(axes):
+    columns = telegrams.values[signal]
+    if not set(axes) <= set(columns):
         return None
+    values = np.column_stack([columns[axis] for axis in axes])
     scale = np.where(np.array(robot.units("rad")) == "rad", np.pi / 180, 1e-3)
-    return np.column_stack(columns) * (scale if signal in ("position", "command") else 1.0)
+    return values * scale if signal in ("position", "command") else values
 
 
 def _require_efforts(source: Path, telegrams: _Telegrams, signals: dict[str, Signal]) -> None:
-    """Require motor currents or torques.
-
-    Raises:
-        NotRecorded: There are neither.
-    """
+    """Require motor currents or torques."""
     if not any(name in signals for name in EFFORT):
-        elements = dict.fromkeys(name.partition(".")[0] for name in telegrams.values)
         raise NotRecorded(
             f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "
-            f"axes; present: {listed(elements)}. Let the controller send them: DEF_MACur in SEND of the "
-            "configuration"
+            f"axes; present: {listed(telegrams.elements)}. Let the controller send them: DEF_MACur in SEND "
+            "of the configuration"
         )
 
 

@@ -7,9 +7,8 @@ in every message of a channel, so all its messages have the same layout and shar
 """
 
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -87,110 +86,80 @@ INFO, WARN, ERROR = 20, 30, 40
 """Levels of a rcl_interfaces/msg/Log."""
 
 
-@dataclass
-class Layout:
-    """Fields of a message in order, from which `template` makes a record."""
+STAMP = np.dtype([("sec", "<i4"), ("nanosec", "<u4")])
+"""A time, which `set_stamp` fills."""
+Part = int | bytes | tuple[str, np.dtype, int]
+"""Part of a message: an unsigned number or bytes, the same in every message; or a field that is filled later,
+with its name, type and alignment."""
 
-    names: list[str] = field(default_factory=list)
-    formats: list[Any] = field(default_factory=list)
-    offsets: list[int] = field(default_factory=list)
-    constants: dict[str, Any] = field(default_factory=dict)
-    size: int = 0
 
-    def __post_init__(self) -> None:
-        self._add("encapsulation", "V4", 1, b"\x00\x01\x00\x00")
+def _template(parts: Iterable[Part]) -> np.ndarray:
+    """One record of a message, shape (1,), with the constant parts in place and zeros elsewhere."""
+    fields: dict[str, tuple[np.dtype, int]] = {}
+    constants: dict[str, int | np.void] = {}
+    size = 0
+    for part in (b"\x00\x01\x00\x00", *parts):
+        name, kind, alignment = f"constant{len(fields)}", np.dtype("<u4"), 4
+        if isinstance(part, tuple):
+            name, kind, alignment = part
+        elif isinstance(part, bytes):
+            kind, alignment = np.dtype(f"V{len(part)}"), 1
+            constants[name] = np.void(part)
+        else:
+            constants[name] = part
+        size += -(size - 4) % alignment
+        fields[name] = kind, size
+        size += kind.itemsize
+    kinds, offsets = zip(*fields.values(), strict=True)
+    record = np.frombuffer(
+        bytearray(size),
+        np.dtype({"names": list(fields), "formats": kinds, "offsets": offsets, "itemsize": size}),
+    )
+    for name, value in constants.items():
+        record[name] = value
+    return record
 
-    def _add(self, name: str, kind: Any, alignment: int, constant: Any = None) -> None:
-        kind = np.dtype(kind)
-        self.size += -(self.size - 4) % alignment
-        self.names.append(name)
-        self.formats.append(kind)
-        self.offsets.append(self.size)
-        self.size += kind.itemsize
-        if constant is not None:
-            self.constants[name] = constant
 
-    def _constant(self, kind: Any, alignment: int, value: Any) -> None:
-        self._add(f"constant{len(self.names)}", kind, alignment, value)
+def _text(value: str) -> list[Part]:
+    """Parts of a text."""
+    data = value.encode(errors="replace") + b"\x00"
+    return [len(data), data]
 
-    def count(self, value: int) -> None:
-        """An unsigned number that is the same in every message."""
-        self._constant("<u4", 4, value)
 
-    def text(self, value: str) -> None:
-        """A string that is the same in every message."""
-        data = value.encode(errors="replace") + b"\x00"
-        self.count(len(data))
-        self._constant(f"V{len(data)}", 1, data)
+def _stamp(name: str) -> Part:
+    return name, STAMP, 4
 
-    def byte(self, value: int) -> None:
-        """A small number that is the same in every message."""
-        self._constant("u1", 1, value)
 
-    def stamp(self, name: str) -> None:
-        """A time, which `set_stamp` fills."""
-        self._add(name, [("sec", "<i4"), ("nanosec", "<u4")], 4)
-
-    def doubles(self, name: str, count: int) -> None:
-        """`count` doubles without a preceding count; zero doubles take no space, not even for alignment."""
-        if count:
-            self._add(name, ("<f8", (count,)), 8)
-
-    def sequence(self, name: str, count: int) -> None:
-        """A sequence of `count` doubles."""
-        self.count(count)
-        self.doubles(name, count)
-
-    def template(self) -> np.ndarray:
-        """One record, shape (1,), with the constants in place and zeros elsewhere."""
-        kind = np.dtype(
-            {"names": self.names, "formats": self.formats, "offsets": self.offsets, "itemsize": self.size}
-        )
-        record = np.frombuffer(bytearray(self.size), kind)
-        for name, value in self.constants.items():
-            record[name] = np.void(value) if isinstance(value, bytes) else value
-        return record
+def _doubles(name: str, count: int) -> list[Part]:
+    """Part of `count` doubles; zero doubles take no space, not even for alignment."""
+    return [(name, np.dtype(("<f8", (count,))), 8)] if count else []
 
 
 def joint_state(joints: Sequence[str], fields: Sequence[str]) -> np.ndarray:
     """Template of a JointState in which only `fields`, out of position, velocity and effort, are filled."""
-    layout = Layout()
-    layout.stamp("stamp")
-    layout.text("")
-    layout.count(len(joints))
-    for joint in joints:
-        layout.text(joint)
+    parts = [_stamp("stamp"), *_text(""), len(joints), *(part for joint in joints for part in _text(joint))]
     for name in ("position", "velocity", "effort"):
-        layout.sequence(name, len(joints) if name in fields else 0)
-    return layout.template()
+        count = len(joints) if name in fields else 0
+        parts += [count, *_doubles(name, count)]
+    return _template(parts)
 
 
 def double_array(count: int) -> np.ndarray:
     """Template of a Float64MultiArray of one dimension, whose numbers are the field `data`."""
-    layout = Layout()
-    layout.count(0)
-    layout.count(0)
-    layout.sequence("data", count)
-    return layout.template()
+    return _template([0, 0, count, *_doubles("data", count)])
 
 
 def transforms(frames: Sequence[tuple[str, str]]) -> np.ndarray:
     """Template of a TFMessage: stampK and poseK (x y z, quaternion x y z w) for each (parent, child)."""
-    layout = Layout()
-    layout.count(len(frames))
+    parts: list[Part] = [len(frames)]
     for index, (parent, child) in enumerate(frames):
-        layout.stamp(f"stamp{index}")
-        layout.text(parent)
-        layout.text(child)
-        layout.doubles(f"pose{index}", 7)
-    return layout.template()
+        parts += [_stamp(f"stamp{index}"), *_text(parent), *_text(child), *_doubles(f"pose{index}", 7)]
+    return _template(parts)
 
 
 def text_message(value: str) -> bytes:
     """A std_msgs/msg/String."""
-    layout = Layout()
-    layout.text(value)
-    return layout.template().tobytes()
+    return _template(_text(value)).tobytes()
 
 
 class LogMessage(NamedTuple):
@@ -205,13 +174,8 @@ class LogMessage(NamedTuple):
 
 def log_message(stamp: int, level: int, name: str, text: str, function: str = "") -> bytes:
     """A rcl_interfaces/msg/Log; see `LogMessage`."""
-    layout = Layout()
-    layout.stamp("stamp")
-    layout.byte(level)
-    for value in (name, text, "", function):
-        layout.text(value)
-    layout.count(0)
-    record = layout.template()
+    texts = [part for value in (name, text, "", function) for part in _text(value)]
+    record = _template([_stamp("stamp"), bytes([level]), *texts, 0])
     set_stamp(record, "stamp", np.array([stamp]))
     return record.tobytes()
 

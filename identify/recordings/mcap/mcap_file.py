@@ -16,8 +16,9 @@ import numpy as np
 from ...errors import BadTime, NotAFile, RecordingError
 from ...model import Model
 from ...robot_files.robot_file import parse_model
+from ..incomplete_samples import without_stale
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
-from ..recording_checks import check_recorded, imported_warnings, without_stale
+from ..recording_checks import check_recorded, imported_warnings
 from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
 from .mcap_records import Contents, read_contents
@@ -111,11 +112,7 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
 
 
 def _require_times(recording: Recording, topic: Topic, time: np.ndarray, epoch: int) -> None:
-    """Refuse times (t,) [s] after an epoch [ns] that the format cannot hold.
-
-    Raises:
-        BadTime: A time is before 1970 or after 2262.
-    """
+    """Refuse times (t,) [s] after an epoch [ns] that the format cannot hold."""
     clocks = [time + 1e-9 * epoch]
     if recording.host_time is not None:
         clocks.append(1e-9 * recording.host_time)
@@ -265,10 +262,9 @@ def _timing(contents: Contents, epoch: int) -> Timing | None:
     number = _channel(contents, "/timing", ARRAY)
     if number is None:
         return None
-    rows = contents.rows(number, cdr.double_array(len(TIMING_FIELDS)).dtype)
-    time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
+    time, data = _numbers(contents, number, len(TIMING_FIELDS), epoch)
     stages = contents.channels[number].metadata.get("stages", "")
-    data = np.nan_to_num(rows["body"]["data"], nan=0.0, posinf=0.0, neginf=0.0)
+    data = np.nan_to_num(data, nan=0.0, posinf=0.0, neginf=0.0)
     data[np.abs(data) > MOST] = 0.0
     lateness, skipped, stage = data.T
     return Timing(time, lateness, skipped, stage, tuple(stages.split(",")) if stages else ())
@@ -289,9 +285,13 @@ def _state(contents: Contents, epoch: int) -> ControllerState | None:
     except (KeyError, ValueError, TypeError, AttributeError):
         contents.lost.append("the meaning of the controller's state")
         return None
-    rows = contents.rows(number, cdr.double_array(len(words)).dtype)
-    time = (rows["publish_time"].astype(np.int64) - epoch) / 1e9
-    return ControllerState(time, rows["body"]["data"], words)
+    return ControllerState(*_numbers(contents, number, len(words), epoch), words)
+
+
+def _numbers(contents: Contents, channel: int, count: int, epoch: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (t,) [s] and numbers (t, count) of the messages of a channel."""
+    rows = contents.rows(channel, cdr.double_array(count).dtype)
+    return (rows["publish_time"].astype(np.int64) - epoch) / 1e9, rows["body"]["data"]
 
 
 def _events(contents: Contents, epoch: int) -> tuple[Event, ...]:

@@ -15,9 +15,9 @@ from exidyn.acquire import command_line
 from exidyn.acquire.command_line import COMMANDS, INTERRUPTED, REFUSED, main
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit_file import read_fit
-from exidyn.identification.recordings.importers.tables.columns import PREFIXES
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.recordings.recording import KnownPayload
+from exidyn.identification.recordings.tables.columns import PREFIXES
 from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.small import two_joints

@@ -23,7 +23,7 @@ from exidyn.identification.pages.diagnosis_document import report_html
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import Signal
-from exidyn.identification.robot_files.finding_rows import parse_findings
+from exidyn.identification.robot_files.effect_rows import parse_findings
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.robot_text import model_text
 

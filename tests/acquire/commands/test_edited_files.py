@@ -9,7 +9,7 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.identification.errors import RobotError
-from exidyn.identification.recordings.importers.tables.preset import parse_preset
+from exidyn.identification.recordings.tables.preset import parse_preset
 
 FOLDER = Path(os.environ.get("EXIDYN_INPUTS", Path(__file__).parents[3] / "../shared/inputs")) / "hostile"
 EDITED = ("tb_diag_341fe426", "tb_diag_471e1ac3", "tb_fit_11c90a6b", "tb_fit_9d0125a9", "tb_fit_a30003a6",

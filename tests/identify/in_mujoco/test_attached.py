@@ -25,7 +25,7 @@ from exidyn.identification.errors import RobotError, RobotWarning
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.in_mujoco.attached import Attached
 from exidyn.identification.in_mujoco.callbacks import ARMS
-from exidyn.identification.robot_files.finding_rows import FindingRow, findings_text
+from exidyn.identification.robot_files.effect_rows import FindingRow, findings_text
 from exidyn.identification.robot_files.robot_file import model_text
 from exidyn.identification.simulation.plant import DriveControl, Integration, Plant
 from exidyn.mujoco import attach

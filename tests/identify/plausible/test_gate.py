@@ -11,9 +11,9 @@ from exidyn.identification.effects.spring_balancer import SpringBalancer
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import verdict
 from exidyn.identification.plausible.block_prediction import BlockPrediction
-from exidyn.identification.plausible.changes import with_gravity
 from exidyn.identification.plausible.gate import doubts, suspect
-from exidyn.identification.plausible.sampled_runs import sampled_run
+from exidyn.identification.plausible.mistake import with_gravity
+from exidyn.identification.plausible.samples import sampled_run
 from exidyn.identification.plausible.suspicion import NONE_OF_THESE
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model

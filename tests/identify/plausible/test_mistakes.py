@@ -6,11 +6,11 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.plausible.evidence import Reading
 from exidyn.identification.plausible.gate import suspect
-from exidyn.identification.plausible.log_facts import LogFacts
+from exidyn.identification.plausible.mistake import LogFacts
 from exidyn.identification.plausible.mistakes import TABLE
 from exidyn.identification.plausible.position_mistakes import equal_chains
+from exidyn.identification.plausible.position_servos import servo_gain_doubts
 from exidyn.identification.plausible.samples import sampled
-from exidyn.identification.plausible.servo_gains import servo_gain_doubts
 from exidyn.identification.plausible.weigh import weigh
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW

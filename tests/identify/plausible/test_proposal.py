@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import BadTime, RecordingError
-from exidyn.identification.plausible.guess import Guess
 from exidyn.identification.plausible.proposal import propose
+from exidyn.identification.plausible.suspicion import Guess
 from exidyn.identification.plausible.weigh import posterior
 from exidyn.identification.robot_files.robot_file import read_model
 

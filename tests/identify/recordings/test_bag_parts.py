@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import NotRecorded, RecordingError
+from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
 
 from ...parts.runs import bags
 from ...parts.runs.bags import sent

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.recordings.no_commands import no_commands
+from exidyn.identification.recordings.servo_error import no_commands
 
 TIME = np.arange(0.0, 10.0, 0.02)
 POSITION = np.round(np.stack([np.sin(1.7 * TIME), np.cos(2.9 * TIME)], axis=1), 4)

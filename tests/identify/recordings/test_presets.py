@@ -9,7 +9,7 @@ import pytest
 
 from exidyn.identification.errors import BadUnit, RecordingError, RobotError, WrongShape
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.importers.tables.preset import preset_names, read_preset
+from exidyn.identification.recordings.tables.preset import preset_names, read_preset
 from exidyn.identification.recordings.units import percent_of_travel
 
 from ...parts.runs.runs import TIME, model, motion, noise, table

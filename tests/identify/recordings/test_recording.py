@@ -18,9 +18,10 @@ from exidyn.identification.errors import (
     WrongShape,
 )
 from exidyn.identification.model import Model
+from exidyn.identification.recordings.effort_checks import check_alive
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
-from exidyn.identification.recordings.recording_checks import check, check_alive, check_recorded
+from exidyn.identification.recordings.recording_checks import check, check_recorded
 from exidyn.identification.recordings.units import joint_side
 
 pytestmark = pytest.mark.clocked

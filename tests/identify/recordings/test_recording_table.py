@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.importers.tables.written import TABLES, columns_of, left_out
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.recordings.tables.written import TABLES, columns_of, left_out
 
 from ...parts.runs.full_run import recording as full_run
 from ...parts.runs.runs import TIME, model, motion, noise

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
+from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import import_source, kind_of
-from exidyn.identification.recordings.importers.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise

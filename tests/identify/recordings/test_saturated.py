@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.recording_checks import check
-from exidyn.identification.recordings.saturated import saturated
+from exidyn.identification.recordings.restored_signals import saturated
 
 from ...parts.runs.logs import cobot_log
 

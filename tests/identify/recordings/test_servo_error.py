@@ -14,10 +14,10 @@ from exidyn.identification.in_mujoco.replay import Run
 from exidyn.identification.measurements import TimeDelay
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.importers.tables.written import columns_of
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW, delayed_command, servo_words, with_servo_error
+from exidyn.identification.recordings.tables.written import columns_of
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.small.two_joint_files import NOMINAL

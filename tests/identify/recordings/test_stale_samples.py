@@ -7,9 +7,10 @@ import pytest
 
 from exidyn.identification.errors import NotFinite
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.recordings.incomplete_samples import without_stale
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import Signal
-from exidyn.identification.recordings.recording_checks import check, without_stale
+from exidyn.identification.recordings.recording_checks import check
 from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identification.errors import BadUnit, NotFinite, WrongShape
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.importers.tables.table import read_csv
+from exidyn.identification.recordings.tables.table import read_csv
 
 from ...parts.runs.runs import TIME, model, motion, noise, table
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.recordings.recording_checks import unread
+from exidyn.identification.recordings.effort_checks import unread
 
 TIME = np.arange(1000) / 100.0
 POSITION = np.stack([np.sin(TIME), np.cos(2.0 * TIME)], axis=1)

@@ -23,18 +23,15 @@ from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint, U
 from exidyn.identification.measurements import MEASUREMENTS
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.effect_rows import EFFECT_KEYS, key_of
-from exidyn.identification.robot_files.kinematics import LINK_KEYS
 from exidyn.identification.robot_files.mdh import ROW_KEYS as MDH_KEYS
 from exidyn.identification.robot_files.robot_file import (
-    DRIVE_KEYS,
-    KEYS,
-    LIMIT_KEYS,
     builtin_names,
     model_text,
     parse_model,
     read_model,
     urdf_text,
 )
+from exidyn.identification.robot_files.robot_keys import KEYS
 from exidyn.identification.robot_files.urdf import parse_urdf
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "robot-toml.md"
@@ -390,7 +387,7 @@ def test_files_that_are_no_text(tmp_path):
 
 def test_every_key_is_documented():
     text = DOCUMENT.read_text()
-    keys = {*KEYS, *LIMIT_KEYS, *DRIVE_KEYS, *LINK_KEYS, *MDH_KEYS, *EFFECT_KEYS, "degrees"}
+    keys = {*MDH_KEYS, *EFFECT_KEYS, *(key for table in KEYS.values() for key in table)}
     keys |= {f.name for kind in MEASUREMENTS.values() for f in fields(kind)} | set(MEASUREMENTS)
     keys |= {name for effect in EFFECTS.values() for name in map(key_of, fields(effect))} | set(EFFECTS)
     assert not sorted(key for key in keys if f"`{key}`" not in text)

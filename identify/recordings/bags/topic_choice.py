@@ -1,12 +1,12 @@
 """Choice of the topics of a bag that hold the joints of a robot, and the names of the joints there."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ....arm.robot import Robot
-from ....errors import RecordingError, listed
+from ...arm.robot import Robot
+from ...errors import RecordingError, listed
 from ..tables.columns import find_joints
 from .bag_reader import Group
 from .joint_messages import JOINT_READERS, JSON
@@ -40,13 +40,15 @@ def choose_topics(
     if topic is not None:
         return _of_topics(source, groups, robot, topic.split(","), joints)
     names = find_joints(robot, names_in(groups), joints, f"{source}")
-    complete = [name for name in _topics(groups) if set(names) <= set(names_in(_on(groups, [name])))]
+    complete = {
+        name: topic for name, topic in _by_topic(groups).items() if set(names) <= set(names_in(topic))
+    }
     if complete:
-        return _on(groups, [_best(source, groups, complete)]), names
+        return complete[_best(source, complete)], names
     plain = [group for group in groups if group.kind in PLAIN]
     sources = plain if set(names) <= set(names_in(plain)) else list(groups)
     for name in names:
-        having = [topic for topic in _topics(sources) if name in names_in(_on(sources, [topic]))]
+        having = [topic for topic, sharing in _by_topic(sources).items() if name in names_in(sharing)]
         if len(having) > 1:
             raise RecordingError(
                 f"{source}: no topic has all joints, and '{name}' is on {' and '.join(having)}; choose the "
@@ -55,13 +57,13 @@ def choose_topics(
     return [group for group in sources if set(names) & set(group.names)], names
 
 
-def _best(source: Path, groups: Sequence[Group], complete: Sequence[str]) -> str:
+def _best(source: Path, complete: Mapping[str, Sequence[Group]]) -> str:
     """Best of several topics with all joints: preferably one with efforts and with plain joint states.
 
     Raises:
         RecordingError: Several are equally good, and none is the usual topic.
     """
-    ranks = {topic: _rank(_on(groups, [topic])) for topic in complete}
+    ranks = {topic: _rank(groups) for topic, groups in complete.items()}
     best = [topic for topic, rank in ranks.items() if rank == min(ranks.values())]
     if len(best) > 1 and USUAL not in best:
         raise RecordingError(
@@ -88,14 +90,14 @@ def _of_topics(
     Raises:
         RecordingError: A topic does not exist, or they lack a joint; the message names topics that have it.
     """
-    known = _topics(groups)
+    known = _by_topic(groups)
     for topic in topics:
         if topic not in known:
             raise RecordingError(
                 f"{source}: no joint states on {topic}. Topics with joint states: {', '.join(known)}; choose "
                 "one by --topic TOPIC"
             )
-    chosen = _on(groups, topics)
+    chosen = [group for group in groups if group.topic in topics]
     try:
         return chosen, find_joints(robot, names_in(chosen), joints, f"{source}")
     except RecordingError:
@@ -103,15 +105,11 @@ def _of_topics(
             robot, names_in(groups), joints, f"{source}"
         )  # its error is more specific if no topic has them
     missing = [name for name in names if name not in names_in(chosen)]
-    others = [topic for topic in known if set(missing) & set(names_in(_on(groups, [topic])))]
+    others = [topic for topic, sharing in known.items() if set(missing) & set(names_in(sharing))]
     raise RecordingError(
         f"{source}: {' and '.join(topics)} has no joint {listed(missing)}, which {' and '.join(others)} has. "
         f"Leave --topic out, or name all: --topic {','.join([*topics, *others])}"
     )
-
-
-def _on(groups: Sequence[Group], topics: Sequence[str]) -> list[Group]:
-    return [group for group in groups if group.topic in topics]
 
 
 def names_in(groups: Sequence[Group]) -> tuple[str, ...]:
@@ -119,5 +117,9 @@ def names_in(groups: Sequence[Group]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for group in groups for name in group.names))
 
 
-def _topics(groups: Sequence[Group]) -> list[str]:
-    return sorted({group.topic for group in groups})
+def _by_topic(groups: Sequence[Group]) -> dict[str, list[Group]]:
+    """Joint states of each topic, sorted by its name."""
+    topics: dict[str, list[Group]] = {}
+    for group in sorted(groups, key=lambda group: group.topic):
+        topics.setdefault(group.topic, []).append(group)
+    return topics

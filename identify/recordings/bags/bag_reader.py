@@ -4,6 +4,7 @@ Libraries decompress chunks, messages and files of any stated size, so they run 
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -11,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import BadTime, NotAFile
-from ....notebook import optional
-from ...mcap.mcap_topics import ARRAY_TOPICS
-from ..read_apart import call_reader
+from ...errors import BadTime, NotAFile
+from ...notebook import optional
+from ..importers.read_apart import call_reader
+from ..mcap.mcap_topics import ARRAY_TOPICS
 from .bag_files import Bag, BagMessage
-from .joint_messages import ARRAY, JointMessage
+from .joint_messages import ARRAY
 
 LATEST = 2**63
 """Time stamps are below this [ns since 1970]."""
@@ -28,25 +29,28 @@ LISTED = 10
 
 @dataclass(frozen=True)
 class Group:
-    """Messages of one topic with one list of joints.
+    """Joint states of the same joints.
 
     Attributes:
-        topic: Name of the topic.
-        kind: Type of the messages.
+        topic: Name of the topic, or names of several.
         names: Names of the n joints.
         received: Times at which the bag received the messages, shape (t,) [ns].
         stamp: Time stamps in the messages, shape (t,) [ns]; 0 if a message has none.
         rows: Field -> values, shape (t, n); NaN if a message lacks them.
+        kind: Type of the messages.
         wrong: Field -> number of messages with fewer or more values than joints, and their number of values.
     """
 
     topic: str
-    kind: str
     names: tuple[str, ...]
     received: np.ndarray
     stamp: np.ndarray
     rows: dict[str, np.ndarray]
-    wrong: dict[str, list[int]]
+    kind: str = ""
+    wrong: dict[str, list[int]] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{', '.join(self.names)} on {self.topic}"
 
 
 @dataclass(frozen=True)
@@ -62,45 +66,6 @@ class Content:
     groups: list[Group]
     arrays: dict[str, tuple[np.ndarray, np.ndarray]]
     notes: list[str]
-
-
-@dataclass
-class _Collected:
-    """Messages of a group while they are collected."""
-
-    topic: str
-    kind: str
-    names: tuple[str, ...]
-    received: list[int] = field(default_factory=list)
-    stamp: list[int] = field(default_factory=list)
-    rows: dict[str, list[np.ndarray]] = field(default_factory=dict)
-    wrong: dict[str, list[int]] = field(default_factory=dict)
-
-    def add(self, received: int, message: JointMessage, order: np.ndarray) -> None:
-        """Add a message and sort its joints by `order`; fields of the wrong length are NaN."""
-        self.received.append(received)
-        self.stamp.append(message.stamp)
-        silent = np.full(len(self.names), np.nan)
-        for name, values in message.fields.items():
-            rows = self.rows.setdefault(name, [])
-            complete = len(values) == len(message.names)
-            rows.append(np.asarray(values, float)[order] if complete else silent)
-            if not complete and len(values):
-                count, _ = self.wrong.get(name, (0, 0))
-                self.wrong[name] = [count + 1, len(values)]
-
-    def group(self) -> dict[str, Any]:
-        """Fields of a `Group`, in the order in which the bag received the messages."""
-        order = np.argsort(self.received, kind="stable")
-        return {
-            "topic": self.topic,
-            "kind": self.kind,
-            "names": self.names,
-            "wrong": self.wrong,
-            "received": np.array(self.received, np.int64)[order],
-            "stamp": np.array(self.stamp, np.int64)[order],
-            "rows": {name: np.array(rows)[order] for name, rows in self.rows.items()},
-        }
 
 
 def read_bag(source: Path) -> Content:
@@ -131,54 +96,65 @@ def read_messages(source: str) -> dict[str, Any]:
         NotAFile: The bag cannot be read, or has no joint states.
         BadTime: A time stamp is beyond the years 1970 to 2262.
     """
-    bag, messages = Bag(Path(source)), _Messages()
+    bag = Bag(Path(source))
+    states: dict[tuple[str, str, tuple[str, ...]], list[BagMessage]] = {}
+    arrays: dict[str, list[BagMessage]] = {}
+    known: dict[tuple[str, ...], tuple[str, ...]] = {}  # messages share their names, which need most memory
     for message in bag.messages():
-        states = None if message.kind == ARRAY else message.content
-        _require_times(source, message.received, states.stamp if states else 0)
-        if states is None:
-            messages.add_array(message)
-        elif len(states.names):
-            messages.add_states(message, states)
+        _require_times(source, message.received, 0 if message.kind == ARRAY else message.content.stamp)
+        if message.kind == ARRAY:
+            if message.topic in SIGNAL_OF:
+                arrays.setdefault(SIGNAL_OF[message.topic], []).append(message)
+        elif len(message.content.names):
+            names = tuple(message.content.names)
+            shared = message._replace(content=message.content._replace(names=known.setdefault(names, names)))
+            states.setdefault((message.topic, message.kind, _sorted(names)[0]), []).append(shared)
         else:
             bag.others[message.topic] = f"{message.kind} without names of joints"
-    if not messages.groups:
+    if not states:
         raise NotAFile(_nothing(source, bag))
     return {
-        "groups": [collected.group() for collected in messages.groups.values()],
-        "arrays": {name: _equally_long(*arrays) for name, arrays in messages.arrays.items()},
-        "notes": [*bag.notes, *messages.notes()],
+        "groups": [_group(*key, messages) for key, messages in states.items()],
+        "arrays": {name: _equally_long(messages) for name, messages in arrays.items()},
+        "notes": [*bag.notes, *_repeated(states.values())],
     }
 
 
-class _Messages:
-    """Messages of a bag while they are collected."""
+def _group(topic: str, kind: str, names: tuple[str, ...], messages: list[BagMessage]) -> dict[str, Any]:
+    """Fields of a `Group` from its messages; values of the wrong number are NaN."""
+    messages = sorted(messages, key=lambda message: message.received)
+    rows, wrong, silent = {}, {}, np.full(len(names), np.nan)
+    for field_name in messages[0].content.fields:
+        values, counts = [], []
+        for _, _, _, states in messages:
+            row = states.fields[field_name]
+            complete = len(row) == len(states.names)
+            values.append(np.asarray(row, float)[_sorted(states.names)[1]] if complete else silent)
+            counts += [] if complete or not len(row) else [len(row)]
+        rows[field_name] = np.array(values)
+        if counts:
+            wrong[field_name] = [len(counts), counts[-1]]
+    return {
+        "topic": topic,
+        "names": names,
+        "received": np.array([message.received for message in messages], np.int64),
+        "stamp": np.array([message.content.stamp for message in messages], np.int64),
+        "rows": rows,
+        "kind": kind,
+        "wrong": wrong,
+    }
 
-    def __init__(self) -> None:
-        self.groups: dict[tuple[str, tuple[str, ...]], _Collected] = {}
-        self.arrays: dict[str, tuple[list[int], list[np.ndarray]]] = {}
-        self._repeated: dict[str, str] = {}
 
-    def add_states(self, message: BagMessage, states: JointMessage) -> None:
-        """Add joint states to those of the same topic and joints."""
-        names, order = _sorted(tuple(states.names))
-        if len(names) < len(states.names):
-            self._repeated[message.topic] = Counter(states.names).most_common(1)[0][0]
-        collected = _Collected(message.topic, message.kind, names)
-        self.groups.setdefault((message.topic, names), collected).add(message.received, states, order)
-
-    def add_array(self, message: BagMessage) -> None:
-        """Add an array, if it is a signal."""
-        if message.topic in SIGNAL_OF:
-            times, values = self.arrays.setdefault(SIGNAL_OF[message.topic], ([], []))
-            times.append(message.received)
-            values.append(message.content)
-
-    def notes(self) -> list[str]:
-        """Sentences about repeated names in the messages."""
-        return [
-            f"messages of {topic} name {name} more than once; the first of its values counts"
-            for topic, name in self._repeated.items()
-        ]
+def _repeated(groups: Iterable[list[BagMessage]]) -> list[str]:
+    """Sentences about topics whose messages name a joint more than once."""
+    repeated: dict[str, str] = {}
+    for message in (message for messages in groups for message in messages):
+        if len(set(message.content.names)) < len(message.content.names):
+            repeated[message.topic] = Counter(message.content.names).most_common(1)[0][0]
+    return [
+        f"messages of {topic} name {name} more than once; the first of its values counts"
+        for topic, name in repeated.items()
+    ]
 
 
 @lru_cache
@@ -188,10 +164,11 @@ def _sorted(names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(alphabetical.tolist()), places
 
 
-def _equally_long(times: list[int], values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def _equally_long(messages: list[BagMessage]) -> tuple[np.ndarray, np.ndarray]:
     """Times (t,) [ns] and values (t, n) of the arrays that are as long as the first."""
-    matching = [row for row, array in enumerate(values) if len(array) == len(values[0])]
-    return np.array(times, np.int64)[matching], np.array([values[row] for row in matching], float)
+    matching = [message for message in messages if len(message.content) == len(messages[0].content)]
+    times = np.array([message.received for message in matching], np.int64)
+    return times, np.array([message.content for message in matching], float)
 
 
 def _nothing(source: str, bag: Bag) -> str:

@@ -9,18 +9,18 @@ from ...arm.robot import Robot
 from ...errors import NotRecorded, RecordingError, listed
 from ...model import Model
 from ...notebook import counted
-from ..optional_signals import without_damaged
+from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
-from ..recording_checks import check, without_stale
+from ..recording_checks import check
 from ..separate_runs import separate_runs
-from .bags.bag_reader import Content, Group, read_bag
-from .bags.joint_parts import Part, clock_of, joined, parts_of
-from .bags.topic_choice import choose_topics, names_in
+from .bag_reader import Content, Group, read_bag
+from .joint_parts import clock_of, joined, parts_of
+from .topic_choice import choose_topics, names_in
 
 
 def import_ros2_bag(
     source: Path,
-    model: Model | None = None,
+    model: Model,
     topic: str | None = None,
     joints: str | Sequence[str] | None = None,
     effort: str = "torque",
@@ -42,10 +42,6 @@ def import_ros2_bag(
         RecordingError: The bag cannot be read or holds no run of this robot.
         MissingPackage: rosbags is not installed.
     """
-    if model is None:
-        raise RecordingError(
-            f"{source}: a bag does not describe its robot; give the robot too (--robot FILE)"
-        )
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
     content = read_bag(source)
@@ -59,6 +55,7 @@ def import_ros2_bag(
     _require_positions(source, groups, part, model.robot)
     signals = _signals(part, time, names, effort) | _array_signals(content, part, time)
     signals = _with_efforts(source, groups, names, signals, model.robot)
+    wrong = [_wrong_length(group, field) for group in groups for field in group.wrong]
     recording = Recording(
         name=source.stem,
         model=model,
@@ -66,7 +63,7 @@ def import_ros2_bag(
         payload=payload,
         settings={"source": source.name},
         host_time=part.received,
-        warnings=(*content.notes, *_wrong_lengths(groups), *notes),
+        warnings=(*content.notes, *wrong, *notes),
     )
     complete = without_damaged(without_stale(recording))
     return [check(run) for run, _ in separate_runs(complete, "message {}".format)]
@@ -82,7 +79,7 @@ def joints_of_bag(source: Path) -> list[str]:
     return list(names_in(read_bag(source).groups))
 
 
-def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) -> dict[str, Signal]:
+def _signals(part: Group, time: np.ndarray, names: Sequence[str], effort: str) -> dict[str, Signal]:
     """Signals of joints in the robot's order at times (t,) [ns], from fields that some message has."""
     places = [part.names.index(name) for name in names]
     since = (time - time[0]) * 1e-9
@@ -94,7 +91,7 @@ def _signals(part: Part, time: np.ndarray, names: Sequence[str], effort: str) ->
     return signals
 
 
-def _array_signals(content: Content, part: Part, time: np.ndarray) -> dict[str, Signal]:
+def _array_signals(content: Content, part: Group, time: np.ndarray) -> dict[str, Signal]:
     """Signals from arrays, whose times are those of the bag, converted to the clock of the joint states."""
     late = part.received[0] - time[0]
     return {
@@ -138,12 +135,8 @@ def _with_efforts(
     }
 
 
-def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot: Robot) -> None:
-    """Require a position of every joint.
-
-    Raises:
-        NotRecorded: A joint has no position.
-    """
+def _require_positions(source: Path, groups: Sequence[Group], part: Group, robot: Robot) -> None:
+    """Require a position of every joint."""
     silent = np.isnan(part.rows["position"]).all(axis=0)
     if silent.any():
         missing = [name for name, lacks in zip(part.names, silent, strict=True) if lacks]
@@ -156,21 +149,17 @@ def _require_positions(source: Path, groups: Sequence[Group], part: Part, robot:
 
 def _without(groups: Sequence[Group], field: str, missing: Sequence[str], robot: Robot) -> str:
     """Part of a message: joints that lack a field, and the reason."""
-    theirs = [group for group in groups if set(missing) & set(group.names)]
-    wrong = [_wrong_length(group, field) for group in theirs if field in group.wrong]
-    count = sum(len(group.received) for group in theirs)
+    affected = [group for group in groups if set(missing) & set(group.names)]
+    wrong = [_wrong_length(group, field) for group in affected if field in group.wrong]
+    count = sum(len(group.received) for group in affected)
     some = len(missing) < robot.dof
     with_them = " with them" * some
     empty = f"the field {field} of all {count} joint states{with_them} is empty or NaN"
     return f"{f' of {listed(missing)}' * some}: {wrong[0] if wrong else empty}"
 
 
-def _wrong_lengths(groups: Sequence[Group]) -> list[str]:
-    """Sentences about fields with fewer or more values than joints."""
-    return [_wrong_length(group, field) for group in groups for field in group.wrong]
-
-
 def _wrong_length(group: Group, field: str) -> str:
+    """Sentence about a field with fewer or more values than joints."""
     count, length = group.wrong[field]
     return (
         f"{field} has {counted(length, 'value')} for {len(group.names)} joints in {count} of "

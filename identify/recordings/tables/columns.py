@@ -6,13 +6,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ....arm.robot import Robot
-from ....errors import RecordingError, WrongShape, listed
-from ...optional_signals import NEEDED
-from ...recording import SIGNALS
-from .array_blocks import array_name, which_columns
-from .name_index import NameIndex, column_words, columns_of_array
-from .signal_words import UNITS_ONLY, WORDS
+from ...arm.robot import Robot
+from ...errors import RecordingError, WrongShape, listed
+from ..incomplete_samples import NEEDED
+from ..recording import SIGNALS
+from .name_index import (
+    UNITS_ONLY,
+    WORDS,
+    NameIndex,
+    array_name,
+    column_words,
+    columns_of_array,
+    which_columns,
+)
 from .table import Table
 
 PREFIXES: dict[str, tuple[str, ...]] = {
@@ -52,10 +58,10 @@ class Columns:
         self.left_out: list[str] = []
         self._index = NameIndex(table.names)
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
-        there = table.joints
-        if there and (joints or len(there) != robot.dof or set(self._joints) <= set(there)):
-            self._joints = find_joints(robot, there, joints, str(source))
-            self._numbers = [there.index(name) + 1 for name in self._joints]
+        log_joints = table.joints
+        if log_joints and (joints or len(log_joints) != robot.dof or set(self._joints) <= set(log_joints)):
+            self._joints = find_joints(robot, log_joints, joints, str(source))
+            self._numbers = [log_joints.index(name) + 1 for name in self._joints]
 
     def has(self, signal: str, names: Names, joints: int | None = None) -> bool:
         """Whether the table has columns with these names for "time", or for the first joints of a signal.
@@ -133,11 +139,7 @@ class Columns:
     def _require_all(
         self, signal: str, choices: Sequence[Sequence[str]], places: Sequence[int], where: str
     ) -> None:
-        """Refuse a signal that lacks the column of a joint.
-
-        Raises:
-            WrongShape: A column is missing; the message names the missing and the existing columns.
-        """
+        """Refuse a signal that lacks the column of a joint."""
         missing = [names[0] for names, place in zip(choices, places, strict=True) if names and place < 0]
         if missing:
             raise WrongShape(
@@ -289,12 +291,12 @@ def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
     return names
 
 
-def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where: str) -> list[str]:
+def find_joints(robot: Robot, log_joints: Sequence[str], joints: Names | None, where: str) -> list[str]:
     """Name of each joint in a log; a prefix that all joints of an arm share is recognized.
 
     Args:
         robot: Robot whose joints are looked up.
-        there: All names of joints in the log.
+        log_joints: All names of joints in the log.
         joints: Names in the log: one per joint, in the robot's order, or a pattern with {joint} or {number}.
         where: Name of the log in messages.
 
@@ -303,20 +305,20 @@ def find_joints(robot: Robot, there: Sequence[str], joints: Names | None, where:
         RecordingError: A joint is missing, or the log has the joints of several arms.
     """
     wanted = _names_in_log(robot, joints)
-    missing = [name for name in wanted if name not in there]
+    missing = [name for name in wanted if name not in log_joints]
     if not missing:
         return wanted
     if joints is None:
         first = robot.joints[0]
-        begins = [name.removesuffix(first) for name in sorted(there) if name.endswith(first)]
+        begins = [name.removesuffix(first) for name in sorted(log_joints) if name.endswith(first)]
         arms = {begin: [begin + joint for joint in robot.joints] for begin in begins}
-        arms = {begin: arm for begin, arm in arms.items() if set(arm) <= set(there)}
+        arms = {begin: arm for begin, arm in arms.items() if set(arm) <= set(log_joints)}
         if len(arms) == 1:
             return next(iter(arms.values()))
         if arms:
             choices = listed(f"--joints '{begin}{{joint}}'" for begin in arms)
             raise RecordingError(f"{where} has the joints of {len(arms)} arms; choose one by {choices}")
     raise RecordingError(
-        f"{where} has no joint '{missing[0]}'. Valid joints: {listed(there, missing[0])}; name the robot's "
-        "joints there by --joints NAME,NAME,... or a pattern with {joint}"
+        f"{where} has no joint '{missing[0]}'. Valid joints: {listed(log_joints, missing[0])}; name the "
+        "robot's joints there by --joints NAME,NAME,... or a pattern with {joint}"
     )

@@ -5,13 +5,13 @@ others are interpolated with a cubic spline, and other fields linearly, like sig
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ....errors import RecordingError
-from ....text_table import digits
+from ...errors import RecordingError
+from ...text_table import digits
 from .bag_reader import Group
 
 CLOCKS_AGREE = 0.05
@@ -26,38 +26,7 @@ BRIDGED_TIME = 0.05
 above which arms hardly move."""
 
 
-@dataclass(frozen=True)
-class Part:
-    """Joints in the same messages.
-
-    Attributes:
-        names: Names of the n joints.
-        topics: Topics of the messages.
-        received: Times at which the bag received the messages, shape (t,) [ns].
-        stamp: Time stamps in the messages, shape (t,) [ns].
-        rows: Field -> values, shape (t, n); NaN if a message lacks them.
-    """
-
-    names: tuple[str, ...]
-    topics: tuple[str, ...]
-    received: np.ndarray
-    stamp: np.ndarray
-    rows: dict[str, np.ndarray]
-
-    def __str__(self) -> str:
-        return f"{', '.join(self.names)} on {' and '.join(self.topics)}"
-
-    def only(self, joints: Sequence[int]) -> "Part":
-        """Part with some of the joints, and only the messages that have values of them."""
-        rows = {name: values[:, joints] for name, values in self.rows.items()}
-        there = np.any([np.isfinite(values).any(axis=1) for values in rows.values()], axis=0)
-        return Part(
-            tuple(self.names[joint] for joint in joints), self.topics, self.received[there],
-            self.stamp[there], {name: values[there] for name, values in rows.items()},
-        )  # fmt: skip
-
-
-def parts_of(groups: Sequence[Group], names: Sequence[str]) -> list[Part]:
+def parts_of(groups: Sequence[Group], names: Sequence[str]) -> list[Group]:
     """Joints of a robot, grouped by their messages; one part if there are messages with all joints."""
     complete = [group for group in groups if set(names) <= set(group.names)]
     sources = complete or groups
@@ -69,7 +38,7 @@ def parts_of(groups: Sequence[Group], names: Sequence[str]) -> list[Part]:
     return [piece for part in parts for piece in _by_values(part)]
 
 
-def _merged(groups: Sequence[Group], names: Sequence[str]) -> Part:
+def _merged(groups: Sequence[Group], names: Sequence[str]) -> Group:
     """Some joints of several groups, in the order in which the bag received the messages."""
     received = np.concatenate([group.received for group in groups])
     order = np.argsort(received, kind="stable")
@@ -78,8 +47,8 @@ def _merged(groups: Sequence[Group], names: Sequence[str]) -> Part:
         values = [_columns(group, field, names) for group in groups]
         rows[field] = np.concatenate(values)[order]
     stamp = np.concatenate([group.stamp for group in groups])[order]
-    topics = tuple(dict.fromkeys(group.topic for group in groups))
-    return Part(tuple(names), topics, received[order], stamp, rows)
+    topics = " and ".join(dict.fromkeys(group.topic for group in groups))
+    return Group(topics, tuple(names), received[order], stamp, rows)
 
 
 def _columns(group: Group, field: str, names: Sequence[str]) -> np.ndarray:
@@ -88,7 +57,7 @@ def _columns(group: Group, field: str, names: Sequence[str]) -> np.ndarray:
     return group.rows[field][:, places] if field in group.rows else silent
 
 
-def _by_values(part: Part) -> list[Part]:
+def _by_values(part: Group) -> list[Group]:
     """The part, or its division by messages with values if each board sends NaN for the others' joints."""
     known = {field: np.isfinite(values) for field, values in part.rows.items()}
     divided = False
@@ -101,10 +70,23 @@ def _by_values(part: Part) -> list[Part]:
     for joint in range(len(part.names)):
         pattern = np.array([measured[:, joint] for measured in known.values()]).tobytes()
         pieces.setdefault(pattern, []).append(joint)
-    return [part.only(joints) for joints in pieces.values()]
+    return [_only(part, joints) for joints in pieces.values()]
 
 
-def clock_of(parts: Sequence[Part]) -> tuple[list[np.ndarray], list[str]]:
+def _only(part: Group, joints: Sequence[int]) -> Group:
+    """Part with some of the joints, and only the messages that have values of them."""
+    rows = {name: values[:, joints] for name, values in part.rows.items()}
+    present = np.any([np.isfinite(values).any(axis=1) for values in rows.values()], axis=0)
+    return replace(
+        part,
+        names=tuple(part.names[joint] for joint in joints),
+        received=part.received[present],
+        stamp=part.stamp[present],
+        rows={name: values[present] for name, values in rows.items()},
+    )
+
+
+def clock_of(parts: Sequence[Group]) -> tuple[list[np.ndarray], list[str]]:
     """Times of each part, shape (t,) [ns], and a note if they are not the stamps in the messages.
 
     The stamps in the messages are preferred, since the network delays the times of the bag. If stamps are not
@@ -133,7 +115,7 @@ def _unset(stamp: np.ndarray) -> bool:
     return zeros > 1 or 0 < zeros < len(stamp) and int(stamp[stamp > 0].min()) > SECOND
 
 
-def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> tuple[Part, np.ndarray, str]:
+def joined(source: str, parts: Sequence[Group], times: Sequence[np.ndarray]) -> tuple[Group, np.ndarray, str]:
     """All joints at common times.
 
     Args:
@@ -159,9 +141,9 @@ def joined(source: str, parts: Sequence[Part], times: Sequence[np.ndarray]) -> t
         )
     time, places = time[common], places[common]
     fields = dict.fromkeys(field for part in parts for field in part.rows)
-    together = Part(
+    together = Group(
+        " and ".join(part.topic for part in parts),
         tuple(name for part in parts for name in part.names),
-        tuple(dict.fromkeys(topic for part in parts for topic in part.topics)),
         parts[slowest].received[places],
         parts[slowest].stamp[places],
         {
@@ -198,7 +180,7 @@ def _distance(time: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.minimum(np.abs(known[after] - time), np.abs(time - known[after - 1]))
 
 
-def _at(time: np.ndarray, known: np.ndarray, part: Part, field: str) -> np.ndarray:
+def _at(time: np.ndarray, known: np.ndarray, part: Group, field: str) -> np.ndarray:
     """A field of a part at other times, shape (t, n); NaN if samples are missing."""
     values = np.full((len(time), len(part.names)), np.nan)
     for joint, column in enumerate(part.rows[field].T if field in part.rows else ()):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from mcap.records import Channel, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader
 
-from ....notebook import optional
+from ...notebook import optional
 from ..tables.table import refused_as
 from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, read_json
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .cells import is_missing, is_number, seconds_of
-from .stated_units import is_unit_row
+from .name_index import is_unit_row
 
 PREAMBLE = 200
 """Number of lines that are searched for the first sample."""
@@ -45,6 +45,14 @@ def cells_of(line: str, separator: str | None) -> list[str]:
     return [cell.strip().strip('"').strip("'").strip() for cell in cells]
 
 
+def without_empty_end(cells: list[str], least: int = 0) -> list[str]:
+    """Cells without empty ones at the end; at least the first `least` are left."""
+    count = len(cells)
+    while count > least and not cells[count - 1]:
+        count -= 1
+    return cells[:count]
+
+
 def layout_of(lines: Sequence[str]) -> Layout:
     """Layout of a file, from its first lines."""
     separator, begin = _first_sample(lines)
@@ -62,9 +70,7 @@ def layout_of(lines: Sequence[str]) -> Layout:
     units = next(
         (heads[k] for k in below if is_unit_row(heads[k]) and len(heads[k]) <= len(heads[header])), []
     )
-    names = heads[header]
-    while len(names) > width and not names[-1]:
-        names = names[:-1]
+    names = without_empty_end(heads[header], width)
     units = (units + [""] * len(names))[: len(names)] if units else []
     above = sum(not lines[k].lstrip().startswith(COMMENT) for k in below)
     return Layout(separator, names, units, header + 1, begin + 1, above)
@@ -103,19 +109,14 @@ def _is_sample(line: str, separator: str | None, first: bool) -> bool:
 
 def _width(line: str, separator: str | None) -> int:
     """Number of cells of a sample, without empty ones at the end."""
-    cells = cells_of(line, separator)
-    while len(cells) > 1 and not cells[-1]:
-        cells = cells[:-1]
-    return len(cells)
+    return len(without_empty_end(cells_of(line, separator), 1))
 
 
 def _header(heads: dict[int, list[str]], lines: Sequence[str], width: int) -> int:
     """Index of the line of names above the samples: as many names as a sample has cells, all different."""
 
     def rank(place: int) -> tuple[bool, ...]:
-        names = heads[place]
-        while names and not names[-1]:
-            names = names[:-1]
+        names = without_empty_end(heads[place])
         distinct = len(set(names)) == len(names)
         comment = lines[place].lstrip().startswith(COMMENT)
         return (len(names) == width, not is_unit_row(names), distinct, len(names) > width // 2, not comment)

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ....notebook import optional
-from ...recording import Recording
-from ...servo_error import LAW
+from ...notebook import optional
+from ..recording import Recording
+from ..servo_error import LAW
 from .columns import PREFIXES
 
 

@@ -5,36 +5,26 @@ from pathlib import Path
 
 import numpy as np
 
-from ....errors import NotAFile, NotFinite, RecordingError, WrongShape
-from ....file_names import read_failure
-from ....model import Model
-from ....text_table import digits
-from ...optional_signals import NEEDED, without_damaged
-from ...recording import EFFORT, SIGNALS, KnownPayload, Recording
-from ...recording_checks import check
-from ...separate_runs import separate_runs
-from ...servo_error import (
-    COMMAND,
-    LAW,
-    clipped_words,
-    lacks_effort,
-    servo_of,
-    servo_words,
-    with_servo_error,
-)
-from ...units import joint_side, to_axes_of_robot
-from ...wrong_unit import percent_questions
+from ...errors import NotAFile, NotFinite, RecordingError, WrongShape
+from ...file_names import read_failure
+from ...model import Model
+from ...text_table import digits
+from ..incomplete_samples import without_damaged, without_incomplete
+from ..recording import EFFORT, SIGNALS, KnownPayload, Recording
+from ..recording_checks import check
+from ..separate_runs import separate_runs
+from ..servo_error import COMMAND, LAW, clipped_words, lacks_effort, servo_of, servo_words, with_servo_error
+from ..units import joint_side, to_axes_of_robot
 from .columns import Columns, Names
 from .preset import Preset, preset_for, read_preset
-from .signal_units import SignalUnits
-from .stamps import stamped, with_rate
+from .signal_units import SignalUnits, stamped, with_rate
 from .table import Table
 
 
 def import_table(
     read: Callable[[Path], list[Table]],
     source: Path,
-    model: Model | None = None,
+    model: Model,
     preset: Path | str | None = None,
     columns: Mapping[str, Names] | None = None,
     joints: Names | None = None,
@@ -88,8 +78,6 @@ def import_table(
         RecordingError: The file holds no run of this robot; the message gives the reason.
         RobotError: The preset is wrong.
     """
-    if model is None:
-        raise RecordingError(f"{source}: a table does not name its robot; give the robot too (--robot FILE)")
     if effort not in (*EFFORT, COMMAND):
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
@@ -129,8 +117,8 @@ def import_table(
             settings={**known, **(settings or {})},
         )
         recording = without_damaged(recording.with_warnings(*lookup.left_out, *facts, *in_si.facts))
-        recording = recording.with_warnings(*_percent_questions(in_si, recording))
-        recording = _whole_samples(recording, source)
+        questions = in_si.percent_questions(recording.signals["position"].values)
+        recording = without_incomplete(recording.with_warnings(*questions), str(source))
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         for run, first in separate_runs(recording, table.place, table.headings()):
             recordings.append(_checked(run, source, table.without(first), stamps[first:]))
@@ -148,42 +136,6 @@ def _stem(source: Path) -> str:
     except OSError as error:
         raise NotAFile(f"{source} cannot be read: {read_failure(source, error)}") from error
     return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
-
-
-def _percent_questions(in_si: SignalUnits, recording: Recording) -> list[str]:
-    """Questions about grippers whose positions were read in degrees."""
-    position = np.where(in_si.in_degrees(), recording.signals["position"].values, np.nan)
-    return percent_questions(recording.robot, position)
-
-
-def _whole_samples(recording: Recording, source: Path) -> Recording:
-    """The recording without samples of positions and efforts that lack a joint; a warning counts them.
-
-    Dynamics couples the joints: a sample that was filled in would pretend to have been measured. A joint
-    without any number is handled by the checks.
-
-    Raises:
-        NotFinite: Fewer than two samples have all joints.
-    """
-    complete, warnings = {}, []
-    for name in (name for name in NEEDED if name in recording.signals):
-        values = recording.signals[name].values
-        lost = np.isnan(values)
-        lost &= ~lost.all(axis=0) & ~lost.all(axis=1)[:, None]
-        complete[name] = ~lost.any(axis=1)
-        if complete[name].all():
-            continue
-        count = int(np.sum(complete[name] & ~np.isnan(values).all(axis=1)))
-        joints = [
-            f"{recording.robot.joints[j]} in {lost[:, j].sum()}" for j in np.flatnonzero(lost.any(axis=0))
-        ]
-        facts = f"{name}: no number for {', '.join(joints)} of {len(values)} rows"
-        if count < 2:
-            raise NotFinite(
-                f"{source}: {facts}, and {count} with all joints; a sample needs all joints in one row"
-            )
-        warnings.append(f"{facts}; these {np.sum(~complete[name])} rows are left out")
-    return recording.keeping(complete).with_warnings(*warnings)
 
 
 def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:
@@ -212,11 +164,7 @@ def _by_signal(
 
 
 def _check_still(table: Table, used: Preset, source: Path) -> None:
-    """Require that joints which the model holds stay within the range in the preset.
-
-    Raises:
-        WrongShape: A joint moves, or its column is missing.
-    """
+    """Require that joints which the model holds stay within the range in the preset."""
     for column, (low, high) in used.still.items():
         if column not in table.names:
             raise WrongShape(f"{source}: no column {column}, which preset {used.name} says stands still")

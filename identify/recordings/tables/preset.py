@@ -10,11 +10,11 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import Meta, Struct, defstruct
 
-from ....errors import RobotError, WrongShape
-from ....robot_files.toml_fields import parse_toml, read_text
-from ....schema import Name, Number, Size, checked
-from ....schema import check as check_field
-from ...recording import SIGNALS
+from ...errors import RobotError, WrongShape
+from ...robot_files.toml_fields import parse_toml, read_text
+from ...schema import Name, Number, Size, checked
+from ...schema import check as check_field
+from ..recording import SIGNALS
 from .columns import Columns, Names
 
 BESIDE = "preset.toml"

@@ -16,11 +16,11 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from ....errors import ExidynError, NotAFile, WrongShape
-from ...decompression_limits import largest_size, require_gzip, too_large
+from ...errors import ExidynError, NotAFile, WrongShape
+from ..decompression_limits import largest_size, require_gzip, too_large
 from .cells import decimal_mark, is_missing, number, onward, seconds_of
-from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of
-from .stated_units import is_unit, stated_unit
+from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of, without_empty_end
+from .name_index import is_unit, stated_unit
 
 LONGEST_LINE = 1_000_000
 """Maximum length of a line in characters: ten thousand columns of a hundred characters."""
@@ -218,9 +218,7 @@ def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[
     Raises:
         WrongShape: There is not one cell per name.
     """
-    cells = cells_of(row, layout.separator)
-    while len(cells) > width and not cells[-1]:
-        cells.pop()
+    cells = without_empty_end(cells_of(row, layout.separator), width)
     if len(cells) != width:
         comma = layout.separator == "," and len(cells) > width
         hint = "; numbers with a decimal comma need semicolons between the columns" if comma else ""
