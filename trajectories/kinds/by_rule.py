@@ -75,9 +75,9 @@ def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], p
         limits,
         POSES,
         wishes.tick,
-        clearances=wishes.clearances,
-        model=model,
-        start=wishes.start,
+        model,
+        wishes.clearances,
+        wishes.start,
         begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
     )
     return RuleRun(run.trajectory, tuple(run.notes))
