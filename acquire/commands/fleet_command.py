@@ -156,9 +156,9 @@ def _write_page(
         link = quote(report.relative_to(store.folder).as_posix())
         links[arm] = {"report": link} if report.exists() else {}
         links[arm]["last recording"] = (
-            f"{source.address}/{row['file']}"
+            f"{source.address}/{row.file}"
             if source.remote
-            else (Path(source.address) / row["file"]).resolve().as_uri()
+            else (Path(source.address) / row.file).resolve().as_uri()
         )
     path = store.folder / PAGE
     write_whole(path, fleet_page(kind_reports, unusable, links, rate, marked))

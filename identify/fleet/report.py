@@ -13,7 +13,6 @@ from ..text_table import NORMAL_95, digits
 from .compared import Difference
 from .drift import ArmDrift, Found, at_first, drift, scatter_among
 from .evidence import CREEP
-from .history import State
 from .kind import Cause
 from .learned import Learned
 from .runs import ArmRuns
@@ -44,13 +43,14 @@ class KindReport:
     ) -> "KindReport":
         """Search every arm for changes, one after the other or each as a task of an executor."""
         apply = executor.map if executor else map
-        levels, arms = levels_of(learned), list(learned.arms)
-        alone = [replace(learned, arms={arm: learned.arms[arm]}) for arm in arms]
-        states = dict(zip(arms, apply(_at_first, alone, [alarms_per_year] * len(arms)), strict=True))
+        arms, levels = list(learned.arms), levels_of(learned)
+        statistics = [replace(learned, arms={})] * len(arms)  # without the runs of the other arms
+        runs, rates = list(learned.arms.values()), [alarms_per_year] * len(arms)
+        states = dict(zip(arms, apply(at_first, statistics, runs, rates), strict=True))
         scatter = scatter_among(learned, states)
         others = [{name: level for name, level in levels.items() if name != arm} for arm in arms]
-        arguments = ([alarms_per_year] * len(arms), [scatter] * len(arms), others)
-        return cls(key, learned, scatter, dict(zip(arms, apply(_drift, alone, *arguments), strict=True)))
+        drifts = apply(drift, statistics, runs, rates, [scatter] * len(arms), others)
+        return cls(key, learned, scatter, dict(zip(arms, drifts, strict=True)))
 
     @cached_property
     def scattering(self) -> list[Cause]:
@@ -82,18 +82,6 @@ class KindReport:
                 for cause in self.scattering
             ]
         )
-
-
-def _at_first(alone: Learned, alarms_per_year: float) -> State | None:
-    [runs] = alone.arms.values()
-    return at_first(alone, runs, alarms_per_year)
-
-
-def _drift(
-    alone: Learned, alarms_per_year: float, scatter: Scatter, others: Mapping[str, np.ndarray]
-) -> ArmDrift:
-    [runs] = alone.arms.values()
-    return drift(alone, runs, alarms_per_year, scatter, others)
 
 
 def temperature_of(runs: ArmRuns) -> np.ndarray:
