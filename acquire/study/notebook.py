@@ -19,7 +19,7 @@ from exidyn.identification.document.document import (
 )
 from exidyn.identification.document.html import html
 from exidyn.identification.notebook import counted
-from exidyn.identification.pages.svg import Panel, Span, legend, picture
+from exidyn.identification.pages.svg import Panel, Span
 from exidyn.trajectories.next_run.choice import RUN
 
 from .choice_file import ENDED, ItemRow, OfferRow, RoundChoice
@@ -153,15 +153,16 @@ def open_plot(pairs: Pairs) -> str:
     entropy = np.array([choice.entropy for choice, _ in pairs], float)
     expected = [np.nan if before is None else before.entropy - before.offers[0].gained for _, before in pairs]
     across = Span.around(np.append(moved, 0.0), margin=0.03)
-    panel = Panel(across, Span.around(entropy, np.append(np.array(expected, float), 0.0)), 64, 22, 560, 180)
-    content = (
-        legend(64, 14, [("predicted", "actual"), ("residual", "expected")])
-        + panel.axes("motion so far [s]", "entropy [bit]")
-        + panel.line(moved, entropy, "predicted")
-        + panel.dots(moved, entropy, "runs")
-        + _expected_lines(panel, moved, entropy, np.array(expected, float))
+    height = Span.around(entropy, np.append(np.array(expected, float), 0.0))
+    panel = Panel.single(across, height, 560, 180, top=22)
+    return panel.plot(
+        "open questions over motion",
+        ("motion so far [s]", "entropy [bit]"),
+        [("predicted", "actual"), ("residual", "expected")],
+        panel.line(moved, entropy, "predicted"),
+        panel.dots(moved, entropy, "runs"),
+        _expected_lines(panel, moved, entropy, np.array(expected, float)),
     )
-    return picture(632, 236, "open questions over motion", content)
 
 
 def _expected_lines(panel: Panel, moved: np.ndarray, entropy: np.ndarray, expected: np.ndarray) -> str:
@@ -179,11 +180,15 @@ def residual_plot(pairs: Pairs) -> str:
     joints = list(ratios[0])
     across = Span.around(np.append(moved, 0.0), margin=0.03)
     lines = [np.array([ratio[joint] for ratio in ratios], float) for joint in joints]
-    panel = Panel(across, Span.around(*lines, np.array([0.0, 1.0])), 64, 22, 560, 180)
+    panel = Panel.single(across, Span.around(*lines, np.array([0.0, 1.0])), 560, 180, top=22)
     styles = [STYLES[place % len(STYLES)] for place in range(len(joints))]
-    content = legend(64, 14, list(zip(styles, joints, strict=True)))
-    content += panel.axes("motion so far [s]", "residual / noise floor [-]")
-    content += panel.line(np.array([across.low, across.high]), np.ones(2), "zero")
-    for line, style in zip(lines, styles, strict=True):
-        content += panel.line(moved, line, style) + panel.dots(moved, line, "dots")
-    return picture(632, 236, "residual over noise floor of each joint, over motion", content)
+    return panel.plot(
+        "residual over noise floor of each joint, over motion",
+        ("motion so far [s]", "residual / noise floor [-]"),
+        list(zip(styles, joints, strict=True)),
+        panel.line(np.array(across), np.ones(2), "zero"),
+        *(
+            panel.line(moved, line, style) + panel.dots(moved, line, "dots")
+            for line, style in zip(lines, styles, strict=True)
+        ),
+    )

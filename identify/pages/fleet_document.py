@@ -202,9 +202,7 @@ def _trend(report: KindReport, arm: str, place: int, change: Found | None) -> Fi
     parts = [upper.axes("" if known else first, f"[{unit}]", x_ticks=not known)]
     if change is not None:
         begin, end = ((day - runs.days[0]) / WEEK for day in change.interval)
-        edge = np.array([begin, end])
-        ends = np.full(2, upper.y.low), np.full(2, upper.y.high)
-        parts.append(upper.band(edge, *ends, "moment"))
+        parts.append(upper.stripe(begin, end, "moment"))
     parts += [upper.band(weeks, low, high, "band"), upper.dots(weeks, values, "runs")]
     if known:
         lower = Panel(across, Span.around(warm), 62.0, height, WIDTH - 70.0, WARMTH - 8.0)

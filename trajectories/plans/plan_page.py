@@ -121,10 +121,9 @@ def _limit(panel: Panel, limit: float, side: int) -> str:
     """A limit as a line with the range beyond it shaded; empty if there is no limit."""
     if not np.isfinite(limit):
         return ""
-    edges = np.array([panel.x.low, panel.x.high])
     edge = panel.y.high if side > 0 else panel.y.low
-    level = np.full(2, limit)
-    return panel.band(edges, level, np.full(2, edge), "forbidden") + panel.line(edges, level, "limit")
+    line = panel.line(np.array(panel.x), np.full(2, limit), "limit")
+    return panel.level(limit, edge, "forbidden") + line
 
 
 def _label(name: str, unit: str) -> str:
