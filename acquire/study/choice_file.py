@@ -213,7 +213,7 @@ def _numbers(joints: Sequence[int]) -> list[int]:
     return [joint + 1 for joint in joints]
 
 
-def residual_over_noise(belief: Belief, diagnosis: Diagnosis) -> dict[str, float]:
+def residual_over_noise(belief: Belief, diagnosis: Diagnosis) -> dict[str, float | None]:
     """RMS residual of all runs with findings, over the noise floor of each joint [-]."""
     assert diagnosis.evidence is not None
     prediction = belief.search.prediction

@@ -86,7 +86,7 @@ class Study:
             last = earlier[-1].choice if earlier else None
             run_name = "the first run" if last is None else last.offers[0].name
             print(f"{current.name}: {run_name}", file=sys.stderr)
-            self.source.make(current, last and last.chosen)
+            self.source.make(current, None if last is None else last.chosen)
         rounds_so_far = [*earlier, current]
         fill_folder(current.fit, lambda part: self._fit(rounds_so_far, part))
         fill_folder(current.diagnosis, lambda part: self._diagnose_and_choose(rounds_so_far, part))

@@ -161,11 +161,11 @@ def check(
     if violations:
         return violations
     for (quantity, bounds), reached in zip(ranges(limits).items(), trajectory.extremes(), strict=True):
-        violations += _beyond(quantity, reached, *bounds)
+        violations += beyond(quantity, reached, *bounds)
     violations += _beyond_stops(states, limits)
     if torque is not None and np.any(np.isfinite(limits.torque)):
         peaks = torque_peaks(trajectory, torque, tick)
-        violations += _beyond("torque", Range(*peaks[:4]), -limits.torque, limits.torque)
+        violations += beyond("torque", Range(*peaks[:4]), -limits.torque, limits.torque)
     return violations
 
 
@@ -188,11 +188,11 @@ def _beyond_stops(states: States, limits: Limits) -> list[Violation]:
             reach = reach_of(states.velocity, states.acceleration, limits)
             down, up = states.position + reach.lower, states.position + reach.upper
             reached = lowest_and_highest(down, up, time, time)
-            violations = _beyond("stop", reached, *ranges(limits)["position"])
+            violations = beyond("stop", reached, *ranges(limits)["position"])
     return violations
 
 
-def _beyond(kind: str, reached: Range, lower: np.ndarray, upper: np.ndarray) -> list[Violation]:
+def beyond(kind: str, reached: Range, lower: np.ndarray, upper: np.ndarray) -> list[Violation]:
     """Violations where a range exceeds its limits, shape (n,)."""
     room = np.where(np.isfinite(upper - lower), upper - lower, 1.0) if kind in ("position", "stop") else None
     violations = []
