@@ -11,7 +11,7 @@ import numpy as np
 from ..diagnosis.words.naming import joined, joint_words, lower, named
 from ..text_table import NORMAL_95, digits
 from .compared import Difference
-from .drift import ArmDrift, Found, at_first, drift, scatter_among
+from .drift import ArmDrift, DetectedChange, at_first, drift, scatter_among
 from .evidence import CREEP
 from .kind import Cause
 from .learned import Learned
@@ -53,12 +53,12 @@ class KindReport:
         return cls(key, learned, scatter, dict(zip(arms, drifts, strict=True)))
 
     @cached_property
-    def scattering(self) -> list[Cause]:
+    def wearing(self) -> list[Cause]:
         """Causes that wear, for which each run has a value."""
         return [cause for cause in self.learned.frame.causes if cause.wears]
 
     def values(self, arm: str) -> tuple[np.ndarray, np.ndarray]:
-        """Values of the scattering causes in each run of an arm at reference temperature, and their stds.
+        """Values of the causes that wear in each run of an arm at reference temperature, and their stds.
 
         For a relative cause, the value is the share relative to nominal. The arm's other runs and the spread
         between units are the prior, so a run of 20 s is enough. Both have shape (r, s).
@@ -67,21 +67,10 @@ class KindReport:
         level = self.drifts[arm].level
         amounts, covariance = self.learned.deviations(runs, level)
         wearing = [k for k, place in enumerate(self.learned.scattering) if frame.causes[place].wears]
-        places = np.array([cause.place for cause in self.scattering])
+        places = np.array([frame.unknown_of(cause) for cause in self.wearing])
         usual = np.where(places >= 0, (level[: len(frame.scale)] * frame.scale)[places], 0.0)
         stds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        return usual + amounts[:, wearing] + self._gains(level), stds[:, wearing]
-
-    def _gains(self, level: np.ndarray) -> np.ndarray:
-        """Log of an arm's drive gains over the nominal ones, zero for other causes, shape (s,)."""
-        frame = self.learned.frame
-        values, first = level[: len(frame.scale)] * frame.scale, len(frame.kind.base.kept)
-        return np.array(
-            [
-                values[first + cause.joint] if cause.effect == "drive_gain" else 0.0
-                for cause in self.scattering
-            ]
-        )
+        return usual + amounts[:, wearing], stds[:, wearing]
 
 
 def temperature_of(runs: ArmRuns) -> np.ndarray:
@@ -103,7 +92,7 @@ def subject(cause: Cause | Difference, joints: tuple[str, ...]) -> str:
     return f"{text}, {cause.parameter}" if detail else text
 
 
-def change_words(learned: Learned, change: Found) -> str:
+def change_words(learned: Learned, change: DetectedChange) -> str:
     """A sentence about a change: what changed, by how much, since when, and its rivals."""
     joints = learned.frame.kind.model.robot.joints
     first, last = (date_words(day) for day in change.interval)
@@ -136,7 +125,7 @@ def odd_words(learned: Learned, odd: Odd) -> str:
     return f"The run of {date_words(odd.day)} shows no lasting change of the arm: {reason}."
 
 
-def what_words(learned: Learned, change: Found) -> str:
+def what_words(learned: Learned, change: DetectedChange) -> str:
     """A change in words, with all of its consequences."""
     if change.suspect.name == EXCHANGE:
         count = len(learned.frame.scale)
