@@ -114,8 +114,7 @@ def nominal_torque(plan: Plan, model: Model) -> Torque:
     states = plan.trajectory.every(plan.tick)
     peaks = [torque_peaks(plan.trajectory, bound.of(load), spacing(plan)) for load in payloads]
     runs = tuple((load or UNLOADED, bound.torque(states, load)) for load in payloads)
-    reached = widest([Range(*peak[:4]) for peak in peaks])
-    return Curve(states.time, runs, Use("torque", reached, -limit, limit))
+    return Curve(states.time, runs, Use("torque", widest(peaks), -limit, limit))
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
