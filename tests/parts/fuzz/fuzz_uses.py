@@ -52,7 +52,7 @@ def compare(folder: Path) -> None:
     list(left_out(store)), list(not_whole(store)), store.changes(ARM)
     for row in last_runs(store).values():
         report_path(store, row)
-        (Path("recordings") / row["file"]).resolve().as_uri()
+        (Path("recordings") / row.file).resolve().as_uri()
     for key in store.kinds():
         learned_of(store, key)
 
