@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from .parts.runs.runs import CASES, DATA
+from .parts.runs.runs import DATA
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -24,7 +24,6 @@ LONGEST = 1200.0
 FOLDERS = {
     **dict.fromkeys(("real", "diagnose_real", "injected"), (DATA, "EXIDYN_DATA")),
     "simulator": (DATA / "mjcf", "EXIDYN_DATA"),
-    "noise_floor": (CASES, "EXIDYN_CASES"),
 }
 """Benchmark -> folder without which it measures nothing, and the variable that names the data."""
 PACKAGES = {
@@ -73,7 +72,7 @@ def test_a_benchmark_runs_with_quick(name, tmp_path):
         pytest.skip(f"no data in {folder}; set {variable} to the folder of the data")
     file = tmp_path / "figures.json"
     command = [sys.executable, f"benchmarks/{name}.py", "--quick", "--json", str(file)]
-    environment = os.environ | {"EXIDYN_DATA": str(DATA.resolve()), "EXIDYN_CASES": str(CASES.resolve())}
+    environment = os.environ | {"EXIDYN_DATA": str(DATA.resolve())}
     done = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
     )

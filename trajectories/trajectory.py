@@ -75,6 +75,11 @@ class Range(NamedTuple):
     lower_time: np.ndarray
     upper_time: np.ndarray
 
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest absolute value."""
+        return np.maximum(np.abs(self.lower), np.abs(self.upper))
+
 
 def widest(ranges: Sequence[Range], begins: np.ndarray | float = 0.0) -> Range:
     """Smallest and largest value over ranges that begin at times of shape (k,) [s]."""

@@ -124,9 +124,9 @@ def _text(kind_reports: Sequence[KindReport], new: int, rate: float) -> list[str
         arms, name = report.drifts, report.learned.frame.kind.model.robot.name
         runs = sum(len(arm_runs.runs) for arm_runs in report.learned.arms.values())
         lines.append(f"{name}: {counted(len(arms), 'arm')}, {counted(runs, 'run')}")
-        changed = {arm: drift for arm, drift in arms.items() if drift.found}
+        changed = {arm: drift for arm, drift in arms.items() if drift.changes}
         for arm, drift in changed.items():
-            lines += [f"  {arm}: {change_words(report.learned, change)}" for change in drift.found]
+            lines += [f"  {arm}: {change_words(report.learned, change)}" for change in drift.changes]
         odd_runs = [(arm, run) for arm, drift in arms.items() for run in drift.odd]
         lines += [f"  {arm}: {odd_words(report.learned, run)}" for arm, run in odd_runs]
         few = sum(len(arm_runs.runs) < LEAST for arm_runs in report.learned.arms.values())
@@ -156,9 +156,9 @@ def _write_page(
         link = quote(report.relative_to(store.folder).as_posix())
         links[arm] = {"report": link} if report.exists() else {}
         links[arm]["last recording"] = (
-            f"{source.address}/{row['file']}"
+            f"{source.address}/{row.file}"
             if source.remote
-            else (Path(source.address) / row["file"]).resolve().as_uri()
+            else (Path(source.address) / row.file).resolve().as_uri()
         )
     path = store.folder / PAGE
     write_whole(path, fleet_page(kind_reports, unusable, links, rate, marked))

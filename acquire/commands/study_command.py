@@ -25,7 +25,7 @@ from ..arguments.options import AS_RECORDED, BODY, JSON, make_folder, output_opt
 from ..arguments.run_options import DRIVING, STOPS, payload_of, require_mock
 from ..files.given_runs import Case
 from ..run.errors import RunStopped, Unsafe
-from ..study.choice_file import ENDED
+from ..study.choice_file import ENDED, RoundChoice
 from ..study.loop import Study
 from ..study.rounds import NOTEBOOK, forget_end, require_same_robot
 from ..study.sources import Cell, Shelf, Source
@@ -84,7 +84,7 @@ def study_command(args: Namespace) -> None:
     study = Study(args.output, model, source, 60.0 * args.minutes, identify, diagnose, request)
     with _interrupts_end():
         choice = study.run()
-    hand_over(_page(choice, args.output), json_text(choice), args.json)
+    hand_over(_page(choice, args.output), json_text(choice.table), args.json)
 
 
 @contextmanager
@@ -101,9 +101,9 @@ def _interrupts_end() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _page(choice: dict[str, Any], folder: Path) -> str:
-    lines = [ENDED[choice["verdict"]], *choice["believed"], *choice["remains"]]
-    lines += [f"{choice['moved'] / 60.0:.1f} min of motion; {folder / NOTEBOOK} describes each run"]
+def _page(choice: RoundChoice, folder: Path) -> str:
+    lines = [ENDED[choice.verdict], *choice.believed, *choice.remains]
+    lines += [f"{choice.moved / 60.0:.1f} min of motion; {folder / NOTEBOOK} describes each run"]
     return "\n".join(line for words in lines for line in paragraph(words))
 
 

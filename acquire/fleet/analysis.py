@@ -10,7 +10,7 @@ import numpy as np
 from exidyn.drivers import Sample
 from exidyn.identification.errors import ExidynError, RecordingError
 from exidyn.identification.fleet.compared import Difference, compared
-from exidyn.identification.fleet.drift import Found
+from exidyn.identification.fleet.drift import DetectedChange
 from exidyn.identification.fleet.kind import measures_of
 from exidyn.identification.fleet.learned import Expected, Learned, learned
 from exidyn.identification.fleet.report import KindReport, change_words, odd_words, temperature_of
@@ -77,7 +77,7 @@ def _write_values(folder: Path, report: KindReport, arm: str) -> None:
                 "std": float(stds[index, k]),
                 "temperature": float(temperatures[index]),
             }
-            for k, cause in enumerate(report.scattering)
+            for k, cause in enumerate(report.wearing)
         ]
     for path, rows in months.items():
         write_table(path, rows)
@@ -99,11 +99,11 @@ def change_rows(report: KindReport) -> list[dict[str, Any]]:
             "words": change_words(report.learned, change),
         }
         for arm, drift in report.drifts.items()
-        for change in drift.found
+        for change in drift.changes
     ]
 
 
-def _surest(report: KindReport, change: Found) -> dict[str, Any]:
+def _surest(report: KindReport, change: DetectedChange) -> dict[str, Any]:
     """The most certain parameter of a change; without values if the arm was exchanged."""
     if not change.suspect.causes:
         names: dict[str, Any] = {"effect": change.suspect.name, "joint": 0, "parameter": "", "unit": ""}

@@ -28,7 +28,6 @@ from exidyn.identification.recordings.decompression_limits import require_size
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import checked
 
-from .source import SourceFile
 from .store_schema import ChangeRow, IndexRow, KindFile, RunRow, plain, refused, require_kind
 
 R = TypeVar("R", bound=IndexRow)
@@ -37,29 +36,6 @@ CHANGES = "changes.parquet"
 """Table of all changes in the store's folder."""
 MERGED = "month"
 """Beginning of the name of a file with all runs of a month."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """A stored run.
-
-    Attributes:
-        key: Hash of the recording's content.
-        file: File of the recording.
-        date: Start of the run.
-        kind: Type of the arm.
-        error: Why the run could not be identified; empty if it was.
-        note: What the recording lacks; empty if it is complete.
-        summary: Summary for the fleet's statistics; None if the run could not be identified.
-    """
-
-    key: str
-    file: SourceFile
-    date: datetime
-    kind: str
-    error: str = ""
-    note: str = ""
-    summary: Summary | None = None
 
 
 @dataclass(frozen=True)
@@ -102,9 +78,10 @@ class Store:
         """Keys of all types of arms."""
         return sorted(path.stem for path in (self.folder / "kinds").glob("*.json"))
 
-    def write_run(self, row: Row) -> None:
-        """Write a run."""
-        write_table(self.runs / place_of(row.file.arm, row.date) / f"{row.key}.parquet", [_columns(row)])
+    def write_run(self, row: IndexRow, summary: Summary | None = None) -> None:
+        """Write a run; it has no summary if it could not be identified."""
+        path = self.runs / place_of(row.arm, row.date) / f"{row.key}.parquet"
+        write_table(path, [_columns(row, summary)])
 
     def merge(self) -> None:
         """Merge the runs of each arm and month into one file, so that a year is read in seconds.
@@ -125,10 +102,10 @@ class Store:
             for part in parts:
                 part.unlink()
 
-    def index(self) -> dict[str, dict[str, Any]]:
-        """All runs without their summaries, key -> row."""
-        columns = ["key", "file", "size", "modified", "date", "kind", "error", "note"]
-        return {row.key: asdict_of(row) for row in self._rows(IndexRow, columns)}
+    def index(self) -> dict[str, IndexRow]:
+        """All runs without their summaries, by key."""
+        columns = [name for name in IndexRow.__struct_fields__ if name != "arm"]
+        return {row.key: row for row in self._rows(IndexRow, columns)}
 
     def arms(self, kind: str) -> dict[str, list[Run]]:
         """Identified runs of each arm of a type."""
@@ -166,17 +143,11 @@ class Store:
             yield from valid
 
 
-def _columns(row: Row) -> dict[str, Any]:
-    summary = row.summary
-    return {
-        "key": row.key,
-        "date": row.date,
-        "kind": row.kind,
-        "file": row.file.path,
-        "size": row.file.size,
-        "modified": row.file.modified,
-        "error": row.error,
-        "note": row.note,
+def _columns(row: IndexRow, summary: Summary | None) -> dict[str, Any]:
+    """Columns of a run's file; the arm is in its path."""
+    columns = asdict_of(row)
+    del columns["arm"]
+    return columns | {
         "seconds": summary.seconds if summary else None,
         "payload": summary.payload if summary else None,
         "payload_known": summary.known if summary else None,

@@ -25,7 +25,8 @@ from exidyn.identification.recordings.mcap.mcap_file import read_recording
 
 from ..terminal.json_output import write_whole
 from .source import Source, SourceFile, content_hash, date_of
-from .store import Row, Store
+from .store import Store
+from .store_schema import IndexRow
 
 LOCAL = "local"
 """Value of --cluster that starts a Dask cluster on this machine."""
@@ -129,7 +130,7 @@ def identify_new(
 
 def _new(source: Source, store: Store) -> list[SourceFile]:
     """Files whose path, size or time is not in the store; copies are recognized later by their content."""
-    known = {(row["file"], row["size"], row["modified"]) for row in store.index().values()}
+    known = {(row.file, row.size, row.modified) for row in store.index().values()}
     return [file for file in source.files() if (file.path, file.size, file.modified) not in known]
 
 
@@ -169,17 +170,18 @@ def identify_file(source: Source, store: Store, file: SourceFile, call: str) -> 
         key = content_hash(path)
         if key in _keys(store, call):  # a copy
             return ""
-        date, kind = NO_DATE, ""
+        date, kind, error, note, summary = NO_DATE, "", "", "", None
         try:
             recording = read_recording(path)
             date, kind = date_of(recording, file.path), kind_key(recording)
             if kind not in store.kinds():
                 return kind
             summary = summarised(recording, known_kind(store, kind))
-            row = Row(key, file, date, kind, note="; ".join(recording.warnings), summary=summary)
-        except ExidynError as error:
-            row = Row(key, file, date, kind, error=str(error).replace(str(path), file.path))
-        store.write_run(row)
+            note = "; ".join(recording.warnings)
+        except ExidynError as reason:
+            error = str(reason).replace(str(path), file.path)
+        row = IndexRow(key, date, kind, file.path, file.size, file.modified, error, note, file.arm)
+        store.write_run(row, summary)
     return ""
 
 
@@ -198,26 +200,26 @@ def known_kind(store: Store, key: str) -> Kind:
 def left_out(store: Store) -> Iterator[tuple[str, str]]:
     """Each recording that could not be identified, and why."""
     for row in store.index().values():
-        if row["error"]:
-            yield row["file"], row["error"]
+        if row.error:
+            yield row.file, row.error
 
 
 def not_whole(store: Store) -> Iterator[tuple[str, str]]:
     """Each recording that was used although part of it is missing, and the missing part."""
     for row in store.index().values():
-        if row["note"] and not row["error"]:
-            yield row["file"], row["note"]
+        if row.note and not row.error:
+            yield row.file, row.note
 
 
-def last_runs(store: Store) -> dict[str, dict[str, Any]]:
-    """The last identified run of each arm, a row of `Store.index`."""
-    rows = sorted(store.index().values(), key=lambda row: row["date"])
-    return {row["arm"]: row for row in rows if not row["error"]}
+def last_runs(store: Store) -> dict[str, IndexRow]:
+    """The last identified run of each arm."""
+    rows = sorted(store.index().values(), key=lambda row: row.date)
+    return {row.arm: row for row in rows if not row.error}
 
 
-def report_path(store: Store, row: dict[str, Any]) -> Path:
+def report_path(store: Store, row: IndexRow) -> Path:
     """Path of a run's report; each run of an arm has its own."""
-    return store.folder / REPORTS / unique_stem(row["arm"], "arm") / f"{row['key']}.html"
+    return store.folder / REPORTS / unique_stem(row.arm, "arm") / f"{row.key}.html"
 
 
 def write_reports(
@@ -225,7 +227,7 @@ def write_reports(
 ) -> list[tuple[str, str]]:
     """Write missing reports of the last runs; return the arms without a report, and why."""
     missing = [row for row in last_runs(store).values() if not report_path(store, row).exists()]
-    futures = {executor.submit(_write, source, store, row): row["arm"] for row in missing}
+    futures = {executor.submit(_write, source, store, row): row.arm for row in missing}
     failed = []
     for done, future in enumerate(as_completed(futures), 1):
         if why := future.result():
@@ -234,11 +236,11 @@ def write_reports(
     return sorted(failed)
 
 
-def _write(source: Source, store: Store, row: dict[str, Any]) -> str:
+def _write(source: Source, store: Store, row: IndexRow) -> str:
     """Replace an arm's report by that of a run; return why it is impossible, or an empty text."""
-    path, kind = report_path(store, row), known_kind(store, row["kind"])
+    path, kind = report_path(store, row), known_kind(store, row.kind)
     try:
-        with source.local(SourceFile(row["file"], row["arm"], row["size"], row["modified"])) as copy:
+        with source.local(SourceFile(row.file, row.arm, row.size, row.modified)) as copy:
             run = read_recording(copy)
         fit = identify([run], model=kind.model, estimator=posterior, filtering=kind.filtering)
     except (ExidynError, OSError) as error:

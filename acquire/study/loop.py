@@ -19,12 +19,11 @@ from exidyn.trajectories.next_run.offers import Offer
 
 from ..files.given_runs import Case, distinct_bodies
 from ..run.errors import RunStopped
-from ..terminal.json_output import json_text, plain, write_whole
+from ..terminal.json_output import json_text, write_whole
 from ..terminal.stopwatch import with_bar
-from .choice_file import choice_table, read_shapes, shape_table
-from .choice_schema import require_course
+from .choice_file import RoundChoice, require_course, shape_rows, shapes_in
 from .notebook import notebook
-from .other_gains import gain_sentences, other_gains, with_gains
+from .other_gains import other_gains, with_gains
 from .rounds import CHOICE, NOTEBOOK, Round, fill_folder, next_round, rounds, tell
 from .sources import Source
 
@@ -54,8 +53,8 @@ class Study:
     diagnose: Diagnose
     options: dict[str, Any]
 
-    def run(self) -> dict[str, Any]:
-        """Run until the model is decided or undecidable, or time is up; return the last choice as a table.
+    def run(self) -> RoundChoice:
+        """Run until the model is decided or undecidable, or time is up; return the last choice.
 
         Raises:
             RunStopped: If a run was stopped before its end; the notebook reports this too.
@@ -68,7 +67,7 @@ class Study:
                 self._write_notebook(str(stopped))
                 raise
             self._write_notebook()
-            if choice["verdict"] != RUN:
+            if choice.verdict != RUN:
                 return choice
 
     def _write_notebook(self, stopped: str = "") -> None:
@@ -79,15 +78,15 @@ class Study:
         stops = [(past.name, reason) for past in begun for reason in past.stops]
         write_whole(self.folder / NOTEBOOK, notebook(self.model.robot.name, choices, stopped, stops))
 
-    def _complete_round(self, current: Round) -> dict[str, Any]:
+    def _complete_round(self, current: Round) -> RoundChoice:
         """Perform the steps of a round that have no result yet; return its choice."""
         earlier = rounds(self.folder)[: current.number - 1]
         current.folder.mkdir(parents=True, exist_ok=True)
         if not current.run.exists():
             last = earlier[-1].choice if earlier else None
-            run_name = "the first run" if last is None else last["offers"][0]["name"]
+            run_name = "the first run" if last is None else last.offers[0].name
             print(f"{current.name}: {run_name}", file=sys.stderr)
-            self.source.make(current, None if last is None else last["chosen"])
+            self.source.make(current, None if last is None else last.chosen)
         rounds_so_far = [*earlier, current]
         fill_folder(current.fit, lambda part: self._fit(rounds_so_far, part))
         fill_folder(current.diagnosis, lambda part: self._diagnose_and_choose(rounds_so_far, part))
@@ -107,7 +106,7 @@ class Study:
         """Diagnose all runs, collect the available runs, and choose the next."""
         recordings = distinct_bodies([past.recording() for past in rounds_so_far])
         last = rounds_so_far[-2].choice if len(rounds_so_far) > 1 else None
-        earlier_shapes = read_shapes(last)
+        earlier_shapes = shapes_in(last)
         file = rounds_so_far[-1].fit / "fit.json"
         fit = read_fit(file) if file.exists() else None
         gains = other_gains(fit, self.model)
@@ -130,11 +129,16 @@ class Study:
         belief = belief_of(search, suspects, columns, nameless_torque(diagnosis, search))
         moved = sum(recording.duration for recording in recordings)
         choice = choose(belief, usable, columns, self.seconds - moved, bool(diagnosis.remainders))
-        table = choice_table(belief, choice, diagnosis) | {"moved": moved, "asked": self.options}
-        table["believed"] = [*gain_sentences(gains, self.model), *table["believed"]]
-        gain_findings = (["drive_gain", [gain.joint + 1]] for gain in gains)
-        table["findings"] = sorted([*table["findings"], *gain_findings])
-        table["shapes"] = shape_table([*earlier_shapes, *shapes_of(search.selected)])
         chosen = choice.chosen
-        table["chosen"] = None if chosen is None else self.source.chosen(chosen.offer, part)
-        write_whole(part / CHOICE, json_text(plain(table)))
+        saved = RoundChoice.of(
+            belief,
+            choice,
+            diagnosis,
+            gains,
+            self.model,
+            moved=moved,
+            asked=self.options,
+            shapes=shape_rows([*earlier_shapes, *shapes_of(search.selected)]),
+            chosen=None if chosen is None else self.source.chosen(chosen.offer, part),
+        )
+        write_whole(part / CHOICE, json_text(saved.table))

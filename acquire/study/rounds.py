@@ -27,14 +27,12 @@ from ..run.errors import NotConfirmed
 from ..screen import beneath
 from ..terminal.json_output import write_whole
 from ..terminal.recording_text import why_it_ended
-from .choice_schema import ChoiceFile
+from .choice_file import FORMAT, RoundChoice
 
 CHOICE, NEXT, NOTEBOOK, ROBOT = "choice.json", "next.toml", "notebook.html", "robot.toml"
 """Names of files: a choice, the chosen motion, the notebook of the study, and its robot."""
 ATTEMPTS = "attempt-*.mcap"
 """Pattern of the files of runs that were stopped before their end."""
-FORMAT = 2
-"""Version of the format of `CHOICE`."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ class Round:
         return self.folder / "diagnosis"
 
     @property
-    def choice(self) -> dict[str, Any] | None:
+    def choice(self) -> RoundChoice | None:
         """The choice made after this run, if any; raises `NotAFile` if its format has another version."""
         path = self.diagnosis / CHOICE
         if not path.exists():
@@ -80,8 +78,7 @@ class Round:
             raise NotAFile(
                 f"{path} is not a choice of a study in format {FORMAT}; start in another folder (--output)"
             )
-        checked(table, ChoiceFile, str(path))
-        return table
+        return checked(table, RoundChoice, str(path))
 
     @property
     def stops(self) -> list[str]:
@@ -105,7 +102,7 @@ def rounds(folder: Path) -> list[Round]:
 def next_round(folder: Path) -> Round:
     """The last round if it is unfinished or ended the study, otherwise a new round."""
     begun = rounds(folder)
-    if begun and ((choice := begun[-1].choice) is None or choice["verdict"] != RUN):
+    if begun and ((choice := begun[-1].choice) is None or choice.verdict != RUN):
         return begun[-1]
     return _round(folder, len(begun) + 1)
 
@@ -114,7 +111,7 @@ def forget_end(folder: Path, options: dict[str, Any]) -> None:
     """Delete the last diagnosis of a study that ended if its options have changed since."""
     begun = rounds(folder)
     choice = begun[-1].choice if begun else None
-    if choice is not None and choice["verdict"] != RUN and choice["asked"] != options:
+    if choice is not None and choice.verdict != RUN and choice.asked != options:
         shutil.rmtree(begun[-1].diagnosis)
 
 

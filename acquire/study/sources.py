@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.errors import ExidynError, NotAFile
@@ -35,6 +35,7 @@ from ..run.before import check_plan
 from ..run.recorder import part_of
 from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import with_bar
+from .choice_file import Chosen
 from .rounds import CHOICE, NEXT, Round, ask, tell
 
 NOT_RECORDINGS = ("", ".toml", ".md", ".txt", ".json", ".html")
@@ -44,14 +45,14 @@ NOT_RECORDINGS = ("", ".toml", ".md", ".txt", ".json", ".html")
 class Source(Protocol):
     """A cell that records runs, or existing recordings."""
 
-    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+    def make(self, current: Round, chosen: Chosen | None) -> None:
         """Write the recording of the current round: the chosen run, or the first run if None."""
 
     def offers(self, rounds_so_far: Sequence[Round], diagnosis: Diagnosis, fit: Fit | None) -> list[Offer]:
         """Runs that are available after these rounds."""
 
-    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
-        """The table that `make` needs to record a chosen offer; its files go into the folder."""
+    def chosen(self, offer: Offer, folder: Path) -> Chosen:
+        """What `make` needs to record a chosen offer; its files go into the folder."""
 
 
 Record = Callable[[Path, Path, KnownPayload | None], None]
@@ -82,7 +83,7 @@ class Cell:
     folder: Path
     _checked: dict[tuple[str, KnownPayload | None], str] = field(default_factory=dict, repr=False)
 
-    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+    def make(self, current: Round, chosen: Chosen | None) -> None:
         """Plan the first motion or read the chosen one, ask a person for what it needs, and record it.
 
         Raises:
@@ -90,11 +91,11 @@ class Cell:
         """
         if not current.plan.exists():
             study = current.folder.parent
-            motion = None if chosen is None else read_plan(study / _required(chosen, "plan"))
+            motion = None if chosen is None else read_plan(study / _required(chosen.plan, "plan"))
             write_plan(motion or excitation(self.model, self.wishes, None, 1, self.search)[1], current.plan)
-        if chosen is not None and chosen["request"] and self.attended:
-            ask(chosen["request"])
-        carried = self.payload if chosen is not None and chosen["loaded"] else None
+        if chosen is not None and chosen.request and self.attended:
+            ask(chosen.request)
+        carried = self.payload if chosen is not None and chosen.loaded else None
         attempts = (current.folder / f"attempt-{number}.mcap" for number in count(1))
         attempt = next(path for path in attempts if not path.exists() and not part_of(path).exists())
         self.record(current.plan, attempt, carried)
@@ -112,12 +113,12 @@ class Cell:
         made = {(past.plan.read_text(encoding="utf-8"), past.recording().payload) for past in rounds_so_far}
         return [offer for offer in with_bar(offers) if _is_new(offer, made) and self._is_allowed(offer)]
 
-    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
+    def chosen(self, offer: Offer, folder: Path) -> Chosen:
         """The path of its motion, which is written to the folder, and what it requests of a person."""
         assert offer.plan is not None
         write_plan(offer.plan, folder / NEXT)
         place = Path(folder.parent.name) / folder.name.removesuffix(".part") / NEXT
-        return {"plan": str(place), "loaded": offer.payload is not None, "request": offer.request}
+        return Chosen(str(place), offer.payload is not None, offer.request)
 
     def _optimized(self, diagnosis: Diagnosis, fit: Fit | None, seed: int) -> list[Planned]:
         planned: list[Planned] = []
@@ -256,11 +257,11 @@ class Shelf:
             raise NotAFile(f"--from {folder}: no recordings there")
         return cls(tuple(replace(recording, model=model) for recording in distinct_bodies(recordings)))
 
-    def make(self, current: Round, chosen: dict[str, Any] | None) -> None:
+    def make(self, current: Round, chosen: Chosen | None) -> None:
         """Write the chosen recording; the first run is one without a payload, like the nominal model."""
         empty = [recording for recording in self.recordings if recording.payload is None]
         first = (empty or list(self.recordings))[0].name
-        wanted = first if chosen is None else _required(chosen, "recording")
+        wanted = first if chosen is None else _required(chosen.recording, "recording")
         [recording] = [recording for recording in self.recordings if recording.name == wanted]
         part = current.run.with_name("run.part.mcap")
         write_recording(recording, part)
@@ -271,20 +272,20 @@ class Shelf:
         used = {past.recording().name for past in rounds_so_far}
         return [Offer(unused.name, unused) for unused in self.recordings if unused.name not in used]
 
-    def chosen(self, offer: Offer, folder: Path) -> dict[str, Any]:
+    def chosen(self, offer: Offer, folder: Path) -> Chosen:
         """The name of the recording."""
-        return {"recording": offer.name}
+        return Chosen(recording=offer.name)
 
 
-def _required(chosen: dict[str, Any], key: str) -> str:
+def _required(name: str | None, kind: str) -> str:
     """The chosen plan or recording.
 
     Raises:
         NotAFile: If the study was started with the other source of runs.
     """
-    if chosen.get(key) is None:
+    if name is None:
         raise NotAFile(
-            f"{CHOICE} has no {key}: the study was started with another source of runs (--from or a "
+            f"{CHOICE} has no {kind}: the study was started with another source of runs (--from or a "
             "controller). Start in another folder (--output)"
         )
-    return str(chosen[key])
+    return name

@@ -7,8 +7,8 @@ import rerun.blueprint as rrb
 from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.region import HalfSpace
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_check import nominal_torque, violations
-from exidyn.trajectories.plans.plan_page import Curve, plan_curves
+from exidyn.trajectories.plans.plan_check import Curve, nominal_torque, violations
+from exidyn.trajectories.plans.plan_page import plan_curves
 from exidyn.trajectories.plans.plan_space import Space, hull_mesh
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.trajectory import unit_of

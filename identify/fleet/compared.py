@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from ..positive_definite import covariance, factored, inverse, solve
+from .kind import Cause
 from .learned import Learned
 from .runs import ArmRuns
 
@@ -50,9 +51,9 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
     """
     frame, size = learned.frame, len(learned.frame.scale)
     first_level, difference, precision = _difference(learned, first, second)
-    labels, directions = _labeled_directions(learned)
+    directions = frame.directions
     chosen: list[int] = []
-    while len(chosen) < len(labels):
+    while len(chosen) < len(directions):
         residual = (
             difference - _explained(directions[chosen], precision, difference) if chosen else difference
         )
@@ -67,8 +68,8 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
     stds = np.sqrt(np.diag(covariance(factor)))
     values = first_level[:size] * frame.scale
     rows = [
-        Difference(*labels[k][:4], values[labels[k][4]] if labels[k][4] >= 0 else np.nan, float(a), float(s))
-        for k, a, s in zip(chosen, amounts, stds, strict=True)
+        _row(frame.causes[k], values, float(amount), float(std))
+        for k, amount, std in zip(chosen, amounts, stds, strict=True)
     ]
     return sorted(rows, key=lambda row: -abs(row.amount) / row.std)
 
@@ -80,7 +81,7 @@ def threshold_of(learned: Learned) -> float:
     It follows from Bonferroni's bound, or from successive runs of one arm if they differ more, because model
     errors are not noise.
     """
-    _, directions = _labeled_directions(learned)
+    directions = learned.frame.directions
     by_chance = float(stats.norm.isf(0.5 * WRONG / len(directions)))
     pairs = [(runs, k) for runs in learned.arms.values() for k in range(len(runs.runs) - 1)]
     maxima = []
@@ -102,11 +103,9 @@ def _difference(
     return first_level, (second_level - first_level)[:size], precision
 
 
-def _labeled_directions(learned: Learned) -> tuple[list[tuple[str, int, str, str, int]], np.ndarray]:
-    """Labels of the causes, and their directions in the frame's units for an amount of one."""
-    frame = learned.frame
-    labels = [(cause.effect, cause.joint, cause.parameter, cause.unit, cause.place) for cause in frame.causes]
-    return labels, frame.directions
+def _row(cause: Cause, values: np.ndarray, amount: float, std: float) -> Difference:
+    first = values[cause.place] if cause.place >= 0 else np.nan
+    return Difference(cause.effect, cause.joint, cause.parameter, cause.unit, first, amount, std)
 
 
 def _explained(directions: np.ndarray, precision: np.ndarray, difference: np.ndarray) -> np.ndarray:

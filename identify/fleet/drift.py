@@ -43,7 +43,7 @@ CLOSER = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class DetectedChange:
     """A change of an arm, by all of its runs.
 
     Attributes:
@@ -85,7 +85,7 @@ class ArmDrift:
     """Changes of one arm.
 
     Attributes:
-        found: Changes by date, without those that later runs did not confirm.
+        changes: Changes by date, without those that later runs did not confirm.
         alarms: Days on which an alarm was raised.
         odd: Outlier runs, which are not caused by a change.
         price: Log-odds from which a change is accepted.
@@ -93,7 +93,7 @@ class ArmDrift:
             temperature effects do not count as changes.
     """
 
-    found: tuple[Found, ...]
+    changes: tuple[DetectedChange, ...]
     alarms: tuple[float, ...]
     odd: tuple[Odd, ...]
     price: float
@@ -155,7 +155,7 @@ def scatter_among(learned: Learned, states: Mapping[str, State | None]) -> Scatt
     frame, squares, seen = learned.frame, [], []
     groups = [""] * len(frame.scale)
     for cause in frame.causes:
-        place = len(frame.kind.base.kept) + cause.joint if cause.effect == "drive_gain" else cause.place
+        place = frame.unknown_of(cause)
         if cause.wears and place >= 0:
             groups[place] = cause.effect
     for arm, state in states.items():
@@ -309,7 +309,7 @@ class Search:
 
 def _detected(
     search: Search, state: State, index: int, alarms: Sequence[float], arms: Mapping[str, np.ndarray]
-) -> Found:
+) -> DetectedChange:
     """A change with its date, the interval of the date, and its rivals, while other changes stay."""
     history, change = search.history, state.changes[index]
     without, days = search.without(state, index), search.history.runs.days
@@ -328,7 +328,7 @@ def _detected(
         if gain > top - OPEN and other.suspect != change.suspect
     }
     shapes = {other.shape for gain, other in gains if gain > top - OPEN and other.suspect == change.suspect}
-    return Found(
+    return DetectedChange(
         suspect=suspect,
         shape=change.shape,
         amounts=amounts,

@@ -16,10 +16,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from .evidence import SHAPES, STEP, Evidence, Questions, evidence_from
+from .evidence import (
+    SHAPES,
+    STEP,
+    Evidence,
+    Information,
+    Questions,
+    Sums,
+    evidence_from,
+    information,
+)
 from .learned import Learned
 from .runs import ArmRuns
-from .says import Information, Sums, information
 from .scatter import Scatter
 from .suspects import EXCHANGE, Suspect, suspects
 

@@ -59,11 +59,10 @@ class Learned:
 
     def run_variance(self, runs: ArmRuns) -> np.ndarray:
         """Variance of each unknown of an arm from run to run, in the frame's units, shape (m,)."""
-        frame, joints = self.frame, self.frame.kind.model.robot.dof
+        frame = self.frame
         variances = (LEAST_SCATTER**2) * self.units.variance[: len(frame.scale)]
         for k, variance, size in zip(self.scattering, self.scatter, self.sizes(runs), strict=True):
-            cause, gains = frame.causes[k], len(frame.scale) - joints
-            place = gains + cause.joint if cause.effect == "drive_gain" else cause.place
+            place = frame.unknown_of(frame.causes[k])
             if place >= 0:
                 of_cause = variance * (size * frame.directions[k, place]) ** 2
                 variances[place] = max(variances[place], of_cause)

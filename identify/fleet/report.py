@@ -11,9 +11,8 @@ import numpy as np
 from ..diagnosis.words.naming import joined, joint_words, lower, named
 from ..text_table import NORMAL_95, digits
 from .compared import Difference
-from .drift import ArmDrift, Found, at_first, drift, scatter_among
+from .drift import ArmDrift, DetectedChange, at_first, drift, scatter_among
 from .evidence import CREEP
-from .history import State
 from .kind import Cause
 from .learned import Learned
 from .runs import ArmRuns
@@ -44,21 +43,22 @@ class KindReport:
     ) -> "KindReport":
         """Search every arm for changes, one after the other or each as a task of an executor."""
         apply = executor.map if executor else map
-        levels, arms = levels_of(learned), list(learned.arms)
-        alone = [replace(learned, arms={arm: learned.arms[arm]}) for arm in arms]
-        states = dict(zip(arms, apply(_at_first, alone, [alarms_per_year] * len(arms)), strict=True))
+        arms, levels = list(learned.arms), levels_of(learned)
+        statistics = [replace(learned, arms={})] * len(arms)  # without the runs of the other arms
+        runs, rates = list(learned.arms.values()), [alarms_per_year] * len(arms)
+        states = dict(zip(arms, apply(at_first, statistics, runs, rates), strict=True))
         scatter = scatter_among(learned, states)
         others = [{name: level for name, level in levels.items() if name != arm} for arm in arms]
-        arguments = ([alarms_per_year] * len(arms), [scatter] * len(arms), others)
-        return cls(key, learned, scatter, dict(zip(arms, apply(_drift, alone, *arguments), strict=True)))
+        drifts = apply(drift, statistics, runs, rates, [scatter] * len(arms), others)
+        return cls(key, learned, scatter, dict(zip(arms, drifts, strict=True)))
 
     @cached_property
-    def scattering(self) -> list[Cause]:
+    def wearing(self) -> list[Cause]:
         """Causes that wear, for which each run has a value."""
         return [cause for cause in self.learned.frame.causes if cause.wears]
 
     def values(self, arm: str) -> tuple[np.ndarray, np.ndarray]:
-        """Values of the scattering causes in each run of an arm at reference temperature, and their stds.
+        """Values of the causes that wear in each run of an arm at reference temperature, and their stds.
 
         For a relative cause, the value is the share relative to nominal. The arm's other runs and the spread
         between units are the prior, so a run of 20 s is enough. Both have shape (r, s).
@@ -67,33 +67,10 @@ class KindReport:
         level = self.drifts[arm].level
         amounts, covariance = self.learned.deviations(runs, level)
         wearing = [k for k, place in enumerate(self.learned.scattering) if frame.causes[place].wears]
-        places = np.array([cause.place for cause in self.scattering])
+        places = np.array([frame.unknown_of(cause) for cause in self.wearing])
         usual = np.where(places >= 0, (level[: len(frame.scale)] * frame.scale)[places], 0.0)
         stds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        return usual + amounts[:, wearing] + self._gains(level), stds[:, wearing]
-
-    def _gains(self, level: np.ndarray) -> np.ndarray:
-        """Log of an arm's drive gains over the nominal ones, zero for other causes, shape (s,)."""
-        frame = self.learned.frame
-        values, first = level[: len(frame.scale)] * frame.scale, len(frame.kind.base.kept)
-        return np.array(
-            [
-                values[first + cause.joint] if cause.effect == "drive_gain" else 0.0
-                for cause in self.scattering
-            ]
-        )
-
-
-def _at_first(alone: Learned, alarms_per_year: float) -> State | None:
-    [runs] = alone.arms.values()
-    return at_first(alone, runs, alarms_per_year)
-
-
-def _drift(
-    alone: Learned, alarms_per_year: float, scatter: Scatter, others: Mapping[str, np.ndarray]
-) -> ArmDrift:
-    [runs] = alone.arms.values()
-    return drift(alone, runs, alarms_per_year, scatter, others)
+        return usual + amounts[:, wearing], stds[:, wearing]
 
 
 def temperature_of(runs: ArmRuns) -> np.ndarray:
@@ -115,7 +92,7 @@ def subject(cause: Cause | Difference, joints: tuple[str, ...]) -> str:
     return f"{text}, {cause.parameter}" if detail else text
 
 
-def change_words(learned: Learned, change: Found) -> str:
+def change_words(learned: Learned, change: DetectedChange) -> str:
     """A sentence about a change: what changed, by how much, since when, and its rivals."""
     joints = learned.frame.kind.model.robot.joints
     first, last = (date_words(day) for day in change.interval)
@@ -148,7 +125,7 @@ def odd_words(learned: Learned, odd: Odd) -> str:
     return f"The run of {date_words(odd.day)} shows no lasting change of the arm: {reason}."
 
 
-def what_words(learned: Learned, change: Found) -> str:
+def what_words(learned: Learned, change: DetectedChange) -> str:
     """A change in words, with all of its consequences."""
     if change.suspect.name == EXCHANGE:
         count = len(learned.frame.scale)

@@ -131,6 +131,10 @@ class Frame:
         mean = np.concatenate([values, np.zeros(len(spread))])
         return Population(mean, np.concatenate([np.ones(len(values)), spread**2]))
 
+    def unknown_of(self, cause: Cause) -> int:
+        """Index of the unknown that a cause changes by itself; -1 if there is none."""
+        return len(self.kind.base.kept) + cause.joint if cause.effect == "drive_gain" else cause.place
+
     @property
     def by_warmth(self) -> np.ndarray:
         """Change of the unknowns by each thermal cause for a relative change of one, shape (f, m)."""

@@ -1,7 +1,6 @@
 """Residual by cause: table, sentences and plot of the budget of a diagnosis."""
 
 from collections.abc import Sequence
-from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from ..diagnosis.words.sentences import possible
 from ..document.document import Block, Cell, Figure, Number, Numbers, Paragraph, Section, Statements, Table
 from ..text_table import digits, percent
 from .shown import Shown
-from .svg import picture, text
+from .svg import picture, rect, text
 
 SMALL = 0.01
 """Share of the squared residual below which, on every joint, a kind is combined with other kinds."""
@@ -257,10 +256,8 @@ def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float
         if share <= 0.0:
             continue
         width, size = WIDTH * share, f"{digits(np.sqrt(share) * before, 3)} {unit}"
-        title = f"<title>{escape(part.name)}: {digits(100 * share, 3)} %, {size}</title>"
-        drawn.append(
-            f'<rect fill="{color}" x="{x:.1f}" y="{top:g}" width="{width:.1f}" height="20">{title}</rect>'
-        )
+        title = f"{part.name}: {digits(100 * share, 3)} %, {size}"
+        drawn.append(rect(f'fill="{color}"', x, top, width, 20, title))
         if share >= LEGIBLE:
             place = f'x="{x + width / 2:.1f}" y="{top + 14:g}"'
             drawn.append(f'<text {place} class="middle" style="fill:#fff">{100 * share:.0f} %</text>')
@@ -269,5 +266,4 @@ def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float
 
 
 def _key(x: float, y: float, color: str, name: str) -> str:
-    sample = f'<rect fill="{color}" x="{x:g}" y="{y - 9:g}" width="18" height="10"/>'
-    return sample + text(x + 24, y, name, "key")
+    return rect(f'fill="{color}"', x, y - 9, 18, 10) + text(x + 24, y, name, "key")

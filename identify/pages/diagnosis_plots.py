@@ -12,7 +12,7 @@ from ..diagnosis.findings.size import Size
 from ..diagnosis.improved.forward import Forward
 from ..text_table import NORMAL_95, digits
 from .profiles import Axis, Profile, orders, profile, spectrum
-from .svg import Panel, Span, legend, picture, stretch, text
+from .svg import Panel, Span, legend, picture, rect, stretch, text
 
 DOTS = 500
 """Number of dots in a profile; more would hide one another."""
@@ -44,35 +44,31 @@ def profile_plot(
     across, label = Span.around(before.dots[:, 0], margin=0.02), axis.title(unit == TURNING)
     heights = [np.percentile(points.dots[:, 1], [1, 99]) for points in (before, after)]
     height = Span.around(*heights, before.mean, np.array([noise or 0.0]), zero=True)
-    panel = Panel(across, height, 64, 24, 400, 190)
+    panel = Panel.single(across, height)
     y_label = f"residual against the motion [{unit}]" if axis.braking else f"residual [{unit}]"
-    content = (
-        legend(64, 14, _keys(noise))
-        + panel.axes(label, y_label)
-        + _band(panel, noise)
-        + _dots(panel, before, "cloud")
-        + _dots(panel, after, "cloudafter")
-        + panel.line(before.x, before.mean, "before")
-        + panel.line(after.x, after.mean, "after")
+    return panel.plot(
+        f"residual over {label}",
+        (label, y_label),
+        _keys(noise),
+        _band(panel, noise),
+        _dots(panel, before, "cloud"),
+        _dots(panel, after, "cloudafter"),
+        panel.line(before.x, before.mean, "before"),
+        panel.line(after.x, after.mean, "after"),
     )
-    return picture(472, 246, f"residual over {label}", content)
 
 
 def size_plot(size: Size, diagnosis: Diagnosis) -> str:
     """Torque of a finding over the quantity it depends on, with a 95 % band."""
     x, torque, std = np.array([(point.at, point.torque, point.std) for point in size.curve]).T
     low, high = torque - NORMAL_95 * std, torque + NORMAL_95 * std
-    panel = Panel(Span.around(x, margin=0.02), Span.around(low, high, np.zeros(1)), 64, 24, 400, 190)
+    panel = Panel.single(Span.around(x, margin=0.02), Span.around(low, high, np.zeros(1)))
     axis, unit = AXES[size.over], diagnosis.torque_units[size.joint]
     label = axis.title(unit == TURNING)
     quantity = "torque against the motion" if axis.braking else "torque"
     reference = " relative to the first" if size.change else ""
-    content = (
-        panel.axes(label, f"{quantity}{reference} [{unit}]")
-        + panel.band(x, low, high, "sure")
-        + panel.line(x, torque, "after")
-    )
-    return picture(472, 246, f"torque over {label}", content)
+    marks = panel.band(x, low, high, "sure"), panel.line(x, torque, "after")
+    return panel.plot(f"torque over {label}", (label, f"{quantity}{reference} [{unit}]"), (), *marks)
 
 
 def _keys(noise: float | None) -> list[tuple[str, str]]:
@@ -80,10 +76,7 @@ def _keys(noise: float | None) -> list[tuple[str, str]]:
 
 
 def _band(panel: Panel, noise: float | None) -> str:
-    if noise is None:
-        return ""
-    ends, limit = np.array([panel.x.low, panel.x.high]), np.full(2, noise)
-    return panel.band(ends, -limit, limit, "band")
+    return "" if noise is None else panel.level(-noise, noise, "band")
 
 
 def _dots(panel: Panel, points: Profile, style: str) -> str:
@@ -106,28 +99,25 @@ def time_plot(
     shown = stretch(trace.time, trace.before[:, joint] ** 2 * trace.weight[:, joint], STRETCH)
     time, slides = trace.time[shown], trace.weight[shown, joint] > 0
     before, after = (np.where(slides, rows[shown, joint], np.nan) for rows in (trace.before, trace.after))
-    panel = Panel(Span.around(time, margin=0.0), Span.around(before, after, zero=True), 64, 24, 400, 190)
+    panel = Panel.single(Span.around(time, margin=0.0), Span.around(before, after, zero=True))
     marks = [
         _mark(panel, moment) for moment in moments if moment.run == trace.name and joint in moment.joints
     ]
-    content = (
-        legend(64, 14, _keys(noise) + ([("momentkey", "moment")] if any(marks) else []))
-        + panel.axes("time [s]", f"residual [{unit}]")
-        + "".join(marks)
-        + _band(panel, noise)
-        + panel.line(time, before, "before thin")
-        + panel.line(time, after, "after thin")
+    return panel.plot(
+        f"{trace.name}: residual over time",
+        ("time [s]", f"residual [{unit}]"),
+        _keys(noise) + ([("momentkey", "moment")] if any(marks) else []),
+        *marks,
+        _band(panel, noise),
+        panel.line(time, before, "before thin"),
+        panel.line(time, after, "after thin"),
     )
-    return picture(472, 246, f"{trace.name}: residual over time", content)
 
 
 def _mark(panel: Panel, moment: Moment) -> str:
     """A moment as a stripe; empty if it lies outside the panel."""
     start, end = max(moment.start, panel.x.low), min(moment.end, panel.x.high)
-    if end <= start:
-        return ""
-    ends = np.array([start, end])
-    return panel.band(ends, np.full(2, panel.y.low), np.full(2, panel.y.high), "moment")
+    return panel.stripe(start, end, "moment") if end > start else ""
 
 
 def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
@@ -146,11 +136,9 @@ def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TU
 def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: str) -> str:
     across = Span.around(lines[0][0], margin=0.0)
     top = max(float(np.max(amplitude)) for _, amplitude in lines)
-    panel = Panel(across, Span(0.0, 1.06 * top or 1.0), 64, 24, 400, 190)
-    content = legend(64, 14, KEYS) + panel.axes(label, f"residual, amplitude [{unit}]")
-    for (x, amplitude), (style, _) in zip(lines, KEYS, strict=True):
-        content += panel.line(x, amplitude, style)
-    return picture(472, 246, f"residual over {label}", content)
+    panel = Panel.single(across, Span(0.0, 1.06 * top or 1.0))
+    drawn = [panel.line(*line, style) for line, (style, _) in zip(lines, KEYS, strict=True)]
+    return panel.plot(f"residual over {label}", (label, f"residual, amplitude [{unit}]"), KEYS, *drawn)
 
 
 def bars(
@@ -178,7 +166,7 @@ def bars(
         parts.append(text(x0 - 8, top + 17, name, "name end"))
         for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
             length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
-            parts.append(f'<rect class="{style}" x="{x0:g}" y="{y:.1f}" width="{length:.1f}" height="10"/>')
+            parts.append(rect(f'class="{style}"', x0, y, length, 10))
             label = f"{digits(value, 3)} {unit}".rstrip() if np.isfinite(value) else "diverged"
             parts.append(text(x0 + length + 5, y + 9, label, "tick"))
     if not units:
@@ -204,12 +192,10 @@ def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residu
             depth = np.clip((share - PALE) / (FULL - PALE), 0.0, 1.0)
             if depth > 0.0:
                 x = x0 + width * cell / CELLS
-                parts.append(
-                    f'<rect class="heat" x="{x:.1f}" y="{top:g}" width="{width / CELLS + 0.2:.1f}" '
-                    f'height="{step - 2:g}" fill-opacity="{depth:.2f}"/>'
-                )
+                look = f'class="heat" fill-opacity="{depth:.2f}"'
+                parts.append(rect(look, x, top, width / CELLS + 0.2, step - 2))
     bottom = 8 + step * len(names)
-    frame = f'<rect class="frame" x="{x0:g}" y="8" width="{width:g}" height="{bottom - 10:g}"/>'
+    frame = rect('class="frame"', x0, 8, width, bottom - 10)
     first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
     ends = text(x0, bottom + 12, first, "tick") + text(x0 + width, bottom + 12, last, "tick end")
     title = f"{trace.name}, {residuals}: residual over joint and time"
@@ -229,8 +215,9 @@ def forward_plot(forward: Forward, joint: int, unit: str = TURNING) -> str:
         np.where(slides, np.clip((forward.measured - torque)[shown, joint], -limit, limit), np.nan)
         for torque in (forward.torque_before, forward.torque_after)
     ]
-    panel = Panel(Span.around(time, margin=0.0), Span.around(*differences, zero=True), 64, 24, 400, 190)
-    content = legend(64, 14, KEYS) + panel.axes("time [s]", f"recorded minus simulated [{unit}]")
-    for line, (style, _) in zip(differences, KEYS, strict=True):
-        content += panel.line(time, line, f"{style} thin")
-    return picture(472, 246, f"{forward.run}: recorded minus simulated torque", content)
+    panel = Panel.single(Span.around(time, margin=0.0), Span.around(*differences, zero=True))
+    title, labels = f"{forward.run}: recorded minus simulated torque", f"recorded minus simulated [{unit}]"
+    drawn = [
+        panel.line(time, line, f"{style} thin") for line, (style, _) in zip(differences, KEYS, strict=True)
+    ]
+    return panel.plot(title, ("time [s]", labels), KEYS, *drawn)

@@ -41,7 +41,6 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
     part = Span.around(run.time[shown], margin=0.0)
     above = Panel(part, Span.around(measured, predicted), 64, 22, 560, 122 if complete else 108)
     below = Panel(across, Span.around(sliding, np.array([noise]), zero=True), 64, 154, 560, 86)
-    edges, limit = np.array([across.low, across.high]), np.full(2, noise)
     keys = [("measured", "measured"), ("predicted dashed", "predicted"), ("residual", "residual")]
     content = (
         legend(64, 14, [*keys, ("bandkey", "noise, 95 %")])
@@ -49,7 +48,7 @@ def torque_plot(run: Agreement, robot: Robot, joint: int, columns: int = COLUMNS
         + above.line(run.time[shown], measured, "measured", columns)
         + above.line(run.time[shown], predicted, "predicted dashed", columns)
         + below.axes("time [s]", f"residual [{unit}]")
-        + below.band(edges, -limit, limit, "band")
+        + below.level(-noise, noise, "band")
         + below.line(run.time, residual, "residual", columns)
     )
     return picture(632, 270, f"{run.run}, {name}: torque and residual over time", content)
@@ -68,16 +67,16 @@ def friction_plot(fit: Fit, joint: int) -> str:
     grid = velocity_grid(fastest)
     curve, spread = friction_curve(fit, joint, grid)
     low, high = curve - NORMAL_95 * spread, curve + NORMAL_95 * spread
-    panel = Panel(Span.around(grid, margin=0.03), Span.around(torque, low, high), 64, 22, 350, 190)
+    panel = Panel.single(Span.around(grid, margin=0.03), Span.around(torque, low, high), 350, top=22)
     entries = [("dots", "measured minus other terms")] if len(velocity) else []
-    content = (
-        legend(64, 14, [*entries, ("predicted", "model and 95 %")])
-        + panel.axes(f"velocity [{robot.units('rad/s')[joint]}]", f"friction [{measured_unit(fit, joint)}]")
-        + panel.dots(velocity, torque, "dots")
-        + panel.band(grid, low, high, "sure")
-        + panel.line(grid, curve, "predicted")
+    return panel.plot(
+        f"{robot.joints[joint]}: friction over velocity",
+        (f"velocity [{robot.units('rad/s')[joint]}]", f"friction [{measured_unit(fit, joint)}]"),
+        [*entries, ("predicted", "model and 95 %")],
+        panel.dots(velocity, torque, "dots"),
+        panel.band(grid, low, high, "sure"),
+        panel.line(grid, curve, "predicted"),
     )
-    return picture(422, 244, f"{robot.joints[joint]}: friction over velocity", content)
 
 
 def velocity_grid(fastest: float) -> np.ndarray:

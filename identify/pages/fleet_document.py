@@ -20,7 +20,7 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..fleet.drift import LEAST, ArmDrift, Found
+from ..fleet.drift import LEAST, ArmDrift, DetectedChange
 from ..fleet.report import (
     KindReport,
     amount_words,
@@ -60,7 +60,7 @@ def fleet_page(
     """
     arms = sum(len(report.drifts) for report in reports)
     runs = sum(len(arm.runs) for report in reports for arm in report.learned.arms.values())
-    changed = [arm for report in reports for arm, drift in report.drifts.items() if drift.found]
+    changed = [arm for report in reports for arm, drift in report.drifts.items() if drift.changes]
     note = (
         f"{counted(arms, 'arm')}, {counted(runs, 'run')}; changed: {len(changed)}; "
         f"{bound_words(reports, rate)}"
@@ -95,7 +95,7 @@ def _changes(reports: Sequence[KindReport]) -> Block:
         [_link(arm), change_words(report.learned, change), date_words(change.alarmed)]
         for report in reports
         for arm, drift in report.drifts.items()
-        for change in drift.found
+        for change in drift.changes
     ]
     if not rows:
         return Paragraph("No change exceeds the scatter between runs.")
@@ -128,7 +128,7 @@ def _cells(report: KindReport, drift: ArmDrift) -> Iterator[Cell]:
     for joint in range(robot.dof):
         changes = [
             change
-            for change in drift.found
+            for change in drift.changes
             if change.suspect.name == EXCHANGE or any(causes[k].joint == joint for k in change.suspect.causes)
         ]
         if not changes:
@@ -138,7 +138,7 @@ def _cells(report: KindReport, drift: ArmDrift) -> Iterator[Cell]:
         yield Marked(_brief(report, surest), "bad")
 
 
-def _brief(report: KindReport, change: Found) -> str:
+def _brief(report: KindReport, change: DetectedChange) -> str:
     """A change in a few words, with the amount of its most certain consequence."""
     joints, suspect = report.learned.frame.kind.model.robot.joints, change.suspect
     if suspect.name in (EXCHANGE, TOOL):
@@ -151,9 +151,9 @@ def _brief(report: KindReport, change: Found) -> str:
 
 def _arm(report: KindReport, arm: str, links: Mapping[str, str]) -> Section:
     drift, runs = report.drifts[arm], report.learned.arms[arm]
-    statements = [change_words(report.learned, change) for change in drift.found]
+    statements = [change_words(report.learned, change) for change in drift.changes]
     statements += [odd_words(report.learned, odd) for odd in drift.odd]
-    withdrawn = len(drift.alarms) - len(drift.found)
+    withdrawn = len(drift.alarms) - len(drift.changes)
     enough = len(runs.runs) >= LEAST
     note = f"{counted(len(runs.runs), 'run')}, {date_words(runs.days[0])} to {date_words(runs.days[-1])}"
     note += f"; a change is reported if its odds exceed {_odds_words(drift.price)}. " if enough else "."
@@ -176,21 +176,20 @@ def _odds_words(logarithm: float) -> str:
 
 def _trends(report: KindReport, arm: str) -> Grid:
     """Plots of all parameters that changed; without a change, of the Coulomb friction of every joint."""
-    drift, scattering = report.drifts[arm], report.scattering
-    causes = report.learned.frame.causes
-    places = {(cause.effect, cause.joint, cause.parameter): k for k, cause in enumerate(scattering)}
+    drift, causes = report.drifts[arm], report.learned.frame.causes
+    places = {(cause.effect, cause.joint, cause.parameter): k for k, cause in enumerate(report.wearing)}
     changes = {
         places[name]: change
-        for change in drift.found
+        for change in drift.changes
         for k in change.suspect.causes
         if (name := (causes[k].effect, causes[k].joint, causes[k].parameter)) in places
     }
-    usual = [k for k, cause in enumerate(scattering) if cause.effect == "coulomb_friction"]
+    usual = [k for k, cause in enumerate(report.wearing) if cause.effect == "coulomb_friction"]
     return Grid([_trend(report, arm, k, changes.get(k)) for k in sorted(changes) or usual])
 
 
-def _trend(report: KindReport, arm: str, place: int, change: Found | None) -> Figure:
-    runs, cause = report.learned.arms[arm], report.scattering[place]
+def _trend(report: KindReport, arm: str, place: int, change: DetectedChange | None) -> Figure:
+    runs, cause = report.learned.arms[arm], report.wearing[place]
     values, stds = (columns[:, place] for columns in report.values(arm))
     weeks, warm = (runs.days - runs.days[0]) / WEEK, temperature_of(runs)
     known = bool(np.all(np.isfinite(warm)))
@@ -202,9 +201,7 @@ def _trend(report: KindReport, arm: str, place: int, change: Found | None) -> Fi
     parts = [upper.axes("" if known else first, f"[{unit}]", x_ticks=not known)]
     if change is not None:
         begin, end = ((day - runs.days[0]) / WEEK for day in change.interval)
-        edge = np.array([begin, end])
-        ends = np.full(2, upper.y.low), np.full(2, upper.y.high)
-        parts.append(upper.band(edge, *ends, "moment"))
+        parts.append(upper.stripe(begin, end, "moment"))
     parts += [upper.band(weeks, low, high, "band"), upper.dots(weeks, values, "runs")]
     if known:
         lower = Panel(across, Span.around(warm), 62.0, height, WIDTH - 70.0, WARMTH - 8.0)

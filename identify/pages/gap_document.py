@@ -26,8 +26,8 @@ from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
 from ..in_mujoco.servo_changes import UNITS
 from ..text_table import digits
-from .diagnosis_plots import bars
-from .svg import Panel, Span, legend, picture
+from .diagnosis_plots import KEYS, bars
+from .svg import Panel, Span
 
 AS_IT_WAS = "original file"
 LONGEST = 20.0
@@ -269,12 +269,10 @@ def _trace_plot(gap: Gap, joint: int, unit: str) -> str:
         np.clip(1e3 * (distances.traces[0][shown, joint] - real), -reach, reach)
         for distances in (gap.original, gap.attached.distances)
     ]
-    panel = Panel(Span.around(time, margin=0.0), Span.around(*lines), 64, 24, 400, 190)
-    content = legend(64, 14, [(style, style) for style in ("before", "after")])
-    content += panel.axes("time [s]", f"simulated minus recorded [{unit}]")
-    for line, style in zip(lines, ("before thin", "after thin"), strict=True):
-        content += panel.line(time, line, style)
-    return picture(472, 246, f"{run.name}, {gap.diagnosis.joints[joint]}: simulated minus recorded", content)
+    panel = Panel.single(Span.around(time, margin=0.0), Span.around(*lines))
+    title = f"{run.name}, {gap.diagnosis.joints[joint]}: simulated minus recorded"
+    drawn = [panel.line(time, line, f"{style} thin") for line, (style, _) in zip(lines, KEYS, strict=True)]
+    return panel.plot(title, ("time [s]", f"simulated minus recorded [{unit}]"), KEYS, *drawn)
 
 
 def _beside(gap: Gap) -> list[str]:

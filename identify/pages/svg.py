@@ -17,6 +17,10 @@ GRAIN = 10
 """Units of path coordinates per pixel; integers keep files small."""
 
 
+LEFT, TOP, RIGHT, BOTTOM = 64.0, 24.0, 8.0, 32.0
+"""Margins around a single panel: for labels of its axes, and for a legend above it [pixels]."""
+
+
 class Span(NamedTuple):
     """A range of data, never empty."""
 
@@ -89,6 +93,28 @@ class Panel:
     width: float
     height: float
 
+    @classmethod
+    def single(
+        cls, x: Span, y: Span, width: float = 400.0, height: float = 190.0, top: float = TOP
+    ) -> "Panel":
+        """The panel of a plot that has no other, see `plot`."""
+        return cls(x, y, LEFT, top, width, height)
+
+    def plot(
+        self, title: str, labels: tuple[str, str], keys: Sequence[tuple[str, str]], *marks: str
+    ) -> Markup:
+        """The plot of a single panel: a legend of (style, words), labels of x and y, and marks over them."""
+        content = (legend(LEFT, 14, keys) if keys else "") + self.axes(*labels) + "".join(marks)
+        return picture(self.left + self.width + RIGHT, self.top + self.height + BOTTOM, title, content)
+
+    def level(self, low: float, high: float, style: str) -> str:
+        """A band between two values over the width of the panel."""
+        return self.band(np.array(self.x), np.full(2, low), np.full(2, high), style)
+
+    def stripe(self, start: float, end: float, style: str) -> str:
+        """A band between two places over the height of the panel."""
+        return self.band(np.array([start, end]), np.full(2, self.y.low), np.full(2, self.y.high), style)
+
     def pixels(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Data in tenths of pixels, shape (k, 2); points above or below the panel move to its edge."""
         across = self.left + self.width * (np.asarray(x, float) - self.x.low) / self.x.size
@@ -99,10 +125,7 @@ class Panel:
     @property
     def frame(self) -> str:
         """Background and border of the panel."""
-        return (
-            f'<rect class="frame" x="{self.left:.1f}" y="{self.top:.1f}" '
-            f'width="{self.width:.1f}" height="{self.height:.1f}"/>'
-        )
+        return rect('class="frame"', self.left, self.top, self.width, self.height)
 
     def axes(self, x_label: str, y_label: str, x_ticks: bool = True) -> str:
         """Frame, grid, tick labels and axis labels with their units."""
@@ -162,12 +185,22 @@ def path(points: np.ndarray, style: str, closed: bool = False) -> str:
     return _path(f"{first}l{steps.strip()}{'z' if closed else ''}" if steps else f"{first}h0", style)
 
 
+def rect(look: str, x: float, y: float, width: float, height: float, title: str = "") -> str:
+    """A rectangle with attributes, such as a class or a color, and a title for tooltips."""
+    shape = f'{look} x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
+    return f"<rect {shape}><title>{escape(title)}</title></rect>" if title else f"<rect {shape}/>"
+
+
 def text(x: float, y: float, words: str, style: str) -> str:
     """Words at a place in pixels."""
     return f'<text class="{style}" x="{x:.1f}" y="{y:.1f}">{escape(words)}</text>'
 
 
-def legend(x: float, y: float, entries: Sequence[tuple[str, str]]) -> str:
+Keys = Sequence[tuple[str, str]]
+"""Style and words of each entry of a legend."""
+
+
+def legend(x: float, y: float, entries: Keys) -> str:
     """A row of (style, words), each with a sample of its line; in a grid `alike`, only the first shows it."""
     parts = []
     for style, words in entries:

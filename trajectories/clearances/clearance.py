@@ -187,10 +187,7 @@ class _Bounds(NamedTuple):
 
     @classmethod
     def of(cls, clearance: Clearance, trajectory: Trajectory) -> "_Bounds":
-        extremes = trajectory.extremes()
-        position, velocity, acceleration = (
-            np.maximum(np.abs(reached.lower), np.abs(reached.upper)) for reached in extremes[:3]
-        )
+        position, velocity, acceleration = (reached.largest for reached in trajectory.extremes()[:3])
         return cls(clearance.reach(position), velocity, acceleration)
 
     def lowest(self, left: _Ends, right: _Ends) -> np.ndarray:

@@ -82,7 +82,7 @@ MOST_RUNS = 128
 """Maximum number of runs of the same motion; more are not worthwhile."""
 
 
-class Offer(NamedTuple):
+class RemedyOffer(NamedTuple):
     """A remedy, and the probability of choosing right after repeating the run with it [-]."""
 
     name: str
@@ -108,7 +108,7 @@ class Distinction(NamedTuple):
     runs: int | None
     probability_hour: float
     possible: bool
-    remedies: tuple[Offer, ...]
+    remedies: tuple[RemedyOffer, ...]
 
 
 def distinguish(
@@ -163,7 +163,7 @@ def _distinction(
 
 def _offer(
     goal: Discriminate, motion: Motion, remedy: Remedy, explanations: dict[Pair, Explanation], pair: Pair
-) -> Offer:
+) -> RemedyOffer:
     """The probability after two runs, the first as planned, the second with the remedy."""
     totals = []
     for true, rival in (pair, pair[::-1]):
@@ -172,7 +172,7 @@ def _offer(
         seen = [case.observation.seen(hypothesis, motion) for hypothesis in case.hypotheses]
         second = explain(case.hypotheses[1], seen[1], seen[0].torque, case.observation.rows / len(motion))
         totals.append(goal.earlier[true, rival] + first.separation + second.separation)
-    return Offer(case.name, probability(min(totals)))
+    return RemedyOffer(case.name, probability(min(totals)))
 
 
 def _runs(goal: Discriminate, motion: Motion, pair: Pair) -> int | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,21 +31,11 @@ SEARCH = 12.0
 """Search time for the motion under a chirp [s]: it need not be the best."""
 
 
-class RuleRun(NamedTuple):
-    """A run made by a rule.
-
-    Attributes:
-        trajectory: The motion.
-        notes: Sentences on what was left out, and why.
-    """
-
-    trajectory: Trajectory
-    notes: tuple[str, ...] = ()
-
-
 Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
-Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], RuleRun]
+Run = tuple[Trajectory, Sequence[str]]
+"""The motion, and sentences on what was left out, and why."""
+Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], Run]
 
 
 def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
@@ -58,49 +47,43 @@ def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> 
     return begin
 
 
-def sweeps(
-    model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
-) -> RuleRun:
+def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
     """Constant-velocity sweeps back and forth, joint by joint: friction curves."""
     pose = _rest_pose(model, wishes, limits)
     begin = _joint_progress(model, joints, progress)
-    return RuleRun(
-        constant_velocity_sweeps(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
-    )
+    return constant_velocity_sweeps(limits, joints, pose, wishes.tick, wishes.clearances, begin), ()
 
 
-def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> RuleRun:
+def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
     """Rests at poses approached from both sides: gravity and offsets."""
     run = static_poses(
         limits,
         POSES,
         wishes.tick,
-        clearances=wishes.clearances,
-        model=model,
-        start=wishes.start,
+        model,
+        wishes.clearances,
+        wishes.start,
         begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
     )
-    return RuleRun(run.trajectory, tuple(run.notes))
+    return run.trajectory, run.notes
 
 
 def single_joint(
     model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
-) -> RuleRun:
+) -> Run:
     """One joint at a time, fast and slow: its dynamics without coupling to the others."""
     pose = _rest_pose(model, wishes, limits)
     begin = _joint_progress(model, joints, progress)
-    return RuleRun(
-        single_joint_runs(limits, joints, pose, wishes.tick, clearances=wishes.clearances, begin=begin)
-    )
+    return single_joint_runs(limits, joints, pose, wishes.tick, wishes.clearances, begin), ()
 
 
-def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> RuleRun:
+def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
     """A chirp on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
     base_wishes = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
     motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
     progress("add the chirp")
-    return RuleRun(with_chirp(motion, joints, limits, wishes.tick, clearances=wishes.clearances))
+    return with_chirp(motion, joints, limits, wishes.tick, wishes.clearances), ()
 
 
 def _rest_pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
@@ -134,12 +117,12 @@ def by_rule(
     """
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     with in_words_of(model.robot):
-        run = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
+        run, notes = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
     return Plan.of(
-        run.trajectory,
+        run,
         model,
         margins=vars(wishes.margins),
         tick=wishes.tick,
-        assumed=(*assumed, *run.notes),
+        assumed=(*assumed, *notes),
         details={"kind": kind},
     )

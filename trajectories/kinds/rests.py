@@ -1,16 +1,15 @@
 """Rests and moves between them: the parts of motions that stop now and then."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 
 from ..clearances.clearance import Approach, Clearance
-from ..errors import BadLimits, Infeasible
+from ..errors import Infeasible
 from ..families.phases import Phases
 from ..limits.moves import move
-from ..limits.usable_limits import require_jerk, require_tick
 from ..trajectory import State, Trajectory, whole_ticks
 
 STEPS = 240
@@ -62,56 +61,6 @@ def require_clear_pose(pose: np.ndarray, clearances: Iterable[Clearance]) -> Non
         Infeasible: A clearance is not kept.
     """
     require_clear("the pose", Phases.hold(pose, 0.0), clearances)
-
-
-def require_limits(limits: Limits, tick: float) -> None:
-    """Raise unless the limits contain all that motions from rest to rest need.
-
-    Raises:
-        BadLimits: A limit other than torque is infinite, zero or NaN, or the sampling period is invalid.
-    """
-    require_jerk(limits)
-    require_tick(tick)
-    for name, values in vars(limits).items():
-        for joint in np.flatnonzero(~np.isfinite(values)):
-            if name != "torque":
-                raise BadLimits(
-                    f"joint {joint + 1}: limit {name} is {values[joint]:g}; it must be finite. "
-                    "Try `usable`, which assumes missing limits"
-                )
-
-
-def require_joints(joints: Collection[int], limits: Limits) -> None:
-    """Raise unless there is at least one joint, and each is a joint of the arm, counted from 0.
-
-    Raises:
-        BadLimits: There is no joint, or a number is out of range.
-    """
-    count = len(limits.velocity)
-    for joint in joints:
-        if joint not in range(count):
-            raise BadLimits(f"joint number {joint} is out of range; valid are 0 to {count - 1}")
-    if len(joints) == 0:
-        raise BadLimits(f"no joint is selected. Try one of 0 to {count - 1}")
-
-
-def require_pose(pose: np.ndarray, limits: Limits) -> np.ndarray:
-    """The pose as an array of floats, shape (n,) [rad].
-
-    Raises:
-        BadLimits: The pose has another shape.
-        Infeasible: A joint is outside its limits.
-    """
-    pose = np.asarray(pose, float)
-    lower, upper = limits.position_lower, limits.position_upper
-    if pose.shape != lower.shape:
-        raise BadLimits(f"pose of shape {pose.shape}; expected one position for each of {len(lower)} joints")
-    for joint in np.flatnonzero(~((lower <= pose) & (pose <= upper))):
-        raise Infeasible(
-            f"joint {joint + 1}: pose {pose[joint]:g} rad is outside its limits, {lower[joint]:g} to "
-            f"{upper[joint]:g}. Try a pose inside"
-        )
-    return pose
 
 
 def clear_range(

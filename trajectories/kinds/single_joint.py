@@ -12,18 +12,20 @@ import numpy as np
 from exidyn.identification.arm.robot import Limits
 
 from ..clearances.clearance import Clearance
-from ..errors import BadLimits, Infeasible
+from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence
 from ..limits.brake import stoppable
 from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory, whole_ticks
-from .rests import clear_range, pause, require_joints, require_limits, require_pose
+from .rests import clear_range, pause
 
 FAST = 5
 """The faster of the two harmonics: half as many reversals of the joint, at different positions."""
 WIDEST = 1.0
 """Largest excursion either way [rad]: gravity changes by most of its range."""
+SHARE = 0.9
+"""Share of the velocity, acceleration and jerk limits that the fast part may use [-]."""
 ROOM = 0.8
 """Share of the distance to the nearer limit that the excursion uses; the remainder is for stopping."""
 NARROWEST = 0.02
@@ -43,10 +45,6 @@ def single_joint_runs(
     joints: Collection[int],
     pose: np.ndarray,
     tick: float,
-    share: float = 0.9,
-    widest: float = WIDEST,
-    periods: int = PERIODS,
-    rest: float = REST,
     clearances: Collection[Clearance] = (),
     begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
@@ -59,31 +57,21 @@ def single_joint_runs(
         joints: Joints that move, counted from 0, in this order.
         pose: Pose at which each joint begins and ends, and the others rest, shape (n,) [rad].
         tick: Sampling period of the controller [s].
-        share: Share of the velocity, acceleration and jerk limits that the fast part may use [-].
-        widest: Largest excursion either way [rad].
-        periods: Periods of the fast part; the slow part has one.
-        rest: Rest before each part and at the end [s].
         clearances: Clearances to keep; a joint's excursion shrinks to its clear range.
         begin: Called with each joint before its motions are made.
 
     Raises:
-        BadLimits: The limits or joints are invalid.
-        Infeasible: The pose is outside the limits or not clear, or a joint has no room to move.
+        Infeasible: The pose is not clear, or a joint has no room to move.
     """
-    require_limits(limits, tick)
-    require_joints(joints, limits)
-    pose = require_pose(pose, limits)
-    if not 0.0 < share <= 1.0:
-        raise BadLimits(f"the share of the limits is {share:g}; it must be above 0 and at most 1")
     parts: list[Trajectory] = []
     for joint in joints:
         begin(joint)
         clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
-        fast = _fastest(_wave(clear, pose, joint, widest, periods), clear, share, tick)
+        fast = _fastest(_wave(clear, pose, joint), clear, tick)
         slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, tick), periods=1)
-        still = pause(pose, rest, tick)
+        still = pause(pose, REST, tick)
         parts += [still, fast, still, slow]
-    parts.append(pause(pose, rest, tick))
+    parts.append(pause(pose, REST, tick))
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
 
 
@@ -94,10 +82,10 @@ def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
     return replace(limits, position_lower=narrow_lower, position_upper=narrow_upper)
 
 
-def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: int) -> Fourier:
+def _wave(limits: Limits, pose: np.ndarray, joint: int) -> Fourier:
     """One joint's motion about a pose, as wide as its range allows, with a period of one second."""
     lower, upper = limits.position_lower[joint], limits.position_upper[joint]
-    excursion = float(np.min([ROOM * (pose[joint] - lower), ROOM * (upper - pose[joint]), widest]))
+    excursion = float(np.min([ROOM * (pose[joint] - lower), ROOM * (upper - pose[joint]), WIDEST]))
     if not excursion >= NARROWEST:
         raise Infeasible(
             f"joint {joint + 1}: at {pose[joint]:g} rad its excursion is at most {excursion:.3g} rad either "
@@ -106,15 +94,15 @@ def _wave(limits: Limits, pose: np.ndarray, joint: int, widest: float, periods: 
         )
     sine = np.zeros((len(pose), FAST))
     sine[joint, [0, FAST - 1]] = 1.0, -1.0 / FAST
-    shape = Fourier(1.0, pose, sine, np.zeros_like(sine), periods)
+    shape = Fourier(1.0, pose, sine, np.zeros_like(sine), PERIODS)
     return shape.scaled(excursion / (shape.extremes().position.upper[joint] - pose[joint]))
 
 
-def _fastest(wave: Fourier, limits: Limits, share: float, tick: float) -> Fourier:
-    """The wave, stoppable and as fast as a share of all limits allows, in whole sampling periods."""
+def _fastest(wave: Fourier, limits: Limits, tick: float) -> Fourier:
+    """The wave, stoppable and as fast as `SHARE` of all limits allows, in whole sampling periods."""
     used = list(zip(wave.extremes(), ranges(limits).values(), strict=True))[1:]
     needed = [
-        np.max(np.maximum(reached.upper / upper, reached.lower / lower) / share) ** (1 / order)
+        np.max(np.maximum(reached.upper / upper, reached.lower / lower) / SHARE) ** (1 / order)
         for order, (reached, (lower, upper)) in enumerate(used, start=1)
     ]
     fastest = replace(wave, period=whole_ticks(max(needed), tick))

@@ -18,11 +18,11 @@ from exidyn.identification.fit.base_parameters import from_columns
 from exidyn.identification.model import Model
 
 from ..clearances.clearance import Clearance
-from ..errors import BadLimits, Infeasible, NothingToIdentify
+from ..errors import Infeasible, NothingToIdentify
 from ..families.phases import Phases
 from ..families.sequence import Sequence
 from ..trajectory import Trajectory
-from .rests import move_clear, pause, require_clear_pose, require_limits, require_pose
+from .rests import move_clear, pause, require_clear_pose
 
 APPROACH = 0.05
 """Distance over which each joint approaches a pose [rad]: six times the 8 mrad over which friction builds up
@@ -39,14 +39,11 @@ class PoseRun(NamedTuple):
     Attributes:
         trajectory: Motion that begins and ends at rest at the same pose.
         poses: Poses in the order of the visits, shape (k, n) [rad].
-        rests: Begin and end of the rests at each pose, approached from below and from above,
-            shape (k, 2, 2) [s].
         notes: A sentence for each pose that was left out, and for each detour.
     """
 
     trajectory: Sequence
     poses: np.ndarray
-    rests: np.ndarray
     notes: tuple[str, ...]
 
 
@@ -54,12 +51,10 @@ def static_poses(
     limits: Limits,
     count: int,
     tick: float,
-    dwell: float = DWELL,
-    seed: int = 0,
+    model: Model,
     clearances: Collection[Clearance] = (),
-    model: Model | None = None,
     start: np.ndarray | None = None,
-    approach: float = APPROACH,
+    seed: int = 0,
     begin: Callable[[int, int], None] = lambda pose, poses: None,
 ) -> PoseRun:
     """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
@@ -68,41 +63,30 @@ def static_poses(
         limits: Limits, finite except for torque.
         count: Number of poses.
         tick: Sampling period of the controller [s].
-        dwell: Rest at each visit [s]; each pose has two visits.
-        seed: Seed of the random positions from which the poses are chosen.
+        model: Nominal model, whose parameters the poses excite at rest.
         clearances: Clearances to keep, at the poses and between them.
-        model: Nominal model; the poses excite its parameters at rest. Without it they are spread out.
         start: Pose to begin and end at, shape (n,) [rad]; the first pose by default.
-        approach: Distance over which each joint comes from below or above [rad].
+        seed: Seed of the random positions from which the poses are chosen.
         begin: Called with the number of each pose, and of all poses, before the move to it is planned.
 
     Raises:
-        BadLimits: The limits, sampling period, count or approach are invalid.
-        Infeasible: The start is outside the limits or not clear, or no pose can be reached.
+        Infeasible: The start is not clear, or no pose can be reached.
         NothingToIdentify: No parameter of the model acts at rest.
     """
-    require_limits(limits, tick)
-    if count < 1 or not 0.0 < approach < np.inf or not 0.0 <= dwell < np.inf:
-        raise BadLimits(
-            f"{count} poses, rests of {dwell:g} s and an approach over {approach:g} rad; expected at least "
-            "one pose, a rest of 0 or more and an approach above 0"
-        )
-    candidates = clear_positions(limits, approach, clearances, seed, count)
-    if model is None:
-        chosen = candidates[spread_out(candidates, count, limits)]
-    else:
-        chosen = candidates[informative(candidates, count, limits, model)]
-    home = chosen[0] if start is None else require_pose(start, limits)
+    candidates = clear_positions(limits, APPROACH, clearances, seed, count)
+    chosen = candidates[informative(candidates, count, limits, model)]
+    home = chosen[0] if start is None else start
     require_clear_pose(home, clearances)
     router = _Router(limits, tick, tuple(clearances), np.array([home, *chosen]))
     notes: list[str] = []
-    ordered = _announced(_nearest_first(home, chosen, limits), begin)
-    visits = router.visits(home, ordered, dwell, approach, notes)
+    visits = router.visits(home, _announced(_nearest_first(home, chosen, limits), begin), notes)
     return_moves = router.home(visits, home, notes)
     if not visits:
         raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
     notes += [f"the move to {_words(visit.pose)} takes a detour" for visit in visits if visit.detour]
-    return _run(visits, return_moves, notes)
+    moves: list[Trajectory] = [*(part for visit in visits for part in visit.parts), *return_moves]
+    run = Sequence(tuple(part for part in moves if part.duration > 0.0))
+    return PoseRun(run, np.array([visit.pose for visit in visits]), tuple(notes))
 
 
 def _announced(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> Iterator[np.ndarray]:
@@ -113,7 +97,7 @@ def _announced(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> It
 
 
 class _Visit(NamedTuple):
-    """The moves to a pose and both rests there, the last of the parts and the fourth from the last."""
+    """The moves to a pose with both rests there, and whether they take a detour."""
 
     pose: np.ndarray
     parts: list[Phases]
@@ -142,22 +126,20 @@ class _Router(NamedTuple):
                     continue
             raise
 
-    def visit(self, start: np.ndarray, pose: np.ndarray, dwell: float, approach: float) -> _Visit:
+    def visit(self, start: np.ndarray, pose: np.ndarray) -> _Visit:
         """Approach a pose from below, rest, approach it from above, rest."""
-        still = pause(pose, dwell, self.tick)
-        there = self.between(start, pose - approach)
-        from_below = self._straight(pose - approach, pose)
-        away, from_above = self._straight(pose, pose + approach), self._straight(pose + approach, pose)
+        still = pause(pose, DWELL, self.tick)
+        there = self.between(start, pose - APPROACH)
+        from_below = self._straight(pose - APPROACH, pose)
+        away, from_above = self._straight(pose, pose + APPROACH), self._straight(pose + APPROACH, pose)
         return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
 
-    def visits(
-        self, at: np.ndarray, poses: Iterable[np.ndarray], dwell: float, approach: float, notes: list[str]
-    ) -> list[_Visit]:
+    def visits(self, at: np.ndarray, poses: Iterable[np.ndarray], notes: list[str]) -> list[_Visit]:
         """Visits to all reachable poses, in their order; the others are added to the notes."""
         visits = []
         for pose in poses:
             try:
-                visits.append(self.visit(at, pose, dwell, approach))
+                visits.append(self.visit(at, pose))
                 at = pose
             except Infeasible as error:
                 notes.append(f"{_words(pose)} was left out: {error}")
@@ -189,20 +171,6 @@ def _nearest_first(home: np.ndarray, poses: np.ndarray, limits: Limits) -> list[
 def _time(limits: Limits, travel: np.ndarray) -> np.ndarray:
     """Time that the slowest joint needs at full speed for travels of shape (t, n) [rad]; shape (t,) [s]."""
     return np.max(np.maximum(travel / limits.velocity, travel / limits.velocity_lower), axis=1)
-
-
-def _run(visits: list[_Visit], return_moves: list[Phases], notes: list[str]) -> PoseRun:
-    """Join all visits and the return, and record when the rests are."""
-    rests, now = [], 0.0
-    for visit in visits:
-        ends = now + np.cumsum([part.duration for part in visit.parts])
-        now = float(ends[-1])
-        rests.append([ends[[-5, -4]], ends[[-2, -1]]])
-    parts: list[Trajectory] = [part for visit in visits for part in visit.parts]
-    parts = [part for part in [*parts, *return_moves] if part.duration > 0.0]
-    return PoseRun(
-        Sequence(tuple(parts)), np.array([visit.pose for visit in visits]), np.array(rests), tuple(notes)
-    )
 
 
 def _words(pose: np.ndarray) -> str:
@@ -312,16 +280,3 @@ def _resting_columns(positions: np.ndarray, model: Model) -> np.ndarray:
             "poses cannot identify it. Try a motion"
         )
     return columns[:, :, from_columns(tuple(resting.parameters), rows).kept]
-
-
-def spread_out(candidates: np.ndarray, count: int, limits: Limits) -> np.ndarray:
-    """Indices of poses, each farthest from the ones before in shares of the joint ranges, shape (k,)."""
-    scaled = candidates / (limits.position_upper - limits.position_lower)
-    middle = 0.5 * (limits.position_upper + limits.position_lower)
-    away = np.linalg.norm((candidates - middle) / (limits.position_upper - limits.position_lower), axis=1)
-    chosen = [int(np.argmax(away))]
-    distance = np.full(len(candidates), np.inf)
-    for _ in range(min(count, len(candidates)) - 1):
-        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[chosen[-1]], axis=1))
-        chosen.append(int(np.argmax(distance)))
-    return np.array(chosen)

@@ -8,11 +8,11 @@ import numpy as np
 from exidyn.identification.arm.robot import Limits
 
 from ..clearances.clearance import Clearance
-from ..errors import BadLimits, Infeasible
+from ..errors import Infeasible
 from ..families.phases import Phases
 from ..families.sequence import Sequence
 from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
-from .rests import clear_range, move_clear, pause, require_joints, require_limits, require_pose
+from .rests import clear_range, move_clear, pause
 
 SLOWEST, FASTEST = 0.01, 0.6
 """Shares of the velocity limit. A hundredth, about 0.02 rad/s, is below the Stribeck velocity (0.1 rad/s,
@@ -21,9 +21,7 @@ load, and half of the range remains for the cruise."""
 SPEEDS = 6
 """Number of speeds, evenly spaced in the logarithm: two or three on either side of the Stribeck velocity."""
 CRUISE = 1.0
-"""Least cruise at speeds that are chosen here [s]: 20 periods of a 20 Hz low-pass to average over."""
-SHORTEST = 0.25
-"""Least cruise at requested speeds [s]: in less than 5 periods of that filter nothing settles."""
+"""Least cruise [s]: 20 periods of a 20 Hz low-pass to average over."""
 LONGEST = 10.0
 """Longest cruise [s]: at 0.02 rad/s and a gear ratio of 100, three motor turns, and so three periods of a
 ripple with one period per turn."""
@@ -36,72 +34,33 @@ def constant_velocity_sweeps(
     joints: Collection[int],
     pose: np.ndarray,
     tick: float,
-    velocities: np.ndarray | None = None,
-    ranges: np.ndarray | None = None,
     clearances: Collection[Clearance] = (),
-    longest: float = LONGEST,
-    rest: float = REST,
     begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
-    """Sweep joints in turn, forward and backward, at constant velocities, from rest to rest at a pose.
+    """Sweep joints in turn, forward and backward, at six velocities, from rest to rest at a pose.
 
     Friction is half the difference of the forward and backward torques at the same position, where gravity
-    is equal. With several poses of the other joints, the sweep is repeated under several gear loads.
+    is equal. The velocities of a joint go from a hundredth to six tenths of its limit, or to less if its
+    range is too short to cruise for a second.
 
     Args:
         limits: Limits, finite except for torque.
         joints: Joints that sweep, counted from 0.
-        pose: Pose of the joints that do not sweep, shape (n,) [rad], or several poses in turn, shape (m, n).
+        pose: Pose of the joints that do not sweep, shape (n,) [rad].
         tick: Sampling period of the controller [s].
-        velocities: Velocities, shape (k,) or (joints, k) [rad/s]. By default six for each joint, from a
-            hundredth to six tenths of its limit, or less if its range is too short to cruise for a second.
-        ranges: Range within which each joint may sweep, shape (joints, 2) [rad]; its limits by default.
-        clearances: Clearances to keep; the range shrinks to the clear range.
-        longest: Longest cruise [s]. The duration of a fast sweep follows from its range.
-        rest: Rest before each pass [s].
+        clearances: Clearances to keep; a joint's range shrinks to its clear range.
         begin: Called with each joint before its sweeps are made, as collision checks take time.
 
     Raises:
-        BadLimits: The limits, joints, velocities or ranges are invalid.
-        Infeasible: A pose is outside the limits or not clear, a range is too short, or a velocity exceeds
-            its limit.
+        Infeasible: The pose is not clear, or a joint has no room to cruise.
     """
-    require_limits(limits, tick)
-    require_joints(joints, limits)
-    poses = [require_pose(row, limits) for row in np.atleast_2d(np.asarray(pose, float))]
-    speeds = _speeds(velocities, len(joints))
-    allowed = np.asarray(ranges, float)
-    if ranges is not None and allowed.shape != (len(joints), 2):
-        raise BadLimits(f"ranges of shape {allowed.shape}; expected ({len(joints)}, 2)")
     parts: list[Trajectory] = []
-    for current, following in zip(poses, [*poses[1:], poses[0]], strict=True):
-        for place, joint in enumerate(joints):
-            begin(joint)
-            room = _room(limits, joint, current, None if ranges is None else allowed[place], clearances)
-            joint_speeds = _default_speeds(limits, room, joint, tick) if speeds is None else speeds[place]
-            passes = [_pass(limits, room, current, joint, float(v), tick, longest) for v in joint_speeds]
-            parts += _joined(current, joint, passes, limits, tick, rest)
-        parts.append(move_clear(current, following, limits, tick, clearances))
+    for joint in joints:
+        begin(joint)
+        room = clear_range(limits, pose, joint, clearances)
+        passes = [_pass(limits, room, pose, joint, v, tick) for v in _speeds(limits, room, joint, tick)]
+        parts += _joined(pose, joint, passes, limits, tick)
     return Sequence(tuple(part for part in parts if part.duration > 0.0))
-
-
-def _room(
-    limits: Limits,
-    joint: int,
-    pose: np.ndarray,
-    allowed: np.ndarray | None,
-    clearances: Collection[Clearance],
-) -> tuple[float, float]:
-    """Clear range of a joint around a pose, within the `allowed` range, shape (2,) [rad]."""
-    lower, upper = clear_range(limits, pose, joint, clearances)
-    if allowed is not None:
-        lower, upper = max(lower, float(allowed[0])), min(upper, float(allowed[1]))
-    if not lower < upper:
-        raise Infeasible(
-            f"joint {joint + 1}: there is no room to sweep from {lower:g} to {upper:g} rad. "
-            "Try a wider range, or a pose with more room around it"
-        )
-    return lower, upper
 
 
 class _Pass(NamedTuple):
@@ -150,37 +109,23 @@ def _speed_up(limits: Limits, joint: int, velocity: float, tick: float) -> tuple
 
 
 def _pass(
-    limits: Limits,
-    room: tuple[float, float],
-    pose: np.ndarray,
-    joint: int,
-    velocity: float,
-    tick: float,
-    longest: float,
+    limits: Limits, room: tuple[float, float], pose: np.ndarray, joint: int, velocity: float, tick: float
 ) -> _Pass:
     """A pass within the range `room`, centered on the pose as far as the range allows."""
-    allowed = min(limits.velocity[joint], -limits.velocity_lower[joint])
-    if not 0.0 < velocity <= allowed:
-        raise Infeasible(
-            f"joint {joint + 1}: the velocity of a sweep is {velocity:g} rad/s; its limit in the slower "
-            f"direction is {allowed:g}. Try a velocity above 0 and below the limit"
-        )
     build_up, hold = _speed_up(limits, joint, velocity, tick)
     available = (room[1] - room[0]) / velocity - (2 * build_up + hold)
-    cruise = float(np.floor(min(available, longest) / tick + PART_OF_TICK) * tick)
-    if cruise < SHORTEST:
-        raise Infeasible(
-            f"joint {joint + 1}: at {velocity:g} rad/s it cruises for {max(cruise, 0.0):.3g} s, and at least "
-            f"{SHORTEST:g} s are needed, from {room[0]:g} to {room[1]:g} rad, within {longest:g} s. "
-            "Try a slower sweep, a wider range or a longer time"
-        )
+    cruise = float(np.floor(min(available, LONGEST) / tick + PART_OF_TICK) * tick)
     sweep = _Pass(0.0, velocity, build_up, hold, cruise)
     begin = min(max(pose[joint] - sweep.travel / 2, room[0]), room[1] - sweep.travel)
     return sweep._replace(begin=max(float(begin), room[0]))
 
 
-def _default_speeds(limits: Limits, room: tuple[float, float], joint: int, tick: float) -> np.ndarray:
-    """Velocities at which a joint can sweep the range `room`, shape (k,) [rad/s]."""
+def _speeds(limits: Limits, room: tuple[float, float], joint: int, tick: float) -> list[float]:
+    """Velocities at which a joint can sweep the range `room` [rad/s].
+
+    Raises:
+        Infeasible: There is no room to cruise.
+    """
     full = min(limits.velocity[joint], -limits.velocity_lower[joint])
     candidates = full * np.geomspace(FASTEST, SLOWEST, 100)
     travel = [_Pass(0.0, v, *_speed_up(limits, joint, v, tick), CRUISE).travel for v in candidates]
@@ -188,25 +133,13 @@ def _default_speeds(limits: Limits, room: tuple[float, float], joint: int, tick:
     if len(fits) == 0:
         raise Infeasible(
             f"joint {joint + 1}: from {room[0]:g} to {room[1]:g} rad there is no room to cruise for "
-            f"{CRUISE:g} s, even at {candidates[-1]:.3g} rad/s. Try a wider range or slower velocities"
+            f"{CRUISE:g} s, even at {candidates[-1]:.3g} rad/s. Try a pose with more room around it"
         )
-    return np.geomspace(candidates[-1], fits[0], SPEEDS)
-
-
-def _speeds(velocities: np.ndarray | None, joints: int) -> np.ndarray | None:
-    """Velocities of each joint, shape (joints, k) [rad/s]."""
-    if velocities is None:
-        return None
-    speeds = np.asarray(velocities, float)
-    if speeds.ndim == 1:
-        speeds = np.tile(speeds, (joints, 1))
-    if speeds.ndim != 2 or len(speeds) != joints or speeds.size == 0:
-        raise BadLimits(f"velocities of shape {np.shape(velocities)}; expected (k,) or ({joints}, k)")
-    return speeds
+    return [float(speed) for speed in np.geomspace(candidates[-1], fits[0], SPEEDS)]
 
 
 def _joined(
-    pose: np.ndarray, joint: int, passes: Iterable[_Pass], limits: Limits, tick: float, rest: float
+    pose: np.ndarray, joint: int, passes: Iterable[_Pass], limits: Limits, tick: float
 ) -> list[Trajectory]:
     """Passes of one joint from rest to rest at a pose; the joint stays in its clear range."""
     parts: list[Trajectory] = []
@@ -216,9 +149,9 @@ def _joined(
         begin[joint], end[joint] = sweep.begin, sweep.begin + sweep.travel
         parts += [
             move_clear(at, begin, limits, tick),
-            pause(begin, rest, tick),
+            pause(begin, REST, tick),
             sweep.phases(pose, joint, True),
         ]
-        parts += [pause(end, rest, tick), sweep.phases(pose, joint, False)]
+        parts += [pause(end, REST, tick), sweep.phases(pose, joint, False)]
         at = begin
     return [*parts, move_clear(at, pose, limits, tick)]

@@ -1,7 +1,6 @@
 """A chirp on top of a motion, as large as the limits allow."""
 
 from collections.abc import Collection
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..families.chirp import Chirp
 from ..limits.brake import stoppable
 from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory
-from .rests import require_clear, require_joints, require_limits
+from .rests import require_clear
 
 LOW = 1.0
 """Lowest frequency of a chirp [Hz]: half an octave above the frequencies of identification runs."""
@@ -40,76 +39,42 @@ def with_chirp(
     joints: Collection[int],
     limits: Limits,
     tick: float,
-    low: float = LOW,
-    high: float | None = None,
-    share: float = SHARE,
-    logarithmic: bool = True,
-    resolution: float = RESOLUTION,
     clearances: Collection[Clearance] = (),
 ) -> Chirp:
     """A motion with a chirp from beginning to end; the chirp is zero at both ends.
+
+    It rises to 20 Hz, or less if a period would have fewer than six samples or the limits would leave too
+    small an amplitude to measure.
 
     Args:
         base: Motion under the chirp, such as rest at a pose, `Phases.hold`; ten seconds are a good duration.
         joints: Joints with a chirp, counted from 0.
         limits: Limits, finite except for torque.
         tick: Sampling period of the controller [s].
-        low: Frequency at the start [Hz].
-        high: Frequency at the end [Hz]; by default 20 Hz, or less if a period would have fewer than six
-            samples or the limits would leave too small an amplitude to measure.
-        share: Share of the room that `base` leaves to each limit [-].
-        logarithmic: Whether the frequency doubles in equal times, with as many periods near each frequency.
-        resolution: Resolution of the joint encoders [rad].
         clearances: Clearances to keep; the amplitude shrinks until they are kept.
 
     Raises:
-        BadLimits: The limits, joints, frequencies or share are invalid.
+        BadLimits: The sampling period is too long for a chirp.
         Infeasible: The base motion leaves no room, collides or cannot be stopped, or the amplitude is too
             small to measure.
     """
-    require_limits(limits, tick)
-    require_joints(joints, limits)
     require_clear("the motion under the chirp", base, clearances)
-    highest = 1.0 / (SAMPLES * tick)
-    if high is None:
-        options = share, logarithmic, resolution, clearances
-        return _highest(base, joints, limits, tick, low, min(HIGH, highest), *options)
-    if not 0.0 < low < high <= highest * (1 + 1e-9):
+    highest = min(HIGH, 1.0 / (SAMPLES * tick))
+    if not LOW < highest:
         raise BadLimits(
-            f"the chirp goes from {low:g} to {high:g} Hz; it must rise, and a sampling period of {tick:g} s "
-            f"allows up to {highest:.4g} Hz, {SAMPLES} samples per period. Try other frequencies or a "
-            "shorter sampling period"
+            f"the chirp goes from {LOW:g} to {highest:g} Hz; it must rise, and a sampling period of {tick:g} "
+            f"s allows up to {highest:.4g} Hz, {SAMPLES} samples per period. Try a shorter sampling period"
         )
-    if not 0.0 < share <= 1.0:
-        raise BadLimits(f"the share of the limits is {share:g}; it must be above 0 and at most 1")
-    if not base.duration * low >= 2.0:
-        raise BadLimits(
-            f"the motion lasts {base.duration:g} s; a chirp rises and falls over one period each, together "
-            f"{2 / low:g} s at {low:g} Hz. Try a longer motion"
-        )
-    largest = share * _room(base, tuple(joints), limits)
-    # envelope, rising frequency and falling amplitude reach more than a plain sine
-    trial = Chirp(base, tuple(joints), largest, low, high, 0.0, base.duration, 1.0 / low, logarithmic)
-    chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
-    return _safe(chirp, limits, tick, resolution, clearances)
-
-
-def _highest(
-    base: Trajectory,
-    joints: Collection[int],
-    limits: Limits,
-    tick: float,
-    low: float,
-    high: float,
-    *options: Any,
-) -> Chirp:
-    """The chirp up to the highest frequency at which its amplitude can be measured."""
+    largest = SHARE * _room(base, tuple(joints), limits)
     while True:
+        # envelope, rising frequency and falling amplitude reach more than a plain sine
+        trial = Chirp(base, tuple(joints), largest, LOW, highest, 0.0, base.duration, 1.0 / LOW)
+        chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
         try:
-            return with_chirp(base, joints, limits, tick, low, high, *options)
+            return _safe(chirp, limits, tick, clearances)
         except Infeasible:
-            high *= SMALLER
-            if high < LEAST * low:
+            highest *= SMALLER
+            if highest < LEAST * LOW:
                 raise
 
 
@@ -130,28 +95,26 @@ def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarr
     return room
 
 
-def _safe(
-    chirp: Chirp, limits: Limits, tick: float, resolution: float, clearances: Collection[Clearance]
-) -> Chirp:
+def _safe(chirp: Chirp, limits: Limits, tick: float, clearances: Collection[Clearance]) -> Chirp:
     """The chirp, scaled down until every stop ends inside the limits and there is no contact."""
     while True:
-        _require_measurable(chirp, resolution)
+        _require_measurable(chirp)
         clear = all(clearance.worst(chirp).allowed for clearance in clearances)
         if clear and np.all(stoppable(chirp.every(tick), limits)):
             return chirp
         chirp = chirp.scaled(SMALLER)
 
 
-def _require_measurable(chirp: Chirp, resolution: float) -> None:
+def _require_measurable(chirp: Chirp) -> None:
     frequency = np.geomspace(chirp.low, chirp.high, 100)
-    steps = chirp.amplitude(frequency) / resolution
+    steps = chirp.amplitude(frequency) / RESOLUTION
     for place, joint in enumerate(chirp.joints):
         small = steps[:, place] < STEPS
         if np.any(small):
             first = frequency[np.argmax(small)]
             raise Infeasible(
                 f"joint {joint + 1}: at {chirp.high:g} Hz the limits allow an amplitude of "
-                f"{steps[-1, place] * resolution:.3g} rad, {steps[-1, place]:.2g} encoder steps of "
-                f"{resolution:g} rad; at least {STEPS} are needed, from {first:.3g} Hz on it has fewer. "
+                f"{steps[-1, place] * RESOLUTION:.3g} rad, {steps[-1, place]:.2g} encoder steps of "
+                f"{RESOLUTION:g} rad; at least {STEPS} are needed, from {first:.3g} Hz on it has fewer. "
                 "Try a lower frequency, a larger share, or a slower base motion"
             )

@@ -21,31 +21,11 @@ LEVEL = 1e-9
 """Relative difference of torques that is rounding: on a plateau one sample represents all."""
 
 
-class TorquePeaks(NamedTuple):
-    """Extremes of each joint's torque, each of shape (n,).
-
-    Attributes:
-        lower: Smallest torque [N m].
-        upper: Largest torque [N m].
-        lower_time: Time of the smallest torque [s].
-        upper_time: Time of the largest torque [s].
-        hidden: Torque that a peak between the finest samples may add if its curvature is no larger than
-            theirs: an eighth of their largest second difference [N m].
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
-    lower_time: np.ndarray
-    upper_time: np.ndarray
-    hidden: np.ndarray
-
-
-def torque_peaks(
-    trajectory: Trajectory, torque: Callable[[States], np.ndarray], spacing: float
-) -> TorquePeaks:
+def torque_peaks(trajectory: Trajectory, torque: Callable[[States], np.ndarray], spacing: float) -> Range:
     """Largest and smallest torque, refined around every sample nearby which a larger one is possible.
 
-    A peak elsewhere would need four times the curvature of the samples around it.
+    A peak elsewhere would need four times the curvature of the samples around it. Between the finest samples
+    a peak may be higher by an eighth of their largest second difference.
 
     Args:
         trajectory: Any trajectory of nonzero duration.
@@ -59,13 +39,11 @@ def torque_peaks(
     nearby = centers[:, None] + step * np.linspace(-1.0, 1.0, 2 * FINER + 1)
     nearby = np.clip(nearby, 0.0, trajectory.duration)  # rounding
     fine = _both_signs(torque(trajectory.at(nearby.ravel()))).reshape(*nearby.shape, -1)
-    bend = np.abs(np.diff(fine, 2, axis=1)) / 8
     values = _vertices(fine).reshape(-1, fine.shape[-1])
     best = np.argmax(values, axis=0)
     highest, when = values[best, np.arange(len(best))], nearby.ravel()[best]
     (upper, lower), (upper_time, lower_time) = np.split(highest, 2), np.split(when, 2)
-    hidden = np.max(np.split(bend.max(axis=(0, 1)), 2), axis=0)
-    return TorquePeaks(-lower, upper, lower_time, upper_time, hidden)
+    return Range(-lower, upper, lower_time, upper_time)
 
 
 def _both_signs(torque: np.ndarray) -> np.ndarray:
@@ -161,11 +139,11 @@ def check(
     if violations:
         return violations
     for (quantity, bounds), reached in zip(ranges(limits).items(), trajectory.extremes(), strict=True):
-        violations += _beyond(quantity, reached, *bounds)
+        violations += beyond(quantity, reached, *bounds)
     violations += _beyond_stops(states, limits)
     if torque is not None and np.any(np.isfinite(limits.torque)):
         peaks = torque_peaks(trajectory, torque, tick)
-        violations += _beyond("torque", Range(*peaks[:4]), -limits.torque, limits.torque)
+        violations += beyond("torque", peaks, -limits.torque, limits.torque)
     return violations
 
 
@@ -188,11 +166,11 @@ def _beyond_stops(states: States, limits: Limits) -> list[Violation]:
             reach = reach_of(states.velocity, states.acceleration, limits)
             down, up = states.position + reach.lower, states.position + reach.upper
             reached = lowest_and_highest(down, up, time, time)
-            violations = _beyond("stop", reached, *ranges(limits)["position"])
+            violations = beyond("stop", reached, *ranges(limits)["position"])
     return violations
 
 
-def _beyond(kind: str, reached: Range, lower: np.ndarray, upper: np.ndarray) -> list[Violation]:
+def beyond(kind: str, reached: Range, lower: np.ndarray, upper: np.ndarray) -> list[Violation]:
     """Violations where a range exceeds its limits, shape (n,)."""
     room = np.where(np.isfinite(upper - lower), upper - lower, 1.0) if kind in ("position", "stop") else None
     violations = []

@@ -19,8 +19,8 @@ from ..limits.leads import with_leads
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import condition, name_of
-from ..search.delivery import fine_motion
-from ..search.drawn_arms import with_own_factor
+from ..search.delivery import FINE, fine_motion
+from ..search.drawn_arms import share_beyond, with_own_factor
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
 from ..search.setting import SearchResult, Setting
@@ -28,7 +28,7 @@ from ..search.torque_bound import TorqueBound
 from ..search.torque_spread import DRAWS
 from ..trajectory import States
 from .goals import identification_goal, typical_states
-from .torque_room import arms_beyond, torque_spread
+from .torque_room import torque_spread
 from .wishes import Wishes, periods_of
 
 
@@ -173,7 +173,7 @@ def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str
     if goal.spread is None:
         return {}
     source = "the fit" if wishes.fit is not None else "the priors"
-    beyond = 100 * arms_beyond(goal, run, limits.torque)
+    beyond = 100 * share_beyond(goal, run.every(FINE), limits.torque)
     return {
         "torque": f"within limits for {100 * wishes.sure:g} % of the arms that {source} allow"
         f"{'s' if wishes.fit is not None else ''}; {beyond:.2g} % of {DRAWS:,} sampled arms exceed a limit"

@@ -10,16 +10,9 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identified import standard_parameters
 from exidyn.identification.model import Model
 
-from ..search.drawn_arms import share_beyond
 from ..search.experiment import loaded_runs
-from ..search.goals import Goal
 from ..search.torque_spread import TorqueSpread, spread_of
-from ..trajectory import Trajectory
 from .goals import typical_states
-
-FINE = 0.01
-"""Sampling period for the torque of sampled arms [s]: a joint at 3 rad/s moves by 0.03 rad, and its torque
-changes by a thousandth of the change over a quarter turn."""
 
 
 def torque_spread(
@@ -64,8 +57,3 @@ def _fit_covariance(fit: Fit, model: Model) -> np.ndarray:
     fit_places = [k for k, name in enumerate(fit.model.names) if name in model.names]
     covariance[np.ix_(places, places)] = fitted[np.ix_(fit_places, fit_places)]
     return covariance
-
-
-def arms_beyond(goal: Goal, run: Trajectory, limit: np.ndarray) -> float:
-    """Share of sampled arms that exceed a torque limit, shape (n,), in any run of a motion."""
-    return share_beyond(goal, run.every(FINE), limit)

@@ -1,5 +1,6 @@
-"""Use of the robot's limits by a plan, and violations."""
+"""Use of the robot's limits by a plan, violations, and jumps between samples."""
 
+from collections.abc import Iterator
 from dataclasses import fields, replace
 from typing import NamedTuple
 
@@ -8,12 +9,12 @@ import numpy as np
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
 
-from ..limits.check import ROUNDING, Violation, check, torque_peaks
+from ..families.sequence import JOIN
+from ..limits.check import ROUNDING, beyond, check, torque_peaks
 from ..limits.usable_limits import ranges
 from ..search.torque_bound import TorqueBound
-from ..trajectory import Range, widest
+from ..trajectory import Range, Trajectory, unit_of, widest
 from .plan import Plan
-from .plan_jumps import jumps
 
 COARSEST = 0.004
 """Largest spacing of the samples at which stops and torques are checked [s]: a period at 10 Hz, the usual
@@ -83,12 +84,12 @@ def percent(share: float, unknown: str) -> str:
 UNLOADED = "unloaded"
 
 
-class Torque(NamedTuple):
-    """Torque of the motion by the nominal model.
+class Curve(NamedTuple):
+    """One quantity of all joints over time.
 
     Attributes:
         time: Sample times, shape (t,) [s].
-        runs: Name and torque of each run, shape (t, n) [N m]; two for a payload pair with a known payload.
+        runs: Name and values of each run, shape (t, n).
         use: Use of the limits by all runs, between samples too.
     """
 
@@ -97,10 +98,15 @@ class Torque(NamedTuple):
     use: Use
 
 
+Torque = Curve
+"""The curve of the torque by the nominal model, see `nominal_torque`."""
+
+
 def nominal_torque(plan: Plan, model: Model) -> Torque:
     """Torque of the motion by the nominal model; for a payload pair also with the model's payload.
 
-    Its limits are the narrower ones of plan and model.
+    There are two runs for a payload pair with a known payload. The limits are the narrower ones of plan and
+    model.
     """
     payloads = ("", *model.payloads) if plan.payload_pair else ("",)
     limit = np.minimum(plan.limits.torque, model.robot.limits.torque)
@@ -108,8 +114,7 @@ def nominal_torque(plan: Plan, model: Model) -> Torque:
     states = plan.trajectory.every(plan.tick)
     peaks = [torque_peaks(plan.trajectory, bound.of(load), spacing(plan)) for load in payloads]
     runs = tuple((load or UNLOADED, bound.torque(states, load)) for load in payloads)
-    reached = widest([Range(*peak[:4]) for peak in peaks])
-    return Torque(states.time, runs, Use("torque", reached, -limit, limit))
+    return Curve(states.time, runs, Use("torque", widest(peaks), -limit, limit))
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
@@ -121,7 +126,7 @@ def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
     """
     limit_violations = check(plan.trajectory, _known_or_used(plan), spacing(plan))
     if torque is not None:
-        limit_violations += _beyond(torque.use)
+        limit_violations += beyond("torque", *torque.use[1:])
     sliding = [joint for joint, unit in enumerate(plan.units) if unit == "m"]
     sentences = [violation.sentence(plan.joints, sliding) for violation in limit_violations]
     return sentences + jumps(plan, spacing(plan))
@@ -129,11 +134,7 @@ def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
 
 def spacing(plan: Plan) -> float:
     """Spacing of samples that resolves the motion for any sampling period of the plan [s]."""
-    extremes = plan.trajectory.extremes()
-    acceleration, jerk = (
-        np.maximum(np.abs(reached.lower), np.abs(reached.upper))
-        for reached in (extremes.acceleration, extremes.jerk)
-    )
+    *_, acceleration, jerk = (reached.largest for reached in plan.trajectory.extremes())
     moving = jerk > 0.0
     build_up = float(np.min(acceleration[moving] / jerk[moving], initial=np.inf))
     finest = max(FINEST, plan.trajectory.duration / MOST)
@@ -145,8 +146,7 @@ def _known_or_used(plan: Plan) -> Limits:
     extremes = plan.trajectory.extremes()
     used: dict[str, np.ndarray] = {}
     for name in ("velocity", "acceleration", "jerk"):
-        reached = getattr(extremes, name)
-        size = np.maximum(np.abs(reached.lower), np.abs(reached.upper))
+        size = getattr(extremes, name).largest
         used[name] = np.where(size > 0.0, size, 1.0)  # a joint at rest needs some limit
         used[f"{name}_lower"] = -used[name]
     planned = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
@@ -154,13 +154,47 @@ def _known_or_used(plan: Plan) -> Limits:
     return replace(plan.limits, **known_or_used)
 
 
-def _beyond(use: Use) -> list[Violation]:
-    """Violations of the limits of a quantity, one per joint."""
-    violations = []
-    for joint in np.flatnonzero(use.violated):
-        above = use.reached.upper[joint] - use.upper[joint] > use.lower[joint] - use.reached.lower[joint]
-        side = "upper" if above else "lower"
-        time = getattr(use.reached, f"{side}_time")[joint]
-        value, limit = getattr(use.reached, side)[joint], getattr(use, side)[joint]
-        violations.append(Violation(use.name, int(joint), float(time), float(value), float(limit)))
-    return violations
+JOINS = 4
+"""Maximum number of joins of a sequence between two samples; each may be off by `JOIN`."""
+
+
+def jumps(plan: Plan, spacing: float) -> list[str]:
+    """Sentences on the largest jump of each joint in position, velocity and acceleration.
+
+    Pieces of a motion are stored with the state at which each begins, so a number changed by hand leaves a
+    motion that keeps every limit before and after a jump. Between two samples a time h apart, a motion
+    without jumps moves as its velocity and acceleration predict, within J h^3 / 6, where J is its largest
+    jerk; velocity and acceleration change accordingly.
+
+    Args:
+        plan: The motion.
+        spacing: Spacing of the samples [s].
+    """
+    sentences = []
+    for name, size, time in _unexplained(plan.trajectory, spacing):
+        for joint in np.flatnonzero(np.max(size, axis=0) > 0.0):
+            row = int(np.argmax(size[:, joint]))
+            sentences.append(
+                f"{plan.joints[joint]}: {name} jumps by more than {size[row, joint]:.3g} "
+                f"{unit_of(name, plan.units[joint])} at {time[row]:.3f} s"
+            )
+    return sentences
+
+
+def _unexplained(trajectory: Trajectory, spacing: float) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Name of a quantity, its changes beyond what jerk explains, shape (t, n), and times, shape (t,) [s]."""
+    time = trajectory.every(spacing).time
+    states = trajectory.at(np.append(time, trajectory.duration))
+    step = np.diff(states.time)[:, None]
+    velocity, acceleration = states.velocity[:-1], states.acceleration[:-1]
+    expected = {
+        "position": step * (velocity + 0.5 * step * acceleration),
+        "velocity": step * acceleration,
+        "acceleration": 0.0 * step,
+    }
+    jerk = trajectory.extremes().jerk.largest
+    allowed = (jerk * step**3 / 6.0, jerk * step**2 / 2.0, jerk * step)
+    for (name, change), most in zip(expected.items(), allowed, strict=True):
+        excess = np.abs(np.diff(getattr(states, name), axis=0) - change)
+        # NaN is reported by the check of the limits
+        yield name, excess - (1.0 + 1e-9) * most - JOINS * JOIN, states.time[:-1]

@@ -25,7 +25,7 @@ from exidyn.identification.text_table import digits
 
 from ..trajectory import unit_of
 from .plan import Plan
-from .plan_check import Torque, Use, limit_use, percent
+from .plan_check import Curve, Torque, Use, limit_use, percent
 from .plan_space import Space, space_figures
 from .plan_summary import plan_facts, span
 
@@ -51,25 +51,11 @@ svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600
 """Styles in addition to a report's style sheet."""
 
 
-class Curve(NamedTuple):
-    """One quantity of all joints over time.
-
-    Attributes:
-        time: Sample times, shape (t,) [s].
-        runs: Name and values of each run, shape (t, n).
-        use: Use of the limits.
-    """
-
-    time: np.ndarray
-    runs: tuple[tuple[str, np.ndarray], ...]
-    use: Use
-
-
 def plan_curves(plan: Plan, torque: Torque | None = None) -> list[Curve]:
     """Position, velocity, acceleration, jerk at every sampling period, and torque if it is known."""
     states = plan.trajectory.every(plan.tick)
     curves = [Curve(states.time, ((PLANNED, getattr(states, use.name)),), use) for use in limit_use(plan)]
-    return curves if torque is None else [*curves, Curve(*torque)]
+    return curves if torque is None else [*curves, torque]
 
 
 def joint_plot(plan: Plan, joint: int, curves: list[Curve], columns: int = COLUMNS) -> str:
@@ -121,10 +107,9 @@ def _limit(panel: Panel, limit: float, side: int) -> str:
     """A limit as a line with the range beyond it shaded; empty if there is no limit."""
     if not np.isfinite(limit):
         return ""
-    edges = np.array([panel.x.low, panel.x.high])
     edge = panel.y.high if side > 0 else panel.y.low
-    level = np.full(2, limit)
-    return panel.band(edges, level, np.full(2, edge), "forbidden") + panel.line(edges, level, "limit")
+    line = panel.line(np.array(panel.x), np.full(2, limit), "limit")
+    return panel.level(limit, edge, "forbidden") + line
 
 
 def _label(name: str, unit: str) -> str:

@@ -23,7 +23,7 @@ Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarr
 """Derivatives by position, velocity, acceleration and jerk, each (t, m, n), or None for zero."""
 
 
-class Margins(NamedTuple):
+class BoundMargins(NamedTuple):
     """Margins of some rows at each sample, and their derivatives by the state there.
 
     Attributes:
@@ -39,7 +39,7 @@ class Bound(ABC):
     """A constraint on the state at every sample."""
 
     @abstractmethod
-    def margins(self, states: States) -> Margins:
+    def margins(self, states: States) -> BoundMargins:
         """Margins and their derivatives."""
 
 
@@ -59,7 +59,7 @@ class RateBound(Bound):
     upper: np.ndarray
     joints: np.ndarray
 
-    def margins(self, states: States) -> Margins:
+    def margins(self, states: States) -> BoundMargins:
         value = (states.velocity, states.acceleration, states.jerk)[self.order - 1][:, self.joints]
         lower, upper = self.lower[self.joints], self.upper[self.joints]
         nearer = np.where(value > 0.0, upper, lower)
@@ -69,7 +69,7 @@ class RateBound(Bound):
             slope[:, np.arange(len(self.joints)), self.joints] = -1.0 / nearer
             return tuple(slope if order == self.order else None for order in range(4))  # type: ignore[return-value]
 
-        return Margins(1.0 - value / nearer, slopes)
+        return BoundMargins(1.0 - value / nearer, slopes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class StopBound(Bound):
 
     limits: Limits
 
-    def margins(self, states: States) -> Margins:
+    def margins(self, states: States) -> BoundMargins:
         lower, upper = self.limits.position_lower, self.limits.position_upper
         room = 0.5 * (upper - lower)
         down, up = stopping_reach(states.velocity, states.acceleration, self.limits)
@@ -96,7 +96,7 @@ class StopBound(Bound):
             )
             return position, velocity, acceleration, None
 
-        return Margins(np.concatenate(value, axis=1), slopes)
+        return BoundMargins(np.concatenate(value, axis=1), slopes)
 
 
 def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
@@ -137,6 +137,6 @@ class ClearanceBound(Bound):
 
     clearance: Clearance
 
-    def margins(self, states: States) -> Margins:
+    def margins(self, states: States) -> BoundMargins:
         value, slope = self.clearance.gradient(states.position)
-        return Margins(value / SCALE, lambda: (slope / SCALE, None, None, None))
+        return BoundMargins(value / SCALE, lambda: (slope / SCALE, None, None, None))

@@ -16,7 +16,7 @@ from exidyn.identification.effects import MotionGradient
 
 from ..families.fourier import Fourier
 from ..trajectory import States
-from .bounds import Bound, Margins
+from .bounds import Bound, BoundMargins
 from .goals import Objective
 
 
@@ -142,7 +142,7 @@ class Problem:
         bound_margins = [bound.margins(states) for bound in self.bounds]
         ends = np.cumsum([margins.value.size for margins in bound_margins])
 
-        def slopes(margins: Margins, rows: np.ndarray) -> np.ndarray:
+        def slopes(margins: BoundMargins, rows: np.ndarray) -> np.ndarray:
             sample, place = np.divmod(rows, margins.value.shape[1])
             pairs = zip(matrices, margins.slopes(), strict=True)
             by_state = [(matrix, slope) for matrix, slope in pairs if slope is not None]

@@ -11,7 +11,7 @@ from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
 
 from ..trajectory import States
-from .bounds import Bound, Margins, Slopes
+from .bounds import Bound, BoundMargins, Slopes
 from .torque_spread import TorqueSpread
 
 CHUNK = 20000
@@ -67,7 +67,7 @@ class TorqueBound(Bound):
 
         return farthest
 
-    def margins(self, states: States) -> Margins:
+    def margins(self, states: States) -> BoundMargins:
         limited = np.flatnonzero(np.isfinite(self.limit))
         torques = [self.torque(states, payload)[:, limited] for payload in self.payloads]
         bands = [self.band(states, payload)[:, limited] for payload in self.payloads]
@@ -89,7 +89,7 @@ class TorqueBound(Bound):
             )
             return position, velocity, acceleration, None
 
-        return Margins(np.concatenate(rows, axis=1), slopes)
+        return BoundMargins(np.concatenate(rows, axis=1), slopes)
 
     @cached_property
     def _cache(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.fleet.compared import compared
-from exidyn.identification.fleet.drift import Found
+from exidyn.identification.fleet.drift import DetectedChange
 from exidyn.identification.fleet.kind import Cause
 from exidyn.identification.fleet.report import KindReport
 
@@ -30,11 +30,11 @@ def drift_figures(reports: Sequence[KindReport], arms: Mapping[str, Arm], begin:
             false += len(own.alarms) - len(true)
             if wear is None:
                 continue
-            best = max(own.found, key=lambda one: one.evidence, default=None)
+            best = max(own.changes, key=lambda one: one.evidence, default=None)
             right = best is not None and _where(causes, best) == wear[:2]
             found, named = found + bool(true), named + right
             weeks += [(true[0] - day) / WEEK] if true else []
-            false += sum(_where(causes, one)[1] != wear.joint for one in own.found if one.alarmed >= day)
+            false += sum(_where(causes, one)[1] != wear.joint for one in own.changes if one.alarmed >= day)
             lines.append([name, wear.effect, wear.share, weeks[-1] if true else None, *_said(report, best)])
     return {
         "worn": len(lines),
@@ -49,7 +49,7 @@ def drift_figures(reports: Sequence[KindReport], arms: Mapping[str, Arm], begin:
     }
 
 
-def _where(causes: Sequence[Cause], found: Found) -> tuple[str, int]:
+def _where(causes: Sequence[Cause], found: DetectedChange) -> tuple[str, int]:
     """Effect and joint, from 1, of a change's surest consequence; of another arm none."""
     if not found.suspect.causes:
         return found.suspect.name, 0
@@ -57,7 +57,7 @@ def _where(causes: Sequence[Cause], found: Found) -> tuple[str, int]:
     return one.effect, one.joint + 1
 
 
-def _said(report: KindReport, best: Found | None) -> list[Any]:
+def _said(report: KindReport, best: DetectedChange | None) -> list[Any]:
     if best is None:
         return ["nothing", None]
     effect, joint = _where(report.learned.frame.causes, best)

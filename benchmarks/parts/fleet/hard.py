@@ -85,7 +85,9 @@ def asked(kind: str, seed: int, arms: int, weeks: int, begin: int | None) -> Fle
 
 def _said(report: KindReport, arm: str, event: Event | None) -> Said:
     own, learned_ = report.drifts[arm], report.learned
-    words = [change_words(learned_, one) for one in own.found] + [odd_words(learned_, one) for one in own.odd]
+    words = [change_words(learned_, one) for one in own.changes] + [
+        odd_words(learned_, one) for one in own.odd
+    ]
     changes = event is not None and event.what not in NO_CHANGE
     day = START + WEEK * event.week if event else np.inf
     after = [one for one in own.alarms if one >= day] if changes else []
@@ -97,7 +99,7 @@ def _said(report: KindReport, arm: str, event: Event | None) -> Said:
         statements=len(words),
         false=len(own.alarms) - min(len(after), 1),
         weeks=float((after[0] - day) / WEEK) if after else None,
-        early=sum(one.alarmed < day for one in own.found) if changes else 0,
+        early=sum(one.alarmed < day for one in own.changes) if changes else 0,
         words=words,
     )
 
@@ -107,12 +109,12 @@ def _right(report: KindReport, own: ArmDrift, event: Event) -> bool:
     if event.what in NO_CHANGE:
         odd = [one for one in own.odd if abs(one.day - START - WEEK * event.week) < WEEK]
         stray = event.what == "stray"
-        return not own.found and any(
+        return not own.changes and any(
             one.suspect.name == "exchange" and bool(one.like) == stray for one in odd
         )
-    if not own.found:
+    if not own.changes:
         return False
-    best = max(own.found, key=lambda one: one.evidence)
+    best = max(own.changes, key=lambda one: one.evidence)
     if isinstance(event.what, str):
         return best.suspect.name == event.what
     cause = report.learned.frame.causes[best.suspect.causes[best.surest]] if best.suspect.causes else None

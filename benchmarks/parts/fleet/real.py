@@ -65,7 +65,7 @@ def ur10e(folder: Path, rate: float) -> dict[str, Any]:
             "runs": len(report.learned.arms["ur10e"].runs),
             "trust": report.learned.trust,
             "alarms": len(own.alarms),
-            "changes": [change_words(report.learned, one) for one in own.found],
+            "changes": [change_words(report.learned, one) for one in own.changes],
             "left_out": list(left_out(store)),
         }
         print(f"{name}:", *(found[name]["changes"] or ["nothing changed"]), sep="\n  ")
@@ -77,11 +77,11 @@ def ur10e(folder: Path, rate: float) -> dict[str, Any]:
 def _history(report: KindReport, title: str, effect: str) -> None:
     """Print an effect of every joint by day, and how many of the runs carried a body."""
     runs, (values, _) = report.learned.arms["ur10e"], report.values("ur10e")
-    places = [k for k, cause in enumerate(report.scattering) if cause.effect == effect]
+    places = [k for k, cause in enumerate(report.wearing) if cause.effect == effect]
     rows = []
     for day in np.unique(np.floor(runs.days)):
         here = np.floor(runs.days) == day
         means = np.mean(values[here][:, places], axis=0)
         rows.append([date_words(day), int(np.sum(here)), int(np.sum(runs.loose[here])), *means])
-    joints = [f"joint {report.scattering[k].joint + 1}" for k in places]
+    joints = [f"joint {report.wearing[k].joint + 1}" for k in places]
     show(title, ["day", "runs", "with a body", *joints], rows)

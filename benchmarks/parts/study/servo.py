@@ -22,13 +22,13 @@ def of_subset(name: str, folder: Path) -> dict[str, Any]:
     model, runs = kscale()
     shelf = Shelf(tuple(run for _, run in runs if run.name.startswith(SUBSETS[name])))
     choice = Study(folder, model, shelf, 3600.0, identify_step, diagnose_step, {}).run()
-    found = {effect for effect, _ in choice["findings"]}
-    possible = {effect for effect, _ in choice["possible"]}
-    decided = choice["verdict"] == DECIDED
+    found = {effect for effect, _ in choice.findings}
+    possible = {effect for effect, _ in choice.possible}
+    decided = choice.verdict == DECIDED
     return {
         "found": sorted(found),
         "possible": sorted(possible),
-        "verdict": choice["verdict"],
+        "verdict": choice.verdict,
         "runs": f"{len(rounds(folder))} of {len(shelf.recordings)}",
         "right": NAMED in found | possible,
         "false_decided": decided and NAMED not in found,

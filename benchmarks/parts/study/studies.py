@@ -2,7 +2,6 @@
 
 import shutil
 from pathlib import Path
-from typing import Any
 
 from exidyn.acquire.commands.study_command import diagnose_step, identify_step
 from exidyn.acquire.files.given_runs import Case as Diagnosable
@@ -37,12 +36,12 @@ def studied(case: Case, folder: Path, shared: Path, minutes: float = MINUTES) ->
     choice, every = study.run(), rounds(folder)
     runs = distinct_bodies([one.recording() for one in every])
     error = error_of(case, last[0], runs, plans[OTHER])
-    found, hands = named(choice["findings"]), sum(_asked(one) for one in every[:-1])
-    decided = choice["verdict"] == DECIDED
-    return Answer(found, named(choice["possible"]), error, choice["moved"], decided, hands)
+    found, hands = named(choice.findings), sum(_asked(one) for one in every[:-1])
+    decided = choice.verdict == DECIDED
+    return Answer(found, named(choice.possible), error, choice.moved, decided, hands)
 
 
 def _asked(one: Round) -> bool:
     """Whether a person had something to do for the run behind a round."""
-    choice: dict[str, Any] | None = one.choice
-    return bool(choice and choice["chosen"] and choice["chosen"]["request"])
+    choice = one.choice
+    return bool(choice and choice.chosen and choice.chosen.request)

@@ -8,8 +8,9 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.fleet.source import Source, SourceFile
-from exidyn.acquire.fleet.store import Row, Store
+from exidyn.acquire.fleet.source import Source
+from exidyn.acquire.fleet.store import Store
+from exidyn.acquire.fleet.store_schema import IndexRow
 from exidyn.acquire.fleet.work import identify_new, report_path
 from exidyn.identification.export import FORMATS
 from exidyn.identification.fit.fit_file import write_fit
@@ -78,15 +79,18 @@ def test_import_of_recordings(folder, tmp_path, name):
 
 def test_pages_and_kinds_of_a_fleet(folder, tmp_path, name):
     store = Store(folder)
-    page = report_path(store, {"arm": name, "key": "key"})
+    date = datetime(2026, 1, 1, tzinfo=UTC)
+    row = IndexRow("key", date, "", "run.mcap", 0, 0.0, "", "", name)
+    page = report_path(store, row)
     assert page.resolve().parent.parent == folder / "reports"
-    assert report_path(store, {"arm": f"{name} ", "key": "key"}) != page
+    other = IndexRow("key", date, "", "run.mcap", 0, 0.0, "", "", f"{name} ")
+    assert report_path(store, other) != page
     recording = check_run({}, GAIN, [REFERENCE, REFERENCE], START)
     key = kind_key(replace(recording, model=renamed(recording.model, name)))
     assert (folder / f"{key}.json").resolve().parent == folder
-    store.write_run(Row("key", SourceFile("run.mcap", name, 0, 0.0), datetime(2026, 1, 1, tzinfo=UTC), ""))
+    store.write_run(row)
     assert all((folder / "runs") in path.parents for path in tmp_path.rglob("*.parquet"))
-    assert [row["arm"] for row in store.index().values()] == [name]
+    assert [row.arm for row in store.index().values()] == [name]
 
 
 def test_a_fleet_whose_robot_has_a_path_for_a_name(folder, tmp_path, name):

@@ -3,6 +3,7 @@
 import pytest
 
 from exidyn.acquire.run.errors import NotConfirmed, RunStopped
+from exidyn.acquire.study.choice_file import Chosen
 from exidyn.acquire.study.rounds import Round
 from exidyn.acquire.study.sources import Cell
 from exidyn.identification.effects import known_parameters
@@ -14,7 +15,7 @@ from exidyn.trajectories.plans.plan_file import write_plan
 from ...parts.runs.run_parts import MODEL, motion
 
 BODY = KnownPayload("L", known_parameters(3.0))
-CHOSEN = {"plan": "next.toml", "loaded": True, "request": "Hang the body of 3 kg on the flange"}
+CHOSEN = Chosen("next.toml", True, "Hang the body of 3 kg on the flange")
 
 
 class Recorder:

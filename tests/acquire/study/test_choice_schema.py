@@ -3,10 +3,12 @@
 import json
 
 import pytest
+from msgspec.structs import replace
 
-from exidyn.acquire.study.choice_schema import require_course
+from exidyn.acquire.study.choice_file import RoundChoice, require_course
 from exidyn.acquire.study.rounds import CHOICE, next_round
 from exidyn.identification.errors import NotAFile
+from exidyn.identification.schema import checked
 
 from ...parts.small.small_choice import choice
 
@@ -33,10 +35,10 @@ def test_what_cannot_be_is_named(tmp_path, changed, message):
 
 
 def test_rounds_that_are_no_course_are_refused(tmp_path):
-    ended, goes_on = choice("decided"), choice("run")
+    ended, goes_on = (checked(choice(verdict), RoundChoice, "") for verdict in ("decided", "run"))
     require_course(tmp_path, [("round-01", goes_on), ("round-02", ended)])
     with pytest.raises(NotAFile, match="round-01 ended the study, but round-02 follows"):
         require_course(tmp_path, [("round-01", ended), ("round-02", goes_on)])
-    other = goes_on | {"left_over_noise": {"wrist": 1.0}}
+    other = replace(goes_on, left_over_noise={"wrist": 1.0})
     with pytest.raises(NotAFile, match="round-01 and round-02 have different joints"):
         require_course(tmp_path, [("round-01", goes_on), ("round-02", other)])

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.acquire.study.choice_file import FORMAT
 from exidyn.acquire.study.rounds import (
     CHOICE,
-    FORMAT,
     fill_folder,
     forget_end,
     next_round,

@@ -26,7 +26,7 @@ class Steps:
         self.done.append(what)
 
     def make(self, one, chosen):
-        self.step(("run", one.number, chosen and chosen["recording"]))
+        self.step(("run", one.number, chosen and chosen.recording))
         one.run.write_text("")
 
     def identify(self, runs, part):
@@ -55,7 +55,7 @@ EVERY = [
 
 def test_runs_are_made_until_a_choice_says_otherwise(tmp_path):
     steps = Steps()
-    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert study(tmp_path, steps).run().verdict == "undecidable"
     assert steps.done == EVERY
 
 
@@ -64,14 +64,14 @@ def test_a_study_that_is_interrupted_anywhere_goes_on_with_nothing_repeated(tmp_
     steps = Steps(fail={fails})
     with pytest.raises(KeyboardInterrupt):
         study(tmp_path, steps).run()
-    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert study(tmp_path, steps).run().verdict == "undecidable"
     assert steps.done == EVERY
 
 
 def test_a_study_that_ended_does_nothing_more(tmp_path):
     study(tmp_path, Steps()).run()
     steps = Steps()
-    assert study(tmp_path, steps).run()["verdict"] == "undecidable"
+    assert study(tmp_path, steps).run().verdict == "undecidable"
     assert steps.done == []
 
 

@@ -70,7 +70,7 @@ def moved(runs, kind):
 
 @pytest.mark.parametrize(("arm", "name"), [("tool", TOOL), ("exchanged", EXCHANGE)])
 def test_one_change_with_all_its_consequences(report, arm, name):
-    [found] = report.drifts[arm].found
+    [found] = report.drifts[arm].changes
     assert found.suspect.name == name
     assert found.interval[0] <= START + 7.0 * BEGIN <= found.interval[1] + 1e-9
     assert found.alarmed >= START + 7.0 * (BEGIN + 1)  # two runs show it
@@ -78,7 +78,7 @@ def test_one_change_with_all_its_consequences(report, arm, name):
 
 
 def test_a_tool_is_stated_by_its_mass_and_centre(report):
-    words = change_words(report.learned, report.drifts["tool"].found[0])
+    words = change_words(report.learned, report.drifts["tool"].changes[0])
     assert "on the flange" in words
     assert "gain" not in words
 
@@ -86,7 +86,7 @@ def test_a_tool_is_stated_by_its_mass_and_centre(report):
 @pytest.mark.parametrize(("arm", "like"), [("stray", "sound 2"), ("bad run", "")])
 def test_a_single_run_is_no_change_and_is_said_to_be_what_it_is(report, arm, like):
     own = report.drifts[arm]
-    assert own.found == own.alarms == ()
+    assert own.changes == own.alarms == ()
     [odd] = own.odd
     assert odd.run == BEGIN
     assert odd.like == like

@@ -48,7 +48,7 @@ def report():
     ],
 )
 def test_a_change_is_named_dated_and_measured(report, arm, effect, joint, shape, share):
-    found = max(report.drifts[arm].found, key=lambda one: one.evidence)
+    found = max(report.drifts[arm].changes, key=lambda one: one.evidence)
     assert found.suspect.name == ""
     cause = report.learned.frame.causes[found.suspect.causes[0]]
     assert (cause.effect, cause.joint, found.shape) == (effect, joint, shape)
@@ -65,7 +65,7 @@ def test_sound_arms_raise_no_more_alarms_than_allowed(report):
 
 def test_scatter_from_run_to_run_is_found(report):
     places = [
-        k for k, one in enumerate(report.scattering) if one.effect in ("viscous_friction", "coulomb_friction")
+        k for k, one in enumerate(report.wearing) if one.effect in ("viscous_friction", "coulomb_friction")
     ]
     found = np.sqrt(report.learned.scatter[places])
     assert np.all(found < 2.0 * SCATTER)
@@ -74,7 +74,7 @@ def test_scatter_from_run_to_run_is_found(report):
 
 def test_values_at_the_reference_temperature_do_not_follow_the_season(report):
     values, stds = report.values("sound 0")
-    place = [one.parameter for one in report.scattering].index("Fv1")
+    place = [one.parameter for one in report.wearing].index("Fv1")
     assert np.std(values[:, place]) < 0.02 * np.mean(values[:, place])  # 20 K change it by 50 %
     assert np.all(stds[:, place] > 0.0)
 
@@ -128,14 +128,14 @@ def test_of_a_few_runs_nothing_is_asked(count):
     runs = {"new": season(20, weeks=count)}
     frame = Frame.of(kind_and_equations()[0], runs["new"])
     own = KindReport.of("two", learned(frame, runs), 1.0).drifts["new"]
-    assert own.found == own.alarms == ()
+    assert own.changes == own.alarms == ()
 
 
 def test_few_runs_are_too_few_for_a_change():
     arms = {f"new {k}": season(20 + k)[:3] for k in range(3)}
     frame = Frame.of(kind_and_equations()[0], [run for runs in arms.values() for run in runs])
     found = KindReport.of("two", learned(frame, arms), 1.0)
-    assert [drift.found for drift in found.drifts.values()] == [(), (), ()]
+    assert [drift.changes for drift in found.drifts.values()] == [(), (), ()]
 
 
 def test_a_change_is_written_with_half_of_its_interval_and_without_an_exponent():

@@ -9,7 +9,7 @@ from exidyn.acquire.files.report_material import read_material
 from exidyn.acquire.fleet.analysis import learned_of
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.work import last_runs, left_out, not_whole, report_path
-from exidyn.acquire.study.choice_file import read_shapes
+from exidyn.acquire.study.choice_file import shapes_in
 from exidyn.acquire.study.loop import Study
 from exidyn.acquire.study.rounds import next_round, rounds
 from exidyn.drivers.errors import LinkLost
@@ -52,7 +52,7 @@ def compare(folder: Path) -> None:
     list(left_out(store)), list(not_whole(store)), store.changes(ARM)
     for row in last_runs(store).values():
         report_path(store, row)
-        (Path("recordings") / row["file"]).resolve().as_uri()
+        (Path("recordings") / row.file).resolve().as_uri()
     for key in store.kinds():
         learned_of(store, key)
 
@@ -62,7 +62,7 @@ def notebook_of(folder: Path) -> None:
     study = Study(folder, two_joints.model(), None, 600.0, None, None, {})
     study._write_notebook()
     for one in rounds(folder):
-        read_shapes(one.choice)
+        shapes_in(one.choice)
     next_round(folder)
 
 

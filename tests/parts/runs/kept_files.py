@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 import pyarrow
 import pyarrow.parquet
 
-from exidyn.acquire.fleet.source import SourceFile
-from exidyn.acquire.fleet.store import CHANGES, Row, Store, utc, write_table
+from exidyn.acquire.fleet.store import CHANGES, Store, utc, write_table
+from exidyn.acquire.fleet.store_schema import IndexRow
 from exidyn.acquire.study.rounds import CHOICE, ROBOT
 from exidyn.identification.robot_files.robot_file import model_text
 
@@ -30,8 +30,9 @@ def fleet_store() -> Files:
         store = Store(Path(name))
         store.write_kind(KIND, kind)
         for run in fleet_runs.season(0, weeks=3):
-            file = SourceFile(f"{ARM}/{run.key}.mcap", ARM, 1000, 1.0)
-            store.write_run(Row(run.key, file, utc(run.day), KIND, summary=run.summary))
+            file = f"{ARM}/{run.key}.mcap"
+            row = IndexRow(run.key, utc(run.day), KIND, file, 1000, 1.0, "", "", ARM)
+            store.write_run(row, run.summary)
         change = {"arm": ARM, "kind": KIND, "date": utc(fleet_runs.START), "words": "friction"}
         write_table(store.folder / CHANGES, [change])
         return {

@@ -1,10 +1,10 @@
 """A choice of a study of the two-joint arm, as a file has it."""
 
-from exidyn.acquire.study.rounds import FORMAT
+from exidyn.acquire.study.choice_file import FORMAT
 
 
 def choice(verdict, moved=10.0):
-    """As `choice_table` makes it."""
+    """As choice.json holds it."""
     offer = {
         "name": "a swept sine",
         "motion": 15.0,

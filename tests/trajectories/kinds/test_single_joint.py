@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.errors import BadLimits, Infeasible
+from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.kinds.single_joint import single_joint_runs
 from exidyn.trajectories.limits.check import check
@@ -32,7 +32,7 @@ def test_joints_move_one_at_a_time_in_the_order_given():
 
 
 def test_the_fast_part_uses_a_limit_and_the_slow_a_quarter_of_the_speed():
-    run = single_joint_runs(LIMITS, [0], POSE, TICK, share=0.9)
+    run = single_joint_runs(LIMITS, [0], POSE, TICK)
     fast, slow = [part for part in run.parts if isinstance(part, Fourier)]
     reached = fast.extremes()
     use = [
@@ -61,9 +61,7 @@ def test_all_limits_are_kept_with_leads_and_on_ticks(seed, tick):
         acceleration_lower=-random.uniform(1.0, 20.0, 2),
         jerk=random.uniform(10.0, 1000.0, 2),
     )
-    run = single_joint_runs(
-        limits, [0, 1], random.uniform(0.8 * lower, 0.8 * upper), tick, share=1.0, rest=0.5 * (seed % 2)
-    )
+    run = single_joint_runs(limits, [0, 1], random.uniform(0.8 * lower, 0.8 * upper), tick)
     assert check(run, limits, tick) == []
     assert check(with_leads(run, limits, tick), limits, tick) == []
 
@@ -78,28 +76,9 @@ def test_a_joint_swings_only_as_far_as_the_arm_is_clear(tmp_path):
     assert check(run, limits, TICK) == []
 
 
-@pytest.mark.parametrize(
-    ("wrong", "kind", "words"),
-    [
-        (
-            {"pose": np.array([0.0, 2.49])},
-            Infeasible,
-            "joint 2: at 2.49 rad its excursion is at most 0.008 rad",
-        ),
-        ({"pose": np.array([0.0, 2.6])}, Infeasible, "joint 2: pose 2.6"),
-        ({"widest": 0.01}, Infeasible, "at least 0.02 is needed"),
-        ({"widest": np.nan}, Infeasible, "at least 0.02 is needed"),
-        ({"share": 0.0}, BadLimits, "share of the limits is 0"),
-        ({"joints": [-1]}, BadLimits, "joint number -1"),
-        ({"periods": 0}, BadLimits, "0 times"),
-        ({"rest": -1.0}, BadLimits, "not decrease"),
-        ({"limits": replace(LIMITS, velocity=np.array([1.0, 0.0]))}, BadLimits, "joint 2: velocity limit 0"),
-    ],
-)
-def test_what_cannot_move_gives_the_reason(wrong, kind, words):
-    options = {"limits": LIMITS, "joints": [0, 1], "pose": POSE, "tick": TICK} | wrong
-    with pytest.raises(kind, match=words):
-        single_joint_runs(**options)
+def test_a_pose_at_a_limit_leaves_no_room():
+    with pytest.raises(Infeasible, match="joint 2: at 2.49 rad its excursion is at most 0.008 rad"):
+        single_joint_runs(LIMITS, [0, 1], np.array([0.0, 2.49]), TICK)
 
 
 def test_a_pose_that_collides_reports_what(tmp_path):

@@ -9,8 +9,8 @@ from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
-from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify
-from exidyn.trajectories.kinds.static_poses import APPROACH, informative, spread_out, static_poses
+from exidyn.trajectories.errors import Infeasible, NothingToIdentify
+from exidyn.trajectories.kinds.static_poses import APPROACH, DWELL, informative, static_poses
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.limits.usable_limits import usable
@@ -26,22 +26,29 @@ TICK = 0.004
 
 @pytest.fixture(scope="module")
 def run():
-    return static_poses(LIMITS, 8, TICK, dwell=0.5, model=two_joints.model())
+    return static_poses(LIMITS, 8, TICK, two_joints.model())
+
+
+def rests(trajectory):
+    """Position, begin and end of each rest of a motion."""
+    held = [part.duration >= DWELL and not np.any(part.jerk) for part in trajectory.parts]
+    times = zip(trajectory.begins, trajectory.begins[1:], held, strict=False)
+    return [(trajectory.at([begin]).position[0], begin, end) for begin, end, rests in times if rests]
 
 
 def test_each_pose_is_held_twice_come_from_below_and_from_above(run):
     assert run.poses.shape == (8, 2)
     assert run.notes == ()
-    for pose, rests in zip(run.poses, run.rests, strict=True):
-        for (begin, end), sign in zip(rests, (1.0, -1.0), strict=True):
-            assert end - begin == pytest.approx(0.5)
-            held = run.trajectory.at(np.linspace(begin + 1e-6, end - 1e-6, 20))
-            np.testing.assert_allclose(held.position, np.tile(pose, (20, 1)), atol=1e-6)
-            np.testing.assert_allclose(held.velocity, 0.0, atol=1e-9)
-            before = run.trajectory.at(np.linspace(begin - 0.1, begin, 20))
-            travel = sign * (pose - before.position)
-            assert np.all(travel >= -1e-6)
-            assert np.all(travel[0] > 0.1 * APPROACH)
+    held = rests(run.trajectory)
+    assert len(held) == 16
+    for place, (position, begin, end) in enumerate(held):
+        pose, sign = run.poses[place // 2], (1.0, -1.0)[place % 2]
+        assert end - begin == pytest.approx(DWELL)
+        np.testing.assert_allclose(position, pose, atol=1e-6)
+        before = run.trajectory.at(np.linspace(begin - 0.1, begin, 20))
+        travel = sign * (pose - before.position)
+        assert np.all(travel >= -1e-6)
+        assert np.all(travel[0] > 0.1 * APPROACH)
 
 
 def test_it_begins_and_ends_at_rest_at_one_pose_within_all_limits(run):
@@ -54,7 +61,7 @@ def test_it_begins_and_ends_at_rest_at_one_pose_within_all_limits(run):
 
 def test_a_given_start_is_kept_and_the_way_is_short():
     start = np.array([2.0, -2.0])
-    found = static_poses(LIMITS, 8, TICK, start=start)
+    found = static_poses(LIMITS, 8, TICK, two_joints.model(), start=start)
     ends = found.trajectory.at(np.array([0.0, found.trajectory.duration]))
     np.testing.assert_allclose(ends.position, [start, start], atol=1e-8)
 
@@ -106,42 +113,30 @@ def test_what_the_way_decides_at_rest_does_not_choose_poses():
     )
 
 
-def test_without_a_model_poses_are_spread_out():
-    candidates = np.random.default_rng(0).uniform(LIMITS.position_lower, LIMITS.position_upper, (200, 2))
-
-    def nearest(poses):
-        gaps = np.linalg.norm(poses[:, None] - poses[None], axis=2)
-        return np.min(gaps[np.triu_indices(len(poses), 1)])
-
-    chosen = spread_out(candidates, 9, LIMITS)
-    assert len(set(chosen)) == 9
-    assert nearest(candidates[chosen]) > 3 * nearest(candidates[:9])
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
     model = Model(robot, (RigidBody(), CurrentOffset()))
-    options = {"dwell": 0.2, "seed": seed, "model": model}
-    free = static_poses(limits, 8, TICK, **options)
+    free = static_poses(limits, 8, TICK, model, seed=seed)
     assert not collision.worst(free.trajectory).allowed
-    kept = static_poses(limits, 8, TICK, clearances=[collision], **options)
+    kept = static_poses(limits, 8, TICK, model, [collision], seed=seed)
     assert collision.worst(kept.trajectory).allowed
     assert check(kept.trajectory, limits, TICK) == []
     left_out = [note for note in kept.notes if "left out" in note]
     assert len(kept.poses) + len(left_out) == 8
     assert len(kept.poses) >= 4
-    assert len(kept.rests) == len(kept.poses)
+    assert len(rests(kept.trajectory)) == 2 * len(kept.poses)
 
 
 def test_what_is_left_out_and_what_goes_round_is_reported(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
+    model = Model(robot, (RigidBody(), CurrentOffset()))
     notes = [
         note
         for seed in range(4)
-        for note in static_poses(limits, 8, TICK, dwell=0.0, seed=seed, clearances=[collision]).notes
+        for note in static_poses(limits, 8, TICK, model, [collision], seed=seed).notes
     ]
     assert any("left out: the move between two poses: " in note and " m after " in note for note in notes)
     assert any(note.endswith("takes a detour") for note in notes)
@@ -151,30 +146,13 @@ def test_an_arm_without_gravity_has_nothing_to_show():
     robot = two_joints.arm()
     robot.kinematics.gravity.linear = np.zeros(3)
     with pytest.raises(NothingToIdentify, match="two joints: at rest, no parameter"):
-        static_poses(LIMITS, 4, TICK, model=Model(robot, (RigidBody(), CoulombFriction())))
+        static_poses(LIMITS, 4, TICK, Model(robot, (RigidBody(), CoulombFriction())))
 
 
-@pytest.mark.parametrize(
-    ("wrong", "kind", "words"),
-    [
-        ({"count": 0}, BadLimits, "0 poses"),
-        ({"dwell": -1.0}, BadLimits, "rests of -1 s"),
-        ({"dwell": np.nan}, BadLimits, "rests of nan s"),
-        ({"approach": 0.0}, BadLimits, "approach over 0 rad"),
-        ({"approach": 2.6}, Infeasible, "joint 1: .* -2.5 to 2.5 rad, .* 2.6"),
-        ({"start": np.array([0.0, -2.6])}, Infeasible, "joint 2: pose -2.6"),
-        ({"tick": 0.0}, BadLimits, "sampling period is 0 s"),
-        (
-            {"limits": replace(LIMITS, acceleration=np.array([1.0, np.inf]))},
-            BadLimits,
-            "joint 2: limit accel",
-        ),
-    ],
-)
-def test_what_cannot_be_asked_for_gives_the_reason(wrong, kind, words):
-    options = {"limits": LIMITS, "count": 4, "tick": TICK} | wrong
-    with pytest.raises(kind, match=words):
-        static_poses(**options)
+def test_a_range_narrower_than_two_approaches_is_refused():
+    narrow = replace(LIMITS, position_lower=np.array([-0.04, -2.5]), position_upper=np.array([0.04, 2.5]))
+    with pytest.raises(Infeasible, match="joint 1: .* -0.04 to 0.04 rad, .* 0.05"):
+        static_poses(narrow, 4, TICK, two_joints.model())
 
 
 class Crowded(Clearance):
@@ -196,4 +174,4 @@ class Crowded(Clearance):
 
 def test_a_cell_without_room_states_how_much_is_missing():
     with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are needed.* has a margin of -0.\d+ m \(arm to "):
-        static_poses(LIMITS, 3, TICK, clearances=[Crowded()])
+        static_poses(LIMITS, 3, TICK, two_joints.model(), [Crowded()])

@@ -6,8 +6,7 @@ import pytest
 
 from exidyn.trajectories.families import FAMILIES
 from exidyn.trajectories.families.sequence import Slowed
-from exidyn.trajectories.plans.plan_check import violations
-from exidyn.trajectories.plans.plan_jumps import jumps
+from exidyn.trajectories.plans.plan_check import jumps, violations
 
 from ...parts.plans.plans import SAMPLES, known_plan, phases
 
