@@ -35,6 +35,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "simulate": "simulate a planned motion in closed loop",
         "compare": "compare a simulation with a recording",
         "gap": "compare a MuJoCo simulation with the real arm, and improve its MJCF",
+        "compensate": "write torque for gravity and friction, in Python and C++",
         "export": "write a model for other simulators: URDF, MJCF, JSON, robot.toml",
     },
     "view results": {
