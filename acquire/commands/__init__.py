@@ -31,11 +31,14 @@ GROUPS: dict[str, dict[str, str]] = {
         "study": "record runs, each chosen by what is open, until the model is decided",
         "fleet": "find which of many arms changed, in what, and since when",
     },
+    "use a model": {
+        "contact": "estimate external torques along a recording, and find contacts",
+        "compensate": "write torque for gravity and friction, in Python and C++",
+    },
     "simulate and export": {
         "simulate": "simulate a planned motion in closed loop",
         "compare": "compare a simulation with a recording",
         "gap": "compare a MuJoCo simulation with the real arm, and improve its MJCF",
-        "compensate": "write torque for gravity and friction, in Python and C++",
         "export": "write a model for other simulators: URDF, MJCF, JSON, robot.toml",
     },
     "view results": {

@@ -20,6 +20,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
+from ..dynamics.standstill import standstill
 from ..dynamics.traced import writable
 from ..effects.joint_state import JointState
 from ..errors import FitError, WrongShape
@@ -29,11 +30,6 @@ from .remarks import remarks
 SHARE = 0.7
 """Share of the identified friction that is compensated: the friction of a joint may be 30 % lower than
 identified, for instance because it is warmer, before compensation drives it [-]."""
-SHARE_OF_LIMIT = 0.01
-"""Band of a fit without standstill speeds, over the velocity limit [-]; 1 % of a joint's usual speed is also
-what counts as standstill when runs are prepared."""
-NARROWEST = 1e-3
-"""Band of a joint without any velocity limit [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +87,7 @@ class Feedforward:
         values = np.zeros(len(model.names))
         values[fit.base.kept] = fit.estimate.values
         dynamics = writable(Dynamics.of(model, values, payload))
-        band = np.zeros(robot.dof) + (standstill(fit) if band is None else band)
+        band = np.zeros(robot.dof) + (standstill(fit.standstill, robot) if band is None else band)
         if not np.all(band > 0.0):
             raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
         return cls(
@@ -199,14 +195,6 @@ class Feedforward:
         state = JointState(*(list(p.T) for p in (rows, *parts, np.zeros_like(rows), warmth)))
         torque = stacked(function(state), len(rows))
         return torque[0] if position.ndim == 1 else torque
-
-
-def standstill(fit: Fit) -> np.ndarray:
-    """Speed below which each joint counted as standing in the runs of a fit, shape (n,) [rad/s]."""
-    if fit.standstill is not None:
-        return fit.standstill
-    limit = fit.model.robot.limits.velocity
-    return np.where(np.isfinite(limit), SHARE_OF_LIMIT * limit, NARROWEST)
 
 
 def _servo(fit: Fit) -> ServoLaw | None:
