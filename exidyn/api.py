@@ -16,9 +16,10 @@ from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.report_files import read_result
 from exidyn.acquire.files.simulated_arm import simulated_arm
 from exidyn.acquire.run.simulated import simulated
+from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.contact import contact as _contact
-from exidyn.identification.contact.observer import BANDWIDTH, Observer
+from exidyn.identification.contact.observer import Observer
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT

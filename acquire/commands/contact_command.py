@@ -8,23 +8,23 @@ import numpy as np
 
 from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact, contact
-from exidyn.identification.contact.observer import BANDWIDTH
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.text_table import digits, paragraph, table
 
-from ..arguments.command import Command, Option, positive
-from ..arguments.options import JSON, output_option, require_file, require_json
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
-
-ALARMS_PER_HOUR = Option("--alarms-per-hour N", "accepted false alarms of the arm; default: 1", positive, 1.0)
-FREE = Option("--free RUN...", "runs without contact that the fit has not used, for the threshold", Path, [])
-BANDWIDTH_OPTION = Option(
-    "--bandwidth HZ", f"bandwidth of the observer; default: {BANDWIDTH:g}", positive, BANDWIDTH
+from ..arguments.command import Command, Option
+from ..arguments.options import (
+    ALARMS_PER_HOUR,
+    BANDWIDTH_OPTION,
+    FREE,
+    JSON,
+    output_option,
+    require_file,
+    require_json,
 )
-"""Options that `exidyn watch` has too."""
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 
 @Command(

@@ -11,7 +11,8 @@ from ..fit.fit import Fit
 from ..preparation.even import Even
 from ..recordings.recording import Recording
 from .alarms import Alarm, Alarms
-from .observer import BANDWIDTH, Estimates, Observer
+from .bandwidth import BANDWIDTH
+from .observer import Estimates, Observer
 from .threshold import Threshold
 from .wrench import flange_wrenches
 

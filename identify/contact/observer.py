@@ -26,9 +26,8 @@ from ..dynamics.traced import compiled, writable
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, NotRecorded, WrongShape
 from ..fit.fit import Fit
+from .bandwidth import BANDWIDTH
 
-BANDWIDTH = 5.0
-"""Bandwidth of the observer [Hz]: 63 % of a step after 32 ms."""
 AHEAD = 4.0
 """Poles of the low-pass before the observer, over its bandwidth [-]: each delays by a quarter of the time
 constant of the observer, and both take out the noise of differences."""

@@ -41,6 +41,7 @@ def flange_jacobian(robot: Robot, data: pin.Data, position: np.ndarray) -> np.nd
     model, last = robot.kinematics, robot.kinematics.njoints - 1
     pin.computeJointJacobians(model, data, position)
     jacobian = np.asarray(pin.getJointJacobian(model, data, last, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED))
+    jacobian = jacobian.reshape(6, model.nv)  # Pinocchio's has one axis for a single joint
     lever = data.oMi[last].rotation @ robot.flange.translation
     moved = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
     return np.concatenate([moved, jacobian[3:]])

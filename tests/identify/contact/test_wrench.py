@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identification.arm.robot import Robot
 from exidyn.identification.contact.wrench import damped_wrench, flange_jacobian, flange_wrenches
 
 from ...parts.runs.robots import six_axis
@@ -68,3 +69,11 @@ def test_unknown_torques_give_unknown_forces():
     assert np.isnan(wrench[0]).all()
     assert np.isfinite(wrench[1]).all()
     assert pytest.approx(0.0) == wrench[1, 1]
+
+
+def test_one_joint_gives_the_force_across_its_lever():
+    kinematics = pin.Model()
+    kinematics.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "pivot")
+    robot = Robot("one", kinematics, flange=pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
+    wrench = flange_wrenches(robot, np.zeros((1, 1)), np.array([[3.0]]), np.ones((1, 1)))
+    np.testing.assert_allclose(wrench[0], [0.0, 0.0, -6.0, 0.0, 0.0, 0.0], atol=1e-12)
