@@ -40,7 +40,7 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
         ALARMS_PER_HOUR,
         BANDWIDTH_OPTION,
         Option("--payload NAME", "payload on the flange, or none; default: that of the recording"),
-        output_option("FILE.csv", meaning="write external torques and flange force as a table"),
+        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
     ),
     """A payload that the fit does not have, or with --payload none, is an external

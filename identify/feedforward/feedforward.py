@@ -12,6 +12,7 @@ for any b, as long as the joint has that share of the identified friction. With 
 stays below the dry friction that holds the joint at rest.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
 from ..dynamics.standstill import standstill
 from ..dynamics.traced import writable
-from ..effects.joint_state import JointState
+from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
 from ..fit.fit import Fit
 from .remarks import remarks
@@ -182,7 +183,15 @@ class Feedforward:
         path.write_text(texts[path.suffix](), encoding="utf-8")
         return path
 
-    def _of(self, function, q, dq, ddq, temperature) -> np.ndarray:  # type: ignore[no-untyped-def]
+    def _of(
+        self,
+        function: Callable[[JointState], Sequence[Scalar]],
+        q: np.ndarray,
+        dq: np.ndarray | None,
+        ddq: np.ndarray | None,
+        temperature: np.ndarray | None,
+    ) -> np.ndarray:
+        """A function of joint states for arrays (n,) or (t, n)."""
         position = np.asarray(q, float)
         rows = np.atleast_2d(position)
         parts = [np.zeros_like(rows) if p is None else np.atleast_2d(np.asarray(p, float)) for p in (dq, ddq)]
