@@ -67,9 +67,9 @@ class LiveContact:
 
     def _at(self, estimates: Estimates, row: int) -> External:
         """External torques of one row."""
-        one = Estimates(*(part[row : row + 1] for part in vars(estimates).values()))
+        sample = Estimates(*(part[row : row + 1] for part in vars(estimates).values()))
         threshold = None if self._alarms is None else self._alarms.threshold
-        limit = np.full_like(one.torque, np.nan) if threshold is None else threshold.torque(one)
-        over = tuple(int(joint) for joint in np.flatnonzero(np.abs(one.torque[0]) > limit[0]))
-        force = wrenches(self.fit, one, threshold)[0, :3]
-        return External(one.torque[0], limit[0], force, over, self._count())
+        limit = np.full_like(sample.torque, np.nan) if threshold is None else threshold.torque(sample)
+        over = tuple(int(joint) for joint in np.flatnonzero(np.abs(sample.torque[0]) > limit[0]))
+        force = wrenches(self.fit, sample, threshold)[0, :3]
+        return External(sample.torque[0], limit[0], force, over, self._count())

@@ -53,7 +53,7 @@ class Alarms:
 
     @property
     def all(self) -> list[Alarm]:
-        """All alarms, with the one that lasts."""
+        """All alarms, including the current one."""
         return [*self.ended, *([self._open] if self._open is not None else [])]
 
     @property

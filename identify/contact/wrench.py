@@ -52,8 +52,8 @@ def damped_wrench(jacobian: np.ndarray, torque: np.ndarray, scale: np.ndarray) -
     parts = 6 if len(torque) >= 6 else 3
     lengths = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])[:parts]
     rows = jacobian[:parts].T * lengths / scale[:, None]
-    left, singular, right = np.linalg.svd(rows, full_matrices=False)
+    rotation, singular, directions = np.linalg.svd(rows, full_matrices=False)
     inverse = singular / np.maximum(np.maximum(singular, DAMPED * singular[0]) ** 2, 1e-300)
     wrench = np.zeros(6)
-    wrench[:parts] = right.T @ (inverse * (left.T @ (torque / scale))) * lengths
+    wrench[:parts] = directions.T @ (inverse * (rotation.T @ (torque / scale))) * lengths
     return wrench

@@ -44,12 +44,14 @@ class Dynamics:
 
         The load of the gears is nominal, as in `Model.loaded`.
         """
-        whole = cls._sorted(model, model.shares(values), payload)
-        if not any(effect.needs_load for effect, _ in whole.effects):
-            return whole
+        dynamics = cls._sorted(model, model.shares(values), payload)
+        if not any(effect.needs_load for effect, _ in dynamics.effects):
+            return dynamics
         shares = [pair for pair in model.shares(model.nominal_values) if pair[0].transmitted]
         loading = cls._sorted(model, shares, payload)
-        return cls(model.robot, whole.links, whole.effects, loading, (*whole.left_out, *loading.left_out))
+        return cls(
+            model.robot, dynamics.links, dynamics.effects, loading, (*dynamics.left_out, *loading.left_out)
+        )
 
     @classmethod
     def _sorted(cls, model: Model, shares: Sequence[Pair], payload: str) -> "Dynamics":
@@ -59,7 +61,7 @@ class Dynamics:
             bodies = effect.link_parameters(robot, values, payload)
             if bodies is not None:
                 links = links + bodies
-            elif effect.joint_torque(robot, values, _rest(robot.dof)) is not None:
+            elif effect.joint_torque(robot, values, _zero_state(robot.dof)) is not None:
                 effects.append((effect, values))
             elif np.any(values):
                 left_out.append((effect, values))
@@ -136,7 +138,7 @@ def stacked(torque: Sequence[Scalar], samples: int) -> np.ndarray:
     return np.stack([np.broadcast_to(np.asarray(part, float), (samples,)) for part in torque], axis=1)
 
 
-def _rest(joints: int) -> JointState:
+def _zero_state(joints: int) -> JointState:
     return JointState(*([0.0] * joints for _ in range(5)))
 
 

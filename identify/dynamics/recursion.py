@@ -62,10 +62,10 @@ def _levers(joints: Sequence[Axis], state: JointState) -> list[Vector]:
 
 
 def _turned_inward(
-    joints: Sequence[Axis], turns: Sequence[Turn], levers: Sequence[Vector], own: Sequence[Wrench]
+    joints: Sequence[Axis], turns: Sequence[Turn], levers: Sequence[Vector], wrenches: Sequence[Wrench]
 ) -> list[Wrench]:
     """Wrench of each link and all links behind it, in the link's frame."""
-    total = list(own)
+    total = list(wrenches)
     for index in reversed(range(len(joints))):
         parent = joints[index].parent
         if parent >= 0:
@@ -98,8 +98,8 @@ def link_torque(
         else:
             lift = add(lift, relative, cross(omega, turning))
         motions.append((omega, alpha, lift))
-    own = [_force(body, *motion) for body, motion in zip(bodies, motions, strict=True)]
-    return _along(joints, _turned_inward(joints, turns, levers, own))
+    forces = [_force(body, *motion) for body, motion in zip(bodies, motions, strict=True)]
+    return _along(joints, _turned_inward(joints, turns, levers, forces))
 
 
 def _carried(omega: Vector, alpha: Vector, lever: Vector) -> Vector:
@@ -131,14 +131,14 @@ def link_momentum(joints: Sequence[Axis], bodies: Sequence[Body], state: JointSt
         speed = turn.outward(add(speed, cross(omega, levers[index])))
         omega, turning = turn.outward(omega), scale(state.velocity[index], joint.axis)
         twists.append((add(omega, turning), speed) if joint.revolute else (omega, add(speed, turning)))
-    own = [
+    momenta = [
         Wrench(
             add(scale(body.mass, speed), cross(omega, body.moment)),
             add(times(body.inertia, omega), cross(body.moment, speed)),
         )
         for body, (omega, speed) in zip(bodies, twists, strict=True)
     ]
-    total = _turned_inward(joints, turns, levers, own)
+    total = _turned_inward(joints, turns, levers, momenta)
     changes = []
     for joint, (omega, speed), (linear, angular) in zip(joints, twists, total, strict=True):
         across = cross(omega, joint.axis)

@@ -33,7 +33,7 @@ class Tape:
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
-        self._places: dict[Step, int] = {}
+        self._places: dict[tuple[Any, ...], int] = {}
 
     def inputs(self, name: str, count: int) -> "list[Symbol]":
         """Symbols of the elements of an input array."""
@@ -43,11 +43,14 @@ class Tape:
         """Symbol of a step, which is appended if it is new."""
         if operation in COMMUTES:
             arguments = tuple(sorted(arguments, key=lambda argument: (isinstance(argument, int), argument)))
-        step = Step(operation, arguments)
-        if step not in self._places:
-            self._places[step] = len(self.steps)
-            self.steps.append(step)
-        return Symbol(self, self._places[step])
+        key = (
+            operation,
+            *((type(argument), argument) for argument in arguments),
+        )  # the number 3.0 is no step 3
+        if key not in self._places:
+            self._places[key] = len(self.steps)
+            self.steps.append(Step(operation, arguments))
+        return Symbol(self, self._places[key])
 
 
 class Symbol:
@@ -120,7 +123,7 @@ def _simplified(tape: Tape, name: str, arguments: Sequence[Any]) -> Any:
     def negative(argument: Any) -> Any:
         return -of(argument)
 
-    zeros, ones, minus = (
+    zeros, units, negatives = (
         [isinstance(a, float) and a == value for a in arguments] for value in (0.0, 1.0, -1.0)
     )
     if name == "negative" and tape.steps[first].operation == "negative":
@@ -134,9 +137,9 @@ def _simplified(tape: Tape, name: str, arguments: Sequence[Any]) -> Any:
     if name == "multiply":
         if any(zeros):
             return 0.0
-        if any(ones):
-            return of(second if ones[0] else first)
-        return negative(second if minus[0] else first) if any(minus) else None
-    if name == "divide" and (zeros[0] or ones[1]):
+        if any(units):
+            return of(second if units[0] else first)
+        return negative(second if negatives[0] else first) if any(negatives) else None
+    if name == "divide" and (zeros[0] or units[1]):
         return of(first)
     return None

@@ -57,7 +57,7 @@ class Axis(NamedTuple):
         place: Origin of the joint in the parent's frame [m].
         slide: Axis in the parent's frame.
         inward: Rotation from the joint's frame into the parent's frame, at position zero.
-        outward: Its inverse.
+        outward: Rotation from the parent's frame into the joint's frame.
     """
 
     parent: int

@@ -73,8 +73,10 @@ class KinematicCoupling(Effect):
         (j, o), (inertia, viscous, dry) = self._pair(robot), map(float, values)
         acceleration, velocity, torque = state.acceleration, state.velocity, [0.0] * robot.dof
         alone = self.ratio * velocity[o]
-        motor, own, other = (smooth_sign(v, self.reversal) for v in (velocity[j] + alone, velocity[j], alone))
-        torque[j] = inertia * acceleration[o] + viscous * velocity[o] + dry * (motor - own)
+        motor, joint, other = (
+            smooth_sign(v, self.reversal) for v in (velocity[j] + alone, velocity[j], alone)
+        )
+        torque[j] = inertia * acceleration[o] + viscous * velocity[o] + dry * (motor - joint)
         torque[o] = inertia * acceleration[j] + viscous * velocity[j] + dry * self.ratio * (motor - other)
         return torque
 

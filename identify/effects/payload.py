@@ -82,7 +82,7 @@ class Payload(Effect):
         return links
 
     def _body(self, values: np.ndarray) -> np.ndarray:
-        """Ten parameters of the body from those that are unknown, shape (10,)."""
+        """Ten parameters of the body for values of the unknown parameters, shape (10,)."""
         by_name = dict(zip(self._unknown, values, strict=True)) | dict(self.known)
         return np.array([by_name[name] for name in INERTIAL])
 

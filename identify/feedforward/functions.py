@@ -11,10 +11,10 @@ class Function(NamedTuple):
     """A function of joint states that returns one number per joint.
 
     Attributes:
-        name: Its name in the file.
+        name: Name of the function in the file.
         arguments: Names of its arguments, each with one number per joint.
         meaning: What it returns, a noun phrase.
-        lines: Its body.
+        lines: Body of the function.
     """
 
     name: str

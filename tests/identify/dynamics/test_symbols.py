@@ -58,6 +58,15 @@ def test_an_operation_is_recorded_once():
     assert (x - y).index != (y - x).index
 
 
+def test_a_number_is_not_the_step_of_that_index():
+    tape = Tape()
+    symbols = tape.inputs("q", 4)
+    for index, number in ((3, 3.0), (2, 2.0)):
+        by_step, by_number = symbols[0] + symbols[index], symbols[0] + number
+        assert by_step.index != by_number.index
+    assert run([symbols[0] + symbols[3], symbols[0] + 3.0], tape, q=(1.0, 5.0, 6.0, 7.0)) == [8.0, 4.0]
+
+
 def test_steps_that_no_result_needs_are_not_written():
     tape = Tape()
     [x, y] = tape.inputs("q", 2)
