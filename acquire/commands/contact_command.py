@@ -62,7 +62,8 @@ def contact_command(args: Namespace) -> None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
     hand_over("\n".join(_page(fit, result)), json_text(_table(fit, result, written)), args.json)
-    print_written(*written)
+    if written:
+        print_written(*written)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:

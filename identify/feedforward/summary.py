@@ -11,6 +11,9 @@ from .feedforward import Feedforward
 REFERENCE = 25.0
 """Temperature at which friction that depends on it is summarized [degC]."""
 
+ROUNDING = 1e-12
+"""Share of the largest torque below which a torque is a rounding error, as that of a vertical axis."""
+
 
 class Summary(NamedTuple):
     """Torques of each joint, each of shape (n,).
@@ -34,6 +37,7 @@ def summary(feedforward: Feedforward) -> Summary:
     warm = np.full_like(poses, REFERENCE)
     speed = np.broadcast_to(2.0 * feedforward.band, poses.shape)
     gravity = np.abs(feedforward.gravity(poses, warm)).max(axis=0)
+    gravity = np.where(gravity > ROUNDING * gravity.max(), gravity, 0.0)
     friction = np.abs(feedforward.friction(poses, speed, warm)).max(axis=0)
     compensated = np.abs(feedforward.friction_compensation(poses, speed, warm)).max(axis=0)
     offset = None
