@@ -16,6 +16,10 @@ from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.report_files import read_result
 from exidyn.acquire.files.simulated_arm import simulated_arm
 from exidyn.acquire.run.simulated import simulated
+from exidyn.identification.contact.bandwidth import BANDWIDTH
+from exidyn.identification.contact.contact import Contact
+from exidyn.identification.contact.contact import contact as _contact
+from exidyn.identification.contact.observer import Observer
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
@@ -44,9 +48,9 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
-    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Diagnosis", "Fit", "Gap", "Model", "Plan", "Recording",
-    "compare", "diagnose", "gap", "identify", "load", "plan", "read", "read_all", "read_fit", "report",
-    "robot", "simulate",
+    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "Fit", "Gap", "Model",
+    "Observer", "Plan", "Recording", "compare", "contact", "diagnose", "gap", "identify", "load", "plan",
+    "read", "read_all", "read_fit", "report", "robot", "simulate",
 ]  # fmt: skip
 
 Run = Any
@@ -319,6 +323,38 @@ def gap(
     source = Source(path.read_bytes(), str(path.resolve().parent), str(path))
     model = simulated_arm(path, fitted[0].robot)
     return _gap(source, model, recordings, commands, filtering, as_recorded=as_recorded, judge_by=judge)
+
+
+def contact(
+    fit: Fit | Path | str,
+    run: Run,
+    free: Run | Sequence[Run] = (),
+    *,
+    payload: str | None = None,
+    alarms_per_hour: float = 1.0,
+    bandwidth: float = BANDWIDTH,
+) -> Contact:
+    """Estimate external torques along a run, and find contacts.
+
+    Args:
+        fit: The fit, or the path of its file.
+        run: The run.
+        free: Runs without contact that the fit has not used, for the threshold.
+        payload: Name of the payload on the flange, "" for none; by default that of the recording.
+        alarms_per_hour: Accepted false alarms [1/h].
+        bandwidth: Bandwidth of the observer [Hz].
+
+    Example:
+        >>> result = ex.contact("fit.json", "run.mcap", free="other.mcap")
+        >>> for alarm in result.alarms:
+        ...     print(alarm.start, alarm.torque)
+
+    Raises:
+        ExidynError: The runs cannot be used; the message gives the reason.
+    """
+    result = fit if isinstance(fit, Fit) else _read_fit(fit)
+    others = _runs(free, result.model)
+    return _contact(result, read(run, result.model), others, payload, alarms_per_hour, bandwidth)
 
 
 def load(path: Path | str) -> Fit | Diagnosis | Comparison:

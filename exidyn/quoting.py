@@ -1,8 +1,8 @@
 """Text inside generated files: one function per language, which turns any text into data, never into code.
 
 Names of robots, joints and links come from files of other people and may contain anything. Code that writes
-Python, XML, TOML, YAML, JSON or KRL passes each text through the function of that language. URScript has no
-function because its programs contain only numbers.
+Python, C++, XML, TOML, YAML, JSON or KRL passes each text through the function of that language. URScript has
+no function because its programs contain only numbers.
 """
 
 import json
@@ -97,3 +97,24 @@ def krl_comment(text: str) -> str:
 def hash_comment(text: str) -> str:
     """A comment of YAML, TOML or Python, on one line."""
     return f"# {one_line(text)}"
+
+
+def cpp_text(text: str) -> str:
+    """A string of C++ in UTF-8, whose escapes have three octal digits so that none runs into the next."""
+    plain = "".join(
+        chr(byte) if 0x20 <= byte < 0x7F and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode("utf-8", "replace")
+    )
+    return f'"{plain}"'
+
+
+def cpp_name(text: str) -> str:
+    """A name that C++ accepts, after `exidyn_`: letters, digits and single underscores."""
+    plain = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_")
+    return f"exidyn_{plain}".rstrip("_")
+
+
+def cpp_comment(text: str) -> str:
+    """A comment of C++ on one line of ASCII; a backslash at its end would continue it."""
+    plain = one_line(text).replace("\\", "/").encode("ascii", "replace").decode()
+    return f"// {plain.replace('??', '? ?')}"

@@ -31,12 +31,14 @@ PACKAGES = {
     "speed": ("figaroh", "example_robot_data"),
     "simulate": ("mujoco",),
     "simulator": ("mujoco",),
+    "contact": ("mujoco",),
     "record": ("can", "msgpack", "serial"),
 }
 """Benchmark -> packages of extras without which it cannot run."""
 UNMEASURED = {
     "concealed": {"simulated_better", "simulated_share", "outside", "by_strength"},
     "study": {"best_fixed_suffices_for_others"},
+    "contact": {"touches"},
 }
 """Benchmark -> figures that a quick run leaves open (NaN), and tables whose classes have no upper end."""
 CLOCKED = {"record"}

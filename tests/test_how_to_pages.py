@@ -28,6 +28,7 @@ MINUTES = (pytest.mark.slow, pytest.mark.long)
 PAGES = {
     "how-to-csv": [pytest.mark.slow],
     "how-to-payload": [*MINUTES],
+    "how-to-compensate": [*MINUTES],
     "how-to-mujoco": [*MINUTES],
     "how-to-so101": [*MINUTES, PEERS],
     "how-to-can": [*MINUTES, PEERS],

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import tomllib
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -13,6 +14,9 @@ from exidyn.quoting import (
     CONTROL,
     KRL_LINE,
     KRL_NAME,
+    cpp_comment,
+    cpp_name,
+    cpp_text,
     double_quoted,
     hash_comment,
     json_text,
@@ -90,3 +94,20 @@ def test_krl_names_are_names(text):
 
 def test_different_names_stay_different_on_one_line():
     assert len({one_line(text) for text in EVERY}) == len(EVERY)
+
+
+@pytest.mark.parametrize("text", EVERY)
+def test_cpp_texts_names_and_comments_are_plain_ascii_on_one_line(text):
+    quoted = cpp_text(text)
+    assert quoted.isascii()
+    assert quoted[0] == quoted[-1] == '"'
+    inside = re.sub(r"\\[0-7]{3}", "", quoted[1:-1])
+    assert not re.search(r'["\\\n?]', inside)
+    octal = re.sub(r"\\([0-7]{3})", lambda match: chr(int(match[1], 8)), quoted[1:-1])
+    assert octal.encode("latin-1") == text.encode("utf-8", "replace")
+    assert re.fullmatch(r"exidyn(_[A-Za-z0-9]+)*", cpp_name(text))
+    comment = cpp_comment(text)
+    assert comment.isascii()
+    assert comment.startswith("// ")
+    assert "\n" not in comment
+    assert "\\" not in comment

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.robot_files.description import NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names
 
@@ -49,6 +50,13 @@ ALARMS = Option(
     "accepted false alarms, over all parameters of an arm; 0.1 is one in ten years",
     positive,
     0.1,
+)
+
+
+FREE = Option("--free RUN...", "runs without contact that the fit has not used, for the threshold", Path, [])
+ALARMS_PER_HOUR = Option("--alarms-per-hour N", "accepted false alarms of contact; default: 1", positive, 1.0)
+BANDWIDTH_OPTION = Option(
+    "--bandwidth HZ", f"bandwidth of the observer; default: {BANDWIDTH:g}", positive, BANDWIDTH
 )
 
 

@@ -31,6 +31,10 @@ GROUPS: dict[str, dict[str, str]] = {
         "study": "record runs, each chosen by what is open, until the model is decided",
         "fleet": "find which of many arms changed, in what, and since when",
     },
+    "use a model": {
+        "contact": "estimate external torques along a recording, and find contacts",
+        "compensate": "write torque for gravity and friction, in Python and C++",
+    },
     "simulate and export": {
         "simulate": "simulate a planned motion in closed loop",
         "compare": "compare a simulation with a recording",

@@ -18,7 +18,16 @@ from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Group, Option, positive, print_warning
 from ..arguments.controllers import CONTROLLER, read_controller
-from ..arguments.options import ALARMS, FLEET, JSON, require_json, robot_option
+from ..arguments.options import (
+    ALARMS,
+    ALARMS_PER_HOUR,
+    BANDWIDTH_OPTION,
+    FLEET,
+    FREE,
+    JSON,
+    require_json,
+    robot_option,
+)
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
 from ..run.stopping.stop import StopRequests
@@ -29,6 +38,7 @@ from ..terminal.watch_text import Redraw, json_line, line, table_lines
 
 if TYPE_CHECKING:
     from ..fleet.analysis import ResidualAlarm
+    from ..terminal.live_contact import LiveContact
 
 REDRAW, LINES = 0.2, 1.0
 """Time between readings in a table and between lines, which would otherwise fill the screen [s]."""
@@ -42,7 +52,7 @@ STEP = 0.05
         "exidyn watch --controller cell.toml                        # positions in radians",
         "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
         "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
-        "exidyn watch --controller cell.toml --arm welding-07        # with residuals, see exidyn fleet",
+        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap  # external torques",
     ),
     (
         robot_option("for degrees and limits; without it radians"),
@@ -57,6 +67,16 @@ STEP = 0.05
                 ALARMS,
             ),
         ),
+        Group(
+            "external torque and contact, by a fit (exidyn contact)",
+            (
+                Option("--contact FIT", "fit.json of exidyn identify", Path),
+                FREE,
+                ALARMS_PER_HOUR,
+                BANDWIDTH_OPTION,
+                Option("--payload NAME", "payload of the fit that is on the flange", default=""),
+            ),
+        ),
         JSON,
     ),
 )
@@ -64,8 +84,8 @@ def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
     require_json(args.json)
     with ExitStack() as stack:
-        alarm = _alarm(args, stack)
-        driver, units = _driver(args, alarm)
+        alarm, contact = _alarm(args, stack), _contact(args)
+        driver, units = _driver(args, alarm, contact)
         confirm_reading(driver.risk_of_reading)
         requests = stack.enter_context(StopRequests())
         stack.callback(driver.close)
@@ -78,7 +98,22 @@ def watch_command(args: Namespace) -> None:
         if args.json is not None and args.json != SCREEN:
             file = stack.enter_context(Path(args.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        _show(args, _readings(args, listener, requests), units, info, file, alarm)
+        _show(args, _readings(args, listener, requests), units, info, file, alarm, contact)
+
+
+def _contact(args: Namespace) -> "LiveContact | None":
+    if args.contact is None:
+        if args.free:
+            raise BadSettings("--free is for a threshold of contact; name the fit with --contact")
+        return None
+    from exidyn.identification.fit.fit_file import read_fit
+    from exidyn.identification.recordings.importers import import_source
+
+    from ..terminal.live_contact import LiveContact
+
+    fit = read_fit(args.contact)
+    free = [recording for path in args.free for recording in import_source(path, fit.model)]
+    return LiveContact(fit, free, args.payload, args.alarms_per_hour, args.bandwidth)
 
 
 def _alarm(args: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
@@ -92,13 +127,15 @@ def _alarm(args: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
     return ResidualAlarm(store, args.arm, args.alarms_per_arm_year, executor)
 
 
-def _driver(args: Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, JointUnits]:
+def _driver(
+    args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact | None"
+) -> tuple[Driver, JointUnits]:
     name, settings = read_controller(args.controller, args.driver, args.set)
     if (
         name == "mock"
     ):  # otherwise its simulated time would run ahead, even if a controller file sets the clock
         settings["clock"] = "real"
-    if (model := _model(args, alarm)) is not None:
+    if (model := _model(args, alarm, contact)) is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
     count = driver_class(name).count_joints(settings)
@@ -113,16 +150,17 @@ def _driver(args: Namespace, alarm: "ResidualAlarm | None") -> tuple[Driver, Joi
     return create(name, settings, arm), JointUnits.unknown(arm)
 
 
-def _model(args: Namespace, alarm: "ResidualAlarm | None") -> Model | None:
-    """The model of --robot, or else of the arm in the fleet; None without either."""
-    model = read_model(args.robot) if args.robot is not None else None
-    if alarm is None or model is None:
-        return model or (alarm.model if alarm is not None else None)
-    joints, others = model.robot.joints, alarm.model.robot.joints
-    if joints != others:
-        raise BadSettings(
-            f"--robot has joints {', '.join(joints)}, but {args.arm} in {args.fleet} has {', '.join(others)}"
-        )
+def _model(args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact | None") -> Model | None:
+    """The model of --robot, or else of the fit or of the arm in the fleet; None without any."""
+    others = {f"--contact {args.contact}": contact.fit.model} if contact is not None else {}
+    others |= {f"{args.arm} in {args.fleet}": alarm.model} if alarm is not None else {}
+    model = read_model(args.robot) if args.robot is not None else next(iter(others.values()), None)
+    for source, other in others.items():
+        assert model is not None  # the first of them, or that of --robot
+        if model.robot.joints != other.robot.joints:
+            first, second = (", ".join(part.robot.joints) for part in (model, other))
+            named = "--robot" if args.robot is not None else next(iter(others))
+            raise BadSettings(f"{named} has joints {first}, but {source} has {second}")
     return model
 
 
@@ -149,17 +187,19 @@ def _show(
     info: Info,
     file: TextIO | None,
     alarm: "ResidualAlarm | None",
+    contact: "LiveContact | None",
 ) -> None:
     page, events = Redraw(sys.stdout), list[str]()
     for seconds, reading in readings:
         residual = alarm.add(reading.samples) if alarm is not None else None
+        external = contact.add(reading.samples) if contact is not None else None
         if file is not None:
-            file.write(json_line(reading, units, seconds, residual) + "\n")
+            file.write(json_line(reading, units, seconds, residual, external) + "\n")
             file.flush()
         if args.json == SCREEN:
-            print(json_line(reading, units, seconds, residual), flush=True)
+            print(json_line(reading, units, seconds, residual, external), flush=True)
         elif sys.stdout.isatty():
             events += reading.events
-            page.draw(table_lines(reading, units, info, seconds, events, residual))
+            page.draw(table_lines(reading, units, info, seconds, events, residual, external))
         else:
-            print(line(reading, units, info, seconds, residual), flush=True)
+            print(line(reading, units, info, seconds, residual, external), flush=True)

@@ -22,7 +22,7 @@ HEADS = {"current": "current [A]", "torque": "torque [N m]", "temperature": "[de
 DIGITS = {"current": 3, "torque": 2, "temperature": 0}
 LATEST = 4
 """Number of events that the table shows."""
-BEYOND, SILENT, ALARM = "BEYOND", "silent", "ALARM"
+BEYOND, SILENT, ALARM, CONTACT = "BEYOND", "silent", "ALARM", "CONTACT"
 
 
 class Residual(NamedTuple):
@@ -46,6 +46,24 @@ class Residual(NamedTuple):
         return [int(joint) for joint in np.flatnonzero(self.value > self.alarm)]
 
 
+class External(NamedTuple):
+    """External torques in a reading, at its highest score; without a threshold, the last ones.
+
+    Attributes:
+        torque: External torque of each joint, shape (n,) [N m]; NaN if unknown.
+        contact_from: Torque at which each joint makes an alarm, shape (n,) [N m]; NaN without a threshold.
+        force: Force on the flange in the axes of the base, shape (3,) [N].
+        over: Joints above their threshold; empty without contact.
+        contacts: Number of contacts so far, with the present one.
+    """
+
+    torque: np.ndarray
+    contact_from: np.ndarray
+    force: np.ndarray
+    over: tuple[int, ...]
+    contacts: int
+
+
 def table_lines(
     reading: Reading,
     units: JointUnits,
@@ -53,6 +71,7 @@ def table_lines(
     seconds: float,
     events: Sequence[str],
     residual: Residual | None = None,
+    external: External | None = None,
 ) -> list[str]:
     """Lines of the table that is redrawn for each reading.
 
@@ -63,6 +82,7 @@ def table_lines(
         seconds: Time since the first reading [s].
         events: Messages so far.
         residual: Residual of the last section; None if it was not requested.
+        external: External torques; None if they were not requested.
     """
     signals = [name for name in SHOWN if name in info.signals]
     head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
@@ -71,8 +91,13 @@ def table_lines(
         head[-1:-1] = ["residual [N m]", "alarm from"]
         for joint, row in enumerate(rows):
             row[-1:-1] = [_digits(residual.value[joint], 2), _digits(residual.alarm[joint], 2)]
+    if external is not None:
+        head[-1:-1] = ["external [N m]", "contact from"]
+        for joint, row in enumerate(rows):
+            row[-1:-1] = [_digits(external.torque[joint], 2), _digits(external.contact_from[joint], 2)]
     lines = table(head, rows, left=(0, 2, len(head) - 1))
     lines += [""] * bool(residual) + _residual_words(residual, units)
+    lines += [""] * bool(external) + _external_words(external, units)
     lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
     if reading.fault:
         lines.append(f"fault: {reading.fault}")
@@ -112,8 +137,23 @@ def _residual_words(residual: Residual | None, units: JointUnits) -> list[str]:
     return words + [f"residual: {residual.why}"] * bool(residual.why)
 
 
+def _external_words(external: External | None, units: JointUnits) -> list[str]:
+    """Flange force, and the joints above their threshold; empty if external torques were not requested."""
+    if external is None:
+        return []
+    over = ", ".join(units.joints[joint] for joint in external.over)
+    words = [f"{CONTACT}: {over}"] * bool(over)
+    words += [f"force on the flange {_several(external.force, 1)} N in the axes of the base"]
+    return words + [f"contacts so far: {external.contacts}"] * bool(external.contacts)
+
+
 def line(
-    reading: Reading, units: JointUnits, info: Info, seconds: float, residual: Residual | None = None
+    reading: Reading,
+    units: JointUnits,
+    info: Info,
+    seconds: float,
+    residual: Residual | None = None,
+    external: External | None = None,
 ) -> str:
     """A reading as one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
@@ -130,6 +170,9 @@ def line(
         value, alarm = _several(residual.value, 2), _several(residual.alarm, 2)
         parts.append(f"residual {value} N m, alarm from {alarm}")
     parts += _residual_words(residual, units)
+    if external is not None:
+        parts.append(f"external torque {_several(external.torque, 2)} N m")
+    parts += _external_words(external, units)
     parts += [f"fault: {reading.fault}"] * bool(reading.fault)
     return "; ".join(part for part in [*parts, *(f"message: {text}" for text in reading.events)] if part)
 
@@ -149,7 +192,13 @@ def _states(states: Sequence[str]) -> str:
     return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(state or "-" for state in states)
 
 
-def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Residual | None = None) -> str:
+def json_line(
+    reading: Reading,
+    units: JointUnits,
+    seconds: float,
+    residual: Residual | None = None,
+    external: External | None = None,
+) -> str:
     """A reading as one line of JSON, in SI units; unknown values are null."""
     content: dict[str, Any] = {
         "exidyn_reading": 1,
@@ -169,6 +218,14 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, residual: Res
             "residual": residual.value,
             "residual_alarm_from": residual.alarm,
             "residual_alarms": [units.joints[joint] for joint in residual.over],
+        }
+    if external is not None:
+        content |= {
+            "external_torque": external.torque,
+            "contact_from": external.contact_from,
+            "force": external.force,
+            "contact": [units.joints[joint] for joint in external.over],
+            "contacts": external.contacts,
         }
     return json_text(plain(content), indent=None)
 

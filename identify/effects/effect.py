@@ -17,6 +17,7 @@ import pinocchio as pin
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
+from .joint_state import JointState, Scalar
 from .simulator_terms import JointTerms, Spring
 
 STEP = 1e-6
@@ -177,6 +178,22 @@ class Effect(ABC):
         """Torque for parameters (p,) in terms that simulators share; None if it has no such form."""
         return None
 
+    def link_parameters(self, robot: Robot, values: np.ndarray, payload: str) -> np.ndarray | None:
+        """Ten parameters of each link that cause all of the torque, in `INERTIAL` order, shape (n, 10).
+
+        They belong to parameters (p,) while the named payload is carried, and need not be those of a body
+        that can exist. None for an effect that is not the inertia of links.
+        """
+        return None
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar] | None:
+        """Torque of each joint for parameters (p,), from scalars that may be symbols of a written program.
+
+        The acceleration enters linearly, with constant factors. None for an effect without this form: the
+        inertia of links, and effects with memory.
+        """
+        return None
+
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         """Derivative of the regressor with respect to each shape: shape name -> (t, n, p)."""
         return {}
@@ -267,6 +284,28 @@ class JointEffect(Effect):
         assert self.formula is not None
         function, constants = self.formula
         return function(motion.position, motion.velocity, motion.load, motion.temperature, constants)
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar] | None:
+        if self.formula is None:
+            return None
+        function, constants = self.formula
+        return self.on_scalars(
+            robot,
+            values,
+            lambda j: function(
+                state.position[j], state.velocity[j], state.load[j], state.temperature[j], constants
+            ),
+        )
+
+    def on_scalars(
+        self, robot: Robot, values: np.ndarray, profiles: Callable[[int], Sequence[Scalar]]
+    ) -> Sequence[Scalar]:
+        """Sum of parameters (p,) times the profiles of each joint, a function of the joint's index."""
+        torque, joints = [0.0] * robot.dof, self.columns(robot)
+        for joint, factors in zip(joints, values.reshape(len(joints), -1), strict=True):
+            pairs = zip(factors, profiles(joint), strict=True)
+            torque[joint] = sum(float(factor) * profile for factor, profile in pairs)
+        return torque
 
     def columns(self, robot: Robot) -> list[int]:
         """Indices of the joints on which it acts; raises `UnknownJoint` for an unknown name."""

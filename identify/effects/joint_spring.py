@@ -1,5 +1,6 @@
 """A spring across a joint: cables, hoses, or a torsion spring."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,6 +9,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
+from .joint_state import JointState, Scalar
 from .simulator_terms import JointTerms
 
 
@@ -40,6 +42,13 @@ class JointSpring(JointEffect):
         position = motion.position
         powers = [position, np.ones_like(position)]
         return self.on_joints(robot, *powers, *([position**2, position**3] if self.stiffening else []))
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        def powers(joint: int) -> Sequence[Scalar]:
+            q = state.position[joint]
+            return (q, 1.0, q * q, q * q * q)[: 4 if self.stiffening else 2]
+
+        return self.on_scalars(robot, values, powers)
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms | None:
         return None if self.stiffening else self.terms(robot, stiffness=values[::2], constant=values[1::2])

@@ -21,7 +21,7 @@ The first two rows are exact and do not depend on the ratio. The product of iner
 friction are off-diagonal terms of :math:`C^T I_a C` and :math:`C^T F_v C`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,7 @@ from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..errors import RobotError
 from .effect import Effect, Parameter, shape
+from .joint_state import JointState, Scalar
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal, smooth_sign_by_velocity
 
 Sign = Callable[[np.ndarray, float], np.ndarray]
@@ -67,6 +68,17 @@ class KinematicCoupling(Effect):
         regressor[:, j, 1], regressor[:, o, 1] = motion.velocity[:, o], motion.velocity[:, j]
         regressor[:, :, 2] = self._dry(robot, motion, smooth_sign)
         return regressor
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        (j, o), (inertia, viscous, dry) = self._pair(robot), map(float, values)
+        acceleration, velocity, torque = state.acceleration, state.velocity, [0.0] * robot.dof
+        alone = self.ratio * velocity[o]
+        motor, joint, other = (
+            smooth_sign(v, self.reversal) for v in (velocity[j] + alone, velocity[j], alone)
+        )
+        torque[j] = inertia * acceleration[o] + viscous * velocity[o] + dry * (motor - joint)
+        torque[o] = inertia * acceleration[j] + viscous * velocity[j] + dry * self.ratio * (motor - other)
+        return torque
 
     def parameter_joints(self, robot: Robot) -> list[int | None]:
         return [self._pair(robot)[0]] * 3

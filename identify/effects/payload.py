@@ -12,7 +12,7 @@ from ..arm.rigid_regressor import INERTIAL, body_gradient, body_regressor
 from ..arm.robot import Robot
 from ..errors import RobotError, UnknownKey
 from .effect import Effect, MotionGradient, Parameter
-from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body
+from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body, moved
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,19 @@ class Payload(Effect):
     def inertias(self, robot: Robot) -> list[slice]:
         return [] if self.known else [slice(0, 10)]
 
-    def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
+    def link_parameters(self, robot: Robot, values: np.ndarray, payload: str) -> np.ndarray:
+        links = np.zeros((robot.dof, len(INERTIAL)))
+        if payload == self.name:
+            links[-1] = moved(self._body(values), robot.flange)
+        return links
+
+    def _body(self, values: np.ndarray) -> np.ndarray:
+        """Ten parameters of the body for values of the unknown parameters, shape (10,)."""
         by_name = dict(zip(self._unknown, values, strict=True)) | dict(self.known)
-        body = np.array([by_name[name] for name in INERTIAL])
+        return np.array([by_name[name] for name in INERTIAL])
+
+    def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
+        body = self._body(values)
         if payload != self.name or not is_body(body):
             return {}
         return {robot.dof - 1: robot.flange.act(body_inertia(body))}

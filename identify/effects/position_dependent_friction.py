@@ -1,5 +1,6 @@
 """Dry friction that changes along a turn of the joint: an eccentric gear or a bent bearing."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
+from .joint_state import JointState, Scalar
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
@@ -35,6 +37,16 @@ class PositionDependentFriction(JointEffect):
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
         return {"reversal": self._waves(robot, motion, slope)}
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        def waves(joint: int) -> Sequence[Scalar]:
+            sign, angle = (
+                smooth_sign(state.velocity[joint], self.reversal),
+                self.harmonic * state.position[joint],
+            )
+            return [sign * wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
+
+        return self.on_scalars(robot, values, waves)
 
     def _waves(self, robot: Robot, motion: Motion, profile: np.ndarray) -> np.ndarray:
         """Regressor of a profile (t, n) multiplied by the waves along the joint."""

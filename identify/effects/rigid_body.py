@@ -62,6 +62,9 @@ class RigidBody(Effect):
     def inertias(self, robot: Robot) -> list[slice]:
         return [slice(10 * link, 10 * link + 10) for link in range(robot.dof)]
 
+    def link_parameters(self, robot: Robot, values: np.ndarray, payload: str) -> np.ndarray:
+        return values.reshape(robot.dof, len(INERTIAL))
+
     def bodies(self, robot: Robot, values: np.ndarray, payload: str) -> Mapping[int, pin.Inertia]:
         links = values.reshape(robot.dof, len(INERTIAL))
         if not all(is_body(parameters) for parameters in links):
@@ -86,6 +89,29 @@ def body_inertia(values: np.ndarray) -> pin.Inertia:
         return pin.Inertia.Zero()
     xx, xy, xz, yy, yz, zz, mx, my, mz, m = values
     return pin.Inertia.FromDynamicParameters(np.array([m, mx, my, mz, xx, xy, yy, xz, yz, zz]))
+
+
+def moved(values: np.ndarray, placement: pin.SE3) -> np.ndarray:
+    """Ten parameters of a body in another frame, in which `placement` is that of its own frame, shape (10,).
+
+    The second moments of the mass transform with the homogeneous matrix, so the parameters may also be
+    combinations that no body can have.
+    """
+    xx, xy, xz, yy, yz, zz = values[:6]
+    second = np.array(
+        [[yy + zz - xx, -2 * xy, -2 * xz], [-2 * xy, xx + zz - yy, -2 * yz], [-2 * xz, -2 * yz, xx + yy - zz]]
+    )
+    moments = np.zeros((4, 4))
+    moments[:3, :3], moments[:3, 3], moments[3, :3], moments[3, 3] = (
+        second / 2,
+        values[6:9],
+        values[6:9],
+        values[9],
+    )
+    moments = placement.homogeneous @ moments @ placement.homogeneous.T
+    second = moments[:3, :3]
+    inertia = np.trace(second) * np.eye(3) - second
+    return np.array([*inertia[np.triu_indices(3)], *moments[:3, 3], moments[3, 3]])
 
 
 def with_bodies(robot: Robot, bodies: np.ndarray) -> Robot:

@@ -1,5 +1,6 @@
 """Inertia of rotor and gear, reflected to the joint."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,6 +9,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import JointEffect, Parameter
+from .joint_state import JointState, Scalar
 from .simulator_terms import JointTerms
 
 
@@ -26,6 +28,9 @@ class RotorInertia(JointEffect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, motion.acceleration)
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        return self.on_scalars(robot, values, lambda joint: (state.acceleration[joint],))
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, armature=values)

@@ -20,14 +20,16 @@ the arm: at :math:`q_2 = 0`, arm forward, the motor torque for gravity is -3.4 k
 :math:`-\pi < \theta < 0`, it is on the wrong branch, which changes the sign of the torque.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import Effect, MotionGradient, Parameter, shape
+from .joint_state import JointState, Scalar
 from .simulator_terms import Spring
 
 SHORTEST = 1e-9
@@ -86,13 +88,20 @@ class SpringBalancer(Effect):
         gradient.position[:, robot.index(self.joint)] = np.sum(weights * turned, axis=(1, 2))
         return gradient
 
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        joint, torque = robot.index(self.joint), [0.0] * robot.dof
+        position, (stiffness, preload) = state.position[joint], map(float, values)
+        area = self.d21 * self.d22 * np.sin(self.phi + position)
+        torque[joint] = stiffness * area + preload * (area / self.length(position))
+        return torque
+
     def parameter_joints(self, robot: Robot) -> list[int | None]:
         return [robot.index(self.joint)] * 2
 
     def portable(self, robot: Robot, values: np.ndarray) -> Spring:
         return Spring(self.joint, self.d21, self.d22, self.phi, float(values[0]), float(values[1]))
 
-    def length(self, position: np.ndarray) -> np.ndarray:
+    def length(self, position: Any) -> Any:
         """Length of the spring [m] at positions of the joint [rad]."""
         theta = self.phi + position
         # hypot, since the radicand of (32) loses digits or becomes negative where the ends nearly meet.

@@ -1,5 +1,6 @@
 """Torque that oscillates along a turn of the motor: cogging and commutation errors."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from .effect import Effect, JointEffect, MotionGradient, Parameter
+from .joint_state import JointState, Scalar
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,17 @@ class TorqueRipple(JointEffect):
         if np.array_equal(robot.coupling, np.eye(robot.dof)):
             return on_motors
         return np.einsum("mj,tmp->tjp", robot.coupling, on_motors)
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        def waves(motor: int) -> Sequence[Scalar]:
+            turned = sum(float(c) * q for c, q in zip(robot.coupling[motor], state.position, strict=True))
+            angle = self.harmonic * float(robot.gear_ratio[motor]) * turned
+            return [wave(k * angle) for k in range(1, self.count + 1) for wave in (np.cos, np.sin)]
+
+        on_motors = self.on_scalars(robot, values, waves)
+        return [
+            sum(float(c) * f for c, f in zip(column, on_motors, strict=True)) for column in robot.coupling.T
+        ]
 
     def motion_gradient(
         self, robot: Robot, motion: Motion, weights: np.ndarray, known: np.ndarray

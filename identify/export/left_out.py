@@ -10,6 +10,7 @@ from ..arm.robot import Robot
 from ..effects import Effect, StribeckFriction, name_of
 from ..fit.base_parameters import rich_motion
 from ..measurements import measurement_name
+from ..model import Model
 from .portable import Portable
 
 EARTH = np.array([0.0, 0.0, -9.81])
@@ -47,17 +48,17 @@ def _without_stribeck(portable: Portable) -> Portable:
     return replace(portable, others=others, remarks=(*portable.remarks, *dict.fromkeys(remarks)))
 
 
-def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
+def _amounts(robot: Robot, values: np.ndarray, unit: str) -> str:
     """Words for the nonzero values (n,) of all joints, or for one number if all joints have the same.
 
     `unit` is that of revolute joints; if there are both kinds of joints, each number has its own unit.
     """
-    units = portable.robot.units(unit)
+    units = robot.units(unit)
     alike = len(set(units)) == 1
     if len(values) > 1 and alike and np.all(values == values[0]):
         return f"{values[0]:.4g} {units[0]}"
     rounding = ROUNDING * np.max(np.abs(values))
-    rows = zip(portable.robot.joints, values, units, strict=True)
+    rows = zip(robot.joints, values, units, strict=True)
     words = [f"{j} {v:.4g}" + ("" if alike else f" {u}") for j, v, u in rows if abs(v) > rounding]
     return ", ".join(words) + (f" {units[0]}" if alike else "")
 
@@ -65,7 +66,7 @@ def _amounts(portable: Portable, values: np.ndarray, unit: str) -> str:
 def _of_joints(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
     def describe(portable: Portable) -> list[str]:
         values = getattr(portable.joints, name)
-        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+        return [f"{title}: {_amounts(portable.robot, values, unit)}"] if np.any(values) else []
 
     return describe
 
@@ -87,12 +88,17 @@ def _balancers(portable: Portable) -> list[str]:
 
 def _others(portable: Portable) -> list[str]:
     """Other effects, with the largest torque of each within the limits of the joints."""
-    motion, robot = _anywhere(portable), portable.robot
+    return effect_sentences(portable.model, portable.others)
+
+
+def effect_sentences(model: Model, effects: Sequence[tuple[Effect, np.ndarray]]) -> list[str]:
+    """One sentence for each effect with its parameters (p,): the largest torque within the limits."""
+    motion, robot = _anywhere(model), model.robot
     sentences = []
-    for effect, values in portable.others:
+    for effect, values in effects:
         torque = effect.regressor(robot, motion) @ values + effect.known_torque(robot, motion)
         most = np.max(np.abs(torque), axis=0)
-        words = f"{name_of(effect)}: up to {_amounts(portable, most, 'N m')}"
+        words = f"{name_of(effect)}: up to {_amounts(robot, most, 'N m')}"
         sentences.append(f"{words} ({', '.join(_numbers(effect, robot, values))})")
     return sentences
 
@@ -144,37 +150,39 @@ def _law(portable: Portable) -> list[str]:
     law = portable.servos
     if law is None:
         return []
-    sentence = f"position servos, torque over their error: {_amounts(portable, law.stiffness, 'N m/rad')}"
+    sentence = (
+        f"position servos, torque over their error: {_amounts(portable.robot, law.stiffness, 'N m/rad')}"
+    )
     if np.any(law.damping):
-        sentence += f"; damping: {_amounts(portable, law.damping, 'N m s/rad')}"
+        sentence += f"; damping: {_amounts(portable.robot, law.damping, 'N m s/rad')}"
     if np.any(np.isfinite(law.limit)):
         limit = np.where(np.isfinite(law.limit), law.limit, 0.0)
-        sentence += f"; saturation at {_amounts(portable, limit, 'N m')}"
+        sentence += f"; saturation at {_amounts(portable.robot, limit, 'N m')}"
     return [sentence]
 
 
 def _of_servos(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
     def describe(portable: Portable) -> list[str]:
         values = np.zeros(1) if portable.servos is None else getattr(portable.servos, name)
-        return [f"{title}: {_amounts(portable, values, unit)}"] if np.any(values) else []
+        return [f"{title}: {_amounts(portable.robot, values, unit)}"] if np.any(values) else []
 
     return describe
 
 
-def _anywhere(portable: Portable) -> Motion:
+def _anywhere(model: Model) -> Motion:
     """Random motion within the velocity limits, with random temperatures and the nominal load."""
-    motion = rich_motion(portable.model)
-    limit = portable.robot.limits.velocity
+    motion = rich_motion(model)
+    limit = model.robot.limits.velocity
     fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
     velocity = np.clip(motion.velocity, -fastest, fastest)
-    return portable.model.loaded(replace(motion, velocity=velocity))
+    return model.loaded(replace(motion, velocity=velocity))
 
 
 def _reversal(portable: Portable) -> list[str]:
     joints = portable.joints
     if not np.any(joints.dry):
         return []
-    turning = _amounts(portable, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
+    turning = _amounts(portable.robot, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
     return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
 
 
@@ -183,7 +191,7 @@ def _gains(portable: Portable) -> list[str]:
     return (
         []
         if np.all(gain == 1.0) or portable.robot.servo
-        else [f"drive gains: {_amounts(portable, gain, 'N m/A')}"]
+        else [f"drive gains: {_amounts(portable.robot, gain, 'N m/A')}"]
     )
 
 

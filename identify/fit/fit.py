@@ -67,6 +67,8 @@ class Fit(FitMethods, InNotebook):
         carried: Run used -> name of its payload.
         simulations: Names of the runs used that were simulated.
         apart: Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
+        standstill: Speed below which each joint counted as standing still, the largest of all runs used,
+            shape (n,) [rad/s]; friction below it is not identified. None in files that predate the key.
         edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
         exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
             None if there are none, or in files that predate the key.
@@ -95,6 +97,7 @@ class Fit(FitMethods, InNotebook):
     simulations: tuple[str, ...] = ()
     apart: tuple[Agreement, ...] = ()
     exported: np.ndarray | None = None
+    standstill: np.ndarray | None = None
     edits: Mapping[str, str] = field(default_factory=dict)
 
     @property

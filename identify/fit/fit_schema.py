@@ -83,6 +83,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     noise: tuple[SizeWritten, ...]
     noise_floor: tuple[SizeWritten, ...] | None = None
     noise_floor_from: str | None = None
+    standstill: tuple[Size, ...] | None = None
     carried: dict[str, str] = {}
     edits: dict[str, str] = {}
     simulations: tuple[str, ...] = ()
@@ -132,7 +133,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     def _check_lengths(self) -> None:
         joints, size = len(self.drive_gain), len(self.kept) + len(self.drive_gain)
         per_joint = "one per joint, as drive_gain has"
-        for name in ("joints", "drive_gain_std", "noise", "noise_floor"):
+        for name in ("joints", "drive_gain_std", "noise", "noise_floor", "standstill"):
             check_length(getattr(self, name), name, joints, per_joint)
         for key in ("agreement", "validation"):
             for place, run in enumerate(getattr(self, key)):

@@ -278,6 +278,7 @@ def _fit(
         measures=used[0].measures,
         noise=used[0].noise,
         noise_source=used[0].noise_source,
+        standstill=np.max([run.standstill for run in used], axis=0),
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
         agreement=tuple(
             agreement(run, estimate, equations.regressor[rows], equations.known[rows])

@@ -13,6 +13,8 @@ from ..errors import UnknownKey, WrongShape
 from ..quantity import Quantity
 
 if TYPE_CHECKING:
+    from ..arm.servo_law import ServoLaw
+    from ..feedforward.feedforward import Feedforward
     from ..model import Model
     from .fit import Fit
 
@@ -117,6 +119,32 @@ class FitMethods:
         if path is not None:
             Path(path).write_bytes(text.encode() if isinstance(text, str) else text)
         return text
+
+    def feedforward(
+        self,
+        payload: str = "",
+        servo: "ServoLaw | None" = None,
+        band: float | np.ndarray | None = None,
+        share: float | None = None,
+    ) -> "Feedforward":
+        """Torque for gravity, friction and motion, as functions and as files for a controller.
+
+        Args:
+            payload: Name of the payload on the flange; empty for none.
+            servo: Law of the position servos; by default that of the robot, if it has one.
+            band: Speed below which friction is not compensated [rad/s], one value or one per joint; by
+                default the speed below which a joint counted as standing in the runs.
+            share: Share of the friction that is compensated, at least 0 and below 1 [-]; 0.7 by default.
+
+        Example:
+            >>> fit.feedforward().save("arm.hpp")
+
+        Raises:
+            FitError: There is no such payload, or a value is out of range.
+        """
+        from ..feedforward.feedforward import SHARE, Feedforward
+
+        return Feedforward.of(cast("Fit", self), payload, servo, band, SHARE if share is None else share)
 
     def report(self, path: Path | str) -> Path:
         """Write the fit as one HTML page; returns the path."""

@@ -78,6 +78,7 @@ class Prepared:
         measures: Measured effort, "current" or "torque".
         gain: Nominal torque per unit of `current`, shape (n,).
         sliding: Whether the joint slides rather than sticks, shape (t, n).
+        standstill: Speed below which each joint counts as standing still, shape (n,) [rad/s].
         decimation: Filter through which torque and regressor are compared.
         position_cutoff: Cut-off of the low-pass before differentiation [Hz].
         noise: Noise floor of `current` behind the decimation filter, shape (n,).
@@ -97,6 +98,7 @@ class Prepared:
     measures: str
     gain: np.ndarray
     sliding: np.ndarray
+    standstill: np.ndarray
     decimation: Decimation
     position_cutoff: float
     noise: np.ndarray
@@ -182,9 +184,8 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     excluded = ndimage.binary_dilation(off, np.ones((len(decimation.taps), 1))) | clipped
     # Speed that each joint exceeds in a twentieth of the run, above zero, shape (n,) [rad/s].
     usual_speed = np.maximum(np.percentile(np.abs(motion.velocity), 95, axis=0), 1e-6)
-    sliding = (
-        np.abs(motion.velocity) >= _standstill(motion, filtering, usual_speed, recording.name)
-    ) & ~excluded
+    standstill = _standstill(motion, filtering, usual_speed, recording.name)
+    sliding = (np.abs(motion.velocity) >= standstill) & ~excluded
     measured = recording.signals[even.measures].values
     # A tenth of the speed below which a joint counts as stuck: a creeping joint would still reverse its
     # friction.
@@ -204,6 +205,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         measures=even.measures,
         gain=even.gain,
         sliding=sliding[inside],
+        standstill=standstill,
         decimation=decimation,
         position_cutoff=cutoff,
         noise=np.maximum(noise, quantization(measured, decimation)),

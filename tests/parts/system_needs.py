@@ -154,6 +154,7 @@ def real_time_problem() -> str:
 
 VULKAN = Need(("mesa-vulkan-drivers",), vulkan_problem)
 BROWSER = Need(("chromium",), lambda: program_problem(*BROWSERS))
+COMPILER = Need(("g++",), lambda: program_problem("g++"))
 SDFORMAT = Need(("libsdformat-dev", "pkg-config", "g++"), sdformat_problem)
 BASH = Need(("bash",), lambda: program_problem("bash"))
 MULTICAST = Need((), multicast_problem)

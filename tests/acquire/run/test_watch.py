@@ -97,7 +97,7 @@ def test_without_a_terminal_it_is_a_line_a_reading(capsys):
 def test_the_mock_keeps_real_time_whatever_its_file_says(tmp_path):
     path = controller_file(tmp_path, "mock", {"clock": "stepped", "cycle": 0.01})
     given = watch_command.watch_command.parser().parse_args(["--controller", str(path), "--robot", "cobot"])
-    driver, _ = watch_command._driver(given, None)
+    driver, _ = watch_command._driver(given, None, None)
     assert driver.in_real_time
 
 

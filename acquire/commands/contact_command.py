@@ -1,0 +1,147 @@
+"""exidyn contact: external torques and contacts along a recording."""
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exidyn.identification.contact.alarms import Alarm
+from exidyn.identification.contact.contact import Contact, contact
+from exidyn.identification.errors import RecordingError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.text_table import digits, paragraph, table
+
+from ..arguments.command import Command, Option
+from ..arguments.options import (
+    ALARMS_PER_HOUR,
+    BANDWIDTH_OPTION,
+    FREE,
+    JSON,
+    output_option,
+    require_file,
+    require_json,
+)
+from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+
+
+@Command(
+    "Estimate external torques along a recording, and find contacts.",
+    (
+        "exidyn contact run.mcap --fit exidyn-fit/fit.json --free other.mcap",
+        "exidyn contact run.mcap --fit exidyn-fit/fit.json -o external.csv",
+    ),
+    (
+        Option("run RUN", "recording (.mcap), or table (.csv)", Path),
+        Option("--fit FIT", "fit.json of exidyn identify", Path, required=True),
+        FREE,
+        ALARMS_PER_HOUR,
+        BANDWIDTH_OPTION,
+        Option("--payload NAME", "payload on the flange, or none; default: that of the recording"),
+        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
+        JSON,
+    ),
+    """A payload that the fit does not have, or with --payload none, is an external
+force: its weight is what the flange force shows at rest.""",
+)
+def contact_command(args: Namespace) -> None:
+    """Print the contacts, and write the estimates."""
+    require_json(args.json)
+    fit = read_fit(args.fit)
+    if args.output is not None:
+        require_file(args.output, "--output", [args.run, args.fit, *args.free])
+    payload = {None: None, "none": ""}.get(args.payload, args.payload)
+    [run, *others] = import_source(args.run, fit.model)
+    if others:
+        raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
+    free = [recording for path in args.free for recording in import_source(path, fit.model)]
+    result = contact(fit, run, free, payload, args.alarms_per_hour, args.bandwidth)
+    if args.output is not None:
+        write_whole(args.output, _csv(fit, result))
+    written = [] if args.output is None else [args.output]
+    hand_over("\n".join(_page(fit, result)), json_text(_table(fit, result, written)), args.json)
+    if written:
+        print_written(*written)
+
+
+def _page(fit: Fit, result: Contact) -> list[str]:
+    """Alarms, or the external torques without a threshold."""
+    robot, estimates = fit.model.robot, result.estimates
+    lowest, highest = (of(estimates.torque, axis=0) for of in (np.nanmin, np.nanmax))
+    rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(robot.joints)]
+    if result.threshold is None:
+        sentence = "No threshold: give runs without contact with --free. External torque [N m]:"
+        return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
+    lines = paragraph(_words(result))
+    if result.alarms:
+        head = ["from [s]", "to [s]", "joint", "torque [N m]", "over threshold", "force x y z [N]"]
+        rows = [_row(fit, alarm) for alarm in result.alarms]
+        lines += ["", *table(head, rows, left=(2, 5))]
+    return lines
+
+
+def _words(result: Contact) -> str:
+    threshold = result.threshold
+    assert threshold is not None
+    count = len(result.alarms)
+    contacts = "no contact" if not count else "1 contact" if count == 1 else f"{count} contacts"
+    return (
+        f"{result.run}: {contacts}. The threshold for {threshold.alarms_per_hour:g} false alarms an hour is "
+        f"{threshold.level:.1f} standard deviations of the residual at the same speed and load, by "
+        f"{60.0 * threshold.hours:.1f} min without contact."
+    )
+
+
+def _row(fit: Fit, alarm: Alarm) -> list[str]:
+    return [
+        f"{alarm.start:.2f}",
+        f"{alarm.end:.2f}",
+        fit.model.robot.joints[alarm.joint],
+        digits(alarm.torque[alarm.joint], 3),
+        digits(alarm.score, 2),
+        " ".join(digits(value, 3) for value in alarm.wrench(fit.model.robot)[:3]),
+    ]
+
+
+def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
+    """Content of the JSON."""
+    threshold, robot = result.threshold, fit.model.robot
+    alarms = [
+        {
+            "start": alarm.start,
+            "end": alarm.end,
+            "joint": robot.joints[alarm.joint],
+            "torque": alarm.torque,
+            "over_threshold": alarm.score,
+            "force": alarm.wrench(robot)[:3],
+        }
+        for alarm in result.alarms
+    ]
+    return {
+        "exidyn_contact": 1,
+        "run": result.run,
+        "joints": list(robot.joints),
+        "level": None if threshold is None else threshold.level,
+        "alarms_per_hour": None if threshold is None else threshold.alarms_per_hour,
+        "free_hours": None if threshold is None else threshold.hours,
+        "torque_rms": np.sqrt(np.nanmean(result.estimates.torque**2, axis=0)),
+        "force_mean": np.nanmean(result.wrench[:, :3], axis=0),
+        "alarms": alarms,
+        "written": [str(path) for path in written],
+    }
+
+
+def _csv(fit: Fit, result: Contact) -> str:
+    """External torques, the torque of each joint that makes an alarm, and the flange force, by time."""
+    joints = range(1, fit.model.robot.dof + 1)
+    names = ["t", *(f"external{j}" for j in joints)]
+    columns = [result.estimates.time[:, None], result.estimates.torque]
+    if result.threshold is not None:
+        names += [f"contact_from{j}" for j in joints]
+        columns.append(result.threshold.torque(result.estimates))
+    names += ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
+    rows = np.concatenate([*columns, result.wrench], axis=1)
+    lines = (",".join("" if np.isnan(value) else f"{value:.9g}" for value in row) for row in rows)
+    return "\n".join([",".join(names), *lines]) + "\n"

@@ -1,0 +1,110 @@
+"""`contact`: external torque, flange force and alarms along a recording."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics.standstill import standstill
+from ..errors import RecordingError
+from ..fit.fit import Fit
+from ..preparation.even import Even
+from ..recordings.recording import Recording
+from .alarms import Alarm, Alarms
+from .bandwidth import BANDWIDTH
+from .observer import Estimates, Observer
+from .threshold import Threshold
+from .wrench import flange_wrenches
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """External torques along a run, and what they say about contact.
+
+    Attributes:
+        run: Name of the run.
+        estimates: External torques.
+        wrench: Force and moment on the flange in the axes of the base, shape (t, 6) [N, N m].
+        threshold: Threshold of contact; None without runs from which it could be computed.
+        alarms: Contacts; empty without a threshold.
+    """
+
+    run: str
+    estimates: Estimates
+    wrench: np.ndarray
+    threshold: Threshold | None
+    alarms: tuple[Alarm, ...]
+
+
+def contact(
+    fit: Fit,
+    run: Recording,
+    free: Sequence[Recording] = (),
+    payload: str | None = None,
+    alarms_per_hour: float = 1.0,
+    bandwidth: float = BANDWIDTH,
+) -> Contact:
+    """Estimate external torques along a run.
+
+    Args:
+        fit: The fit.
+        run: The run.
+        free: Runs without contact that the fit has not used, for the threshold.
+        payload: Name of the payload on the flange in the run, "" for none; by default that of the recording.
+            The weight of a payload that is not named is an external force.
+        alarms_per_hour: Accepted false alarms [1/h].
+        bandwidth: Bandwidth of the observer [Hz].
+
+    Raises:
+        RecordingError: The runs without contact are too short, or were used for the fit.
+        NotRecorded: The effort that the fit measures was not recorded.
+    """
+    used = [other.name for other in free if other.name in fit.runs]
+    if used:
+        raise RecordingError(
+            f"contact: {', '.join(used)} was used for the fit, whose residual there is too small; "
+            "give runs that it has not used"
+        )
+    estimates = observed(fit, run, payload, bandwidth)
+    threshold = None
+    if free:
+        others = [observed(fit, other, None, bandwidth) for other in free]
+        threshold = Threshold.of(others, slow_speed(fit), alarms_per_hour)
+    alarms: tuple[Alarm, ...] = ()
+    if threshold is not None:
+        collected = Alarms(threshold)
+        collected.add(estimates)
+        alarms = tuple(collected.all)
+    wrench = wrenches(fit, estimates, threshold)
+    return Contact(run.name, estimates, wrench, threshold, alarms)
+
+
+def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: float = BANDWIDTH) -> Estimates:
+    """External torques along a recording, without delay between position and effort; see `contact`."""
+    name = (run.payload.name if run.payload else "") if payload is None else payload
+    observer = Observer(fit, name, bandwidth)
+    even = Even.of(run, None)
+    if even.measures != fit.measures:
+        raise RecordingError(
+            f"{run.name}: the run has a {even.measures}, and the runs of the fit have a {fit.measures}"
+        )
+    temperature = even.signal("temperature") if observer.dynamics.needs_temperature else None
+    return observer.add(even.time, even.position, even.signal(even.measures), temperature)
+
+
+def slow_speed(fit: Fit) -> np.ndarray:
+    """Speed below which stiction matters, shape (n,) [rad/s]: that at which joints stood in the fit."""
+    return standstill(fit.standstill, fit.model.robot)
+
+
+def wrenches(fit: Fit, estimates: Estimates, threshold: Threshold | None) -> np.ndarray:
+    """Force and moment on the flange, shape (t, 6) [N, N m]; joints count by their residual without contact.
+
+    Without a threshold all joints count by their noise floor in the fit.
+    """
+    noise = fit.noise_of("torque")
+    equal = np.ones(fit.model.robot.dof) if noise is None or not np.all(noise > 0.0) else noise
+    scale = np.broadcast_to(equal, estimates.torque.shape)
+    if threshold is not None:
+        scale = threshold.scale(estimates)
+    return flange_wrenches(fit.model.robot, estimates.position, estimates.torque, scale)

@@ -1,0 +1,183 @@
+r"""Threshold of contact as a rate of false alarms, from the residual of runs without contact.
+
+The standard deviation of each joint's residual depends on its speed and load,
+
+.. math:: s^2 = c_0 + c_1 e^{-|\dot q| / v_0} + c_2 \dot q^2 + c_3 \tau^2, \qquad c \ge 0,
+
+noise, stiction near rest, errors of viscous friction, and errors of gains and gravity. The score of a sample
+is the largest :math:`|r_j| / s_j` of all joints. Its largest maxima over blocks of a second follow a
+generalized Pareto distribution (Pickands 1975; Hosking, Wallis 1987, probability-weighted moments), which is
+extrapolated to the level that one block in an hour exceeds.
+
+Assumptions: contact-free runs are like those here in speed, load, temperature and payload; the tail is no
+heavier than that of the maxima from which it was estimated; blocks are independent. The shape is at least 0
+(an exponential tail), plus half of its standard deviation, :math:`1 / \sqrt{m}` for m maxima: a short
+calibration gives a higher threshold, not more alarms. Drawn calibrations of 40 s to an hour, for one alarm an
+hour, made 0.0 to 0.2 alarms an hour with normal residuals and 0.9 to 1.5 with Student's distribution of five
+degrees of freedom.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize
+
+from ..errors import RecordingError
+from .observer import Estimates
+
+BLOCK = 1.0
+"""Duration of a block, within which exceedances count as one alarm [s]."""
+FEWEST = 20
+"""Fewest blocks from which a tail is estimated."""
+HEAVIEST = 0.5
+"""Largest shape of the tail [-]: its variance is just infinite; residuals of an arm have a largest value."""
+LARGEST, SHARES = 50.0, (0.1, 0.5)
+"""Number of maxima that the tail describes, and limits of their share [-]: fewer would scatter more, and more
+would not be a tail."""
+ROUNDS = 3
+"""Rounds of the weighted fit of the standard deviation; the weights change by some percent after two."""
+HOUR = 3600.0
+
+
+@dataclass(frozen=True, eq=False)
+class Threshold:
+    """Score above which a residual is a contact.
+
+    Attributes:
+        coefficients: Coefficients c of each joint's variance, shape (n, 4).
+        slow: Speed within which stiction matters, v0, shape (n,) [rad/s].
+        level: Score at the requested rate [-].
+        alarms_per_hour: Requested rate of false alarms [1/h].
+        hours: Duration of the runs from which it was computed [h].
+        tail: Distribution of the largest block maxima.
+    """
+
+    coefficients: np.ndarray
+    slow: np.ndarray
+    level: float
+    alarms_per_hour: float
+    hours: float
+    tail: "Tail | None"
+
+    @classmethod
+    def of(cls, runs: Sequence[Estimates], slow: np.ndarray, alarms_per_hour: float = 1.0) -> "Threshold":
+        """Threshold from runs without contact that the fit has not used.
+
+        Args:
+            runs: Estimates along the runs.
+            slow: Speed below which joints counted as standing in the fit, shape (n,) [rad/s].
+            alarms_per_hour: Accepted false alarms [1/h].
+
+        Raises:
+            RecordingError: The runs are too short.
+        """
+        torque, velocity, load = (
+            np.concatenate([getattr(run, name)[_known(run)] for run in runs])
+            for name in ("torque", "velocity", "load")
+        )
+        if not len(torque):
+            raise RecordingError("contact: the runs without contact have no usable samples")
+        coefficients = np.array(
+            [
+                _variance(torque[:, j], _features(velocity[:, j], load[:, j], slow[j]))
+                for j in range(len(slow))
+            ]
+        )
+        draft = cls(coefficients, slow, np.inf, alarms_per_hour, 0.0, None)
+        maxima = np.concatenate([block_maxima(run.time, draft.score(run)) for run in runs])
+        if len(maxima) < FEWEST:
+            raise RecordingError(
+                f"contact: the runs without contact last {len(maxima) * BLOCK:g} s; at least "
+                f"{FEWEST * BLOCK:g} s are needed for a threshold"
+            )
+        tail = Tail.of(maxima)
+        share = alarms_per_hour * BLOCK / HOUR
+        return cls(
+            coefficients, slow, tail.exceeded_by(share), alarms_per_hour, len(maxima) * BLOCK / HOUR, tail
+        )
+
+    def scale(self, estimates: Estimates) -> np.ndarray:
+        """Standard deviation of the residual without contact, shape (t, n) [N m]."""
+        parts = zip(estimates.velocity.T, estimates.load.T, self.slow, self.coefficients, strict=True)
+        return np.sqrt(np.stack([_features(v, load, slow) @ c for v, load, slow, c in parts], axis=1))
+
+    def score(self, estimates: Estimates) -> np.ndarray:
+        """Largest residual of all joints over its standard deviation, shape (t,) [-]; NaN if unknown."""
+        return np.max(np.abs(estimates.torque) / self.scale(estimates), axis=1)
+
+    def torque(self, estimates: Estimates) -> np.ndarray:
+        """External torque at which each joint alone makes an alarm, shape (t, n) [N m]."""
+        return self.level * self.scale(estimates)
+
+
+def _known(run: Estimates) -> np.ndarray:
+    return np.all(np.isfinite(run.torque), axis=1)
+
+
+def _features(velocity: np.ndarray, load: np.ndarray, slow: float) -> np.ndarray:
+    """Terms of the variance, shape (t, 4)."""
+    return np.stack([np.ones_like(velocity), np.exp(-np.abs(velocity) / slow), velocity**2, load**2], axis=1)
+
+
+def _variance(residual: np.ndarray, features: np.ndarray) -> np.ndarray:
+    """Coefficients of the variance, shape (4,), by weighted least squares on the squares of the residual.
+
+    The square of a residual with variance s^2 scatters by about s^2, so it is weighted by 1 / s^2.
+    """
+    size = np.maximum(np.sqrt(np.mean(features**2, axis=0)), 1e-300)
+    variance = np.full(len(residual), max(float(np.mean(residual**2)), 1e-300))
+    floor = 1e-4 * variance[0]  # a hundredth of the usual residual: quieter samples do not decide
+    for _ in range(ROUNDS):
+        weight = 1.0 / np.maximum(variance, floor)
+        coefficients, _ = optimize.nnls(features / size * weight[:, None], residual**2 * weight)
+        variance = features / size @ coefficients
+    coefficients = coefficients / size
+    coefficients[0] = max(coefficients[0], floor)
+    return np.asarray(coefficients)
+
+
+def block_maxima(time: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """Largest score of each block of a run that is known in at least half of it, shape (b,)."""
+    if not len(time):
+        return np.zeros(0)
+    blocks = ((time - time[0]) // BLOCK).astype(int)
+    known = np.isfinite(score)
+    maxima = np.full(blocks[-1] + 1, -np.inf)
+    np.maximum.at(maxima, blocks[known], score[known])
+    counts = np.bincount(blocks, minlength=len(maxima))
+    return maxima[2 * np.bincount(blocks[known], minlength=len(maxima)) >= np.maximum(counts, 1)]
+
+
+class Tail(NamedTuple):
+    """Generalized Pareto distribution of the largest block maxima.
+
+    Attributes:
+        share: Share of the maxima that it describes [-].
+        start: Score that this share exceeds [-].
+        scale: Scale [-].
+        shape: Shape, above 0 [-].
+    """
+
+    share: float
+    start: float
+    scale: float
+    shape: float
+
+    @classmethod
+    def of(cls, maxima: np.ndarray) -> "Tail":
+        """Tail of block maxima (b,) by probability-weighted moments."""
+        start = float(np.quantile(maxima, 1.0 - np.clip(LARGEST / len(maxima), *SHARES)))
+        excess = np.sort(maxima[maxima > start] - start)
+        m, mean = len(excess), float(excess.mean())
+        # Mean of x (1 - F(x)), with plotting positions of Hosking and Wallis
+        weighted = float(np.mean(excess * (1.0 - (np.arange(1, m + 1) - 0.35) / m)))
+        ratio = mean / (mean - 2.0 * weighted) if mean > 2.0 * weighted else np.inf
+        shape = float(np.clip(2.0 - ratio, 0.0, HEAVIEST)) if np.isfinite(ratio) else 0.0
+        return cls(m / len(maxima), start, mean * (1.0 - shape), shape + 0.5 / np.sqrt(m))
+
+    def exceeded_by(self, share: float) -> float:
+        """Score that a share of the blocks exceeds, at least `start`."""
+        ratio = min(share / self.share, 1.0)
+        return self.start + self.scale * float(np.expm1(-self.shape * np.log(ratio))) / self.shape

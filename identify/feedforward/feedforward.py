@@ -1,0 +1,216 @@
+r"""`Feedforward`: torque that a fit predicts, for a controller that adds it to its own.
+
+Friction is compensated by the rule
+
+.. math:: \tau = \kappa\, w(|\dot q| / b)\, f(q, \dot q), \qquad
+          w(x) = s^2 (3 - 2 s), \; s = \mathrm{clip}(x - 1, 0, 1),
+
+and only where f opposes the motion. Within the band b, compensation is zero, so noise of a velocity at rest
+makes no torque; it grows smoothly up to 2 b. The share :math:`\kappa < 1` leaves
+:math:`(1 - \kappa) f \dot q > 0` of the joint's friction power, so that compensation never drives the joint,
+for any b, as long as the joint has that share of the identified friction. With a late velocity its dry part
+stays below the dry friction that holds the joint at rest.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arm.robot import Robot
+from ..arm.servo_law import ServoLaw
+from ..dynamics.dynamics import Dynamics, stacked
+from ..dynamics.standstill import standstill
+from ..dynamics.traced import writable
+from ..effects.joint_state import JointState, Scalar
+from ..errors import FitError, WrongShape
+from ..fit.fit import Fit
+from .remarks import remarks
+
+SHARE = 0.7
+"""Share of the identified friction that is compensated: the friction of a joint may be 30 % lower than
+identified, for instance because it is warmer, before compensation drives it [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Feedforward:
+    """Torque ahead of a controller, from the parameters of a fit.
+
+    Attributes:
+        dynamics: Links and effects at the values of the fit.
+        unit: Unit of the torque of revolute joints: "N m", or "A" if drive gains are unknown.
+        gain: Joint torque per motor current, shape (n,) [N m/A]; None if they are not known, or not needed.
+        servo: Law of the joints' position servos; None if there are none.
+        band: Speed below which friction is not compensated, shape (n,) [rad/s].
+        share: Share of the friction that is compensated [-].
+        remarks: What the fit contains and this does not, and what it assumes, one sentence each.
+        source: Names of the runs of the fit.
+    """
+
+    dynamics: Dynamics
+    unit: str
+    gain: np.ndarray | None
+    servo: ServoLaw | None
+    band: np.ndarray
+    share: float
+    remarks: tuple[str, ...]
+    source: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        fit: Fit,
+        payload: str = "",
+        servo: ServoLaw | None = None,
+        band: float | np.ndarray | None = None,
+        share: float = SHARE,
+    ) -> "Feedforward":
+        """Feedforward of a fit.
+
+        Args:
+            fit: The fit.
+            payload: Name of the payload on the flange; empty for none.
+            servo: Law of the position servos; by default that of the fit's robot, if it has one.
+            band: Speed below which friction is not compensated [rad/s]; by default the speed below which a
+                joint counted as standing in the runs of the fit.
+            share: Share of the friction that is compensated [-].
+
+        Raises:
+            FitError: The fit has no such payload, or band or share are out of range.
+        """
+        model, robot = fit.model, fit.model.robot
+        if payload and payload not in model.payloads:
+            names = ", ".join(model.payloads) or "none"
+            raise FitError(f"{robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
+        if not 0.0 <= share < 1.0:
+            raise FitError(f"share of friction is {share:g}; it must be at least 0 and below 1")
+        values = np.zeros(len(model.names))
+        values[fit.base.kept] = fit.estimate.values
+        dynamics = writable(Dynamics.of(model, values, payload))
+        band = np.zeros(robot.dof) + (standstill(fit.standstill, robot) if band is None else band)
+        if not np.all(band > 0.0):
+            raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
+        return cls(
+            dynamics,
+            "A" if fit.unscaled else "N m",
+            fit.estimate.gain if fit.measures == "current" and not fit.unscaled else None,
+            servo or _servo(fit),
+            band,
+            share,
+            tuple(remarks(fit, dynamics)),
+            fit.runs,
+        )
+
+    @property
+    def robot(self) -> Robot:
+        """The arm."""
+        return self.dynamics.robot
+
+    def torque(
+        self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, temperature: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Inverse dynamics: joint torque for a motion, shape (n,) or (t, n) [N m], as `Fit.torque`."""
+        return self._of(self.dynamics.torque, q, dq, ddq, temperature)
+
+    def gravity(self, q: np.ndarray, temperature: np.ndarray | None = None) -> np.ndarray:
+        """Torque that holds the arm at rest at positions q, shape (n,) or (t, n) [N m]."""
+        return self._of(self.dynamics.gravity_torque, q, None, None, temperature)
+
+    def friction(self, q: np.ndarray, dq: np.ndarray, temperature: np.ndarray | None = None) -> np.ndarray:
+        """Identified friction torque, shape (n,) or (t, n) [N m]."""
+        return self._of(self.dynamics.friction_torque, q, dq, None, temperature)
+
+    def friction_compensation(
+        self, q: np.ndarray, dq: np.ndarray, temperature: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Torque against friction that neither chatters at rest nor drives a joint, (n,) or (t, n) [N m]."""
+        friction, dq = self.friction(q, dq, temperature), np.asarray(dq, float)
+        s = np.clip(np.abs(dq) / self.band - 1.0, 0.0, 1.0)
+        return np.where(friction * dq > 0.0, self.share * s * s * (3.0 - 2.0 * s) * friction, 0.0)
+
+    def compensation(
+        self, q: np.ndarray, dq: np.ndarray, temperature: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Gravity plus friction compensation, shape (n,) or (t, n) [N m]: the arm floats."""
+        return self.gravity(q, temperature) + self.friction_compensation(q, dq, temperature)
+
+    def current(self, torque: np.ndarray) -> np.ndarray:
+        """Motor currents for joint torques, shape (n,) or (t, n) [A].
+
+        Raises:
+            FitError: The fit has no drive gains.
+        """
+        if self.gain is None:
+            raise FitError(
+                f"{self.robot.name}: no drive gains; the runs of the fit have torques, not currents"
+            )
+        return np.asarray(torque) @ self.robot.to_motors.T / self.gain
+
+    def position_offset(self, q: np.ndarray, temperature: np.ndarray | None = None) -> np.ndarray:
+        """What position servos without an integral part sag by, to be added to the command, as q [rad].
+
+        Raises:
+            FitError: The stiffness of the servos is not known.
+        """
+        if self.servo is None:
+            raise FitError(f"{self.robot.name}: the stiffness of its position servos is not known")
+        torque = np.clip(self.gravity(q, temperature), -self.servo.limit, self.servo.limit)
+        return torque / self.servo.stiffness
+
+    def python(self) -> str:
+        """Text of a Python file that needs only NumPy."""
+        from .python_file import python_file
+
+        return python_file(self)
+
+    def cpp(self) -> str:
+        """Text of a C++17 header that needs only the standard library."""
+        from .cpp_file import cpp_file
+
+        return cpp_file(self)
+
+    def save(self, path: Path | str) -> Path:
+        """Write a Python file (.py) or a C++ header (.hpp, .h) and return its path.
+
+        Raises:
+            FitError: The ending is another one.
+        """
+        path = Path(path)
+        texts = {".py": self.python, ".hpp": self.cpp, ".h": self.cpp}
+        if path.suffix not in texts:
+            raise FitError(f"{path}: the name must end in {', '.join(texts)}")
+        path.write_text(texts[path.suffix](), encoding="utf-8")
+        return path
+
+    def _of(
+        self,
+        function: Callable[[JointState], Sequence[Scalar]],
+        q: np.ndarray,
+        dq: np.ndarray | None,
+        ddq: np.ndarray | None,
+        temperature: np.ndarray | None,
+    ) -> np.ndarray:
+        """A function of joint states for arrays (n,) or (t, n)."""
+        position = np.asarray(q, float)
+        rows = np.atleast_2d(position)
+        parts = [np.zeros_like(rows) if p is None else np.atleast_2d(np.asarray(p, float)) for p in (dq, ddq)]
+        warmth = np.full_like(rows, np.nan) if temperature is None else np.atleast_2d(temperature)
+        if rows.shape[-1] != self.robot.dof or any(p.shape != rows.shape for p in (*parts, warmth)):
+            shapes = ", ".join(str(p.shape) for p in (rows, *parts, warmth))
+            raise WrongShape(
+                f"feedforward: shapes are {shapes}; expected {self.robot.dof} joints in the last axis"
+            )
+        state = JointState(*(list(p.T) for p in (rows, *parts, np.zeros_like(rows), warmth)))
+        torque = stacked(function(state), len(rows))
+        return torque[0] if position.ndim == 1 else torque
+
+
+def _servo(fit: Fit) -> ServoLaw | None:
+    """Law of the position servos of the fit's robot, at the fit's drive gains."""
+    servo = fit.model.robot.servo
+    if servo is None:
+        return None
+    gain = np.abs(fit.estimate.gain)
+    none = np.zeros(len(gain))
+    return ServoLaw.of(gain * servo.gain, none, gain * servo.limit, none)

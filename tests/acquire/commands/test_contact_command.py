@@ -1,0 +1,64 @@
+"""exidyn contact: what it prints, writes and refuses."""
+
+import json
+
+import numpy as np
+import pytest
+
+from exidyn.acquire.command_line import REFUSED, main
+
+from ...parts.small import small_fit, two_joint_files
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The working folder, with fit.json, and loaded.mcap that does not state its payload of 3 kg."""
+    small_fit.fit().save(tmp_path / "fit.json")
+    runs = [two_joint_files.run(f"free{k}", 3 + k, 9 + k) for k in range(2)]
+    two_joint_files.write(tmp_path, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+FREE = ["--free", "free0.mcap", "free1.mcap"]
+
+
+def test_an_unstated_payload_is_a_contact(folder, capsys):
+    outputs = ["-o", "out.csv", "--json", "out.json"]
+    assert main(["contact", "loaded.mcap", "--fit", "fit.json", *FREE, *outputs]) == 0
+    printed, notes = capsys.readouterr()
+    assert "loaded: " in printed
+    assert "The threshold for 1 false alarms an hour" in " ".join(printed.split())
+    assert "written: out.csv" in notes
+    result = json.loads((folder / "out.json").read_text())
+    assert result["alarms"]
+    assert result["alarms"][0]["over_threshold"] > 1.0
+    table = np.genfromtxt(folder / "out.csv", delimiter=",", names=True)
+    assert table.dtype.names[:5] == ("t", "external1", "external2", "contact_from1", "contact_from2")
+    assert np.nanmax(np.abs(table["external1"]) / table["contact_from1"]) > 1.0
+
+
+def test_the_payload_that_the_fit_has_is_none(folder, capsys):
+    assert main(["contact", "loaded.mcap", "--fit", "fit.json", "--payload", "L", *FREE, "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["alarms"] == []
+
+
+def test_without_a_threshold_the_torques_are_printed(folder, capsys):
+    assert main(["contact", "free0.mcap", "--fit", "fit.json"]) == 0
+    printed, notes = capsys.readouterr()
+    assert "written" not in notes
+    assert "No threshold: give runs without contact with --free" in printed
+    assert "shoulder" in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
+        (["--free", "empty.mcap"], "empty was used for the fit"),
+        (["-o", "fit.json"], "would overwrite a file that is read"),
+    ],
+)
+def test_bad_input_gets_one_clear_error(folder, arguments, message, capsys):
+    assert main(["contact", "loaded.mcap", "--fit", "fit.json", *arguments]) == REFUSED
+    assert message in capsys.readouterr().err
