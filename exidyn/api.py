@@ -219,6 +219,7 @@ def payload(
     fit: Fit | Path | str | None = None,
     empty: Run | Sequence[Run] = (),
     robot: Arm | None = None,
+    com: Sequence[float] | None = None,
     filtering: Filtering = Filtering(),  # noqa: B008
     as_recorded: bool = False,
 ) -> PayloadEstimate:
@@ -230,6 +231,7 @@ def payload(
         empty: Runs without the payload; without a fit, the payload is the difference.
         robot: The arm, which replaces the arm inside the recordings; required for arrays and tables without
             a fit. With neither fit nor empty runs, its tolerances make the intervals wide.
+        com: Center of mass in the flange frame if it is known, shape (3,) [m].
         filtering: Filters; unset values are chosen from the data.
         as_recorded: Whether to skip the check of columns, units and signs.
 
@@ -249,6 +251,7 @@ def payload(
         fit=fitted,
         empty=_runs(empty, arm),
         model=None if robot is None else _robot(robot),
+        com=com,
         filtering=filtering,
         as_recorded=as_recorded,
     )

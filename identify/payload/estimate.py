@@ -83,12 +83,9 @@ def posterior(rows: Rows, known: Known) -> Posterior:
         slow = _slowness(residual, equations)
         if iteration > 1 and np.max(np.abs(step)) < SETTLED:
             break
-    whitened = jacobian @ known.root
-    spread = sandwich(
-        whitened, residual, equations, instruments=whitened / slow[:, None] ** 2, before=np.ones(len(z))
-    )
-    covariance = known.root @ spread.covariance @ known.root.T
-    certain = _certain(jacobian, residual, rows, slow)
+    spread = _spread(jacobian @ known.root, residual, equations, slow)
+    covariance = known.root @ spread @ known.root.T
+    certain = _certain(jacobian, residual, rows, slow, known)
     return Posterior(rows, values, covariance, certain, residual, jacobian, noise, slow)
 
 
@@ -130,23 +127,33 @@ def _slowness(residual: np.ndarray, equations: Equations) -> np.ndarray:
     return np.sqrt(np.maximum(ratio, 1.0))
 
 
-def _certain(jacobian: np.ndarray, residual: np.ndarray, rows: Rows, slow: np.ndarray) -> np.ndarray:
+def _certain(
+    jacobian: np.ndarray, residual: np.ndarray, rows: Rows, slow: np.ndarray, known: Known
+) -> np.ndarray:
     """Covariance of the payload (10, 10) from noise alone: arm, gains and friction are exact."""
     loaded = np.flatnonzero(rows.loaded)
+    root = known.root[rows.payload, rows.payload]  # the payload's prior does not depend on the others
     part = jacobian[loaded][:, :, rows.payload]
-    size = np.sqrt(np.mean(np.sum(part**2, axis=1), axis=0))
-    size = np.where(size > 0.0, size, 1.0)
-    weight = rows.equations.weight[loaded]
-    runs = tuple(_runs(rows))
     equations = replace(
-        rows.equations, regressor=part, current=rows.equations.current[loaded], weight=weight, runs=runs
+        rows.equations,
+        regressor=part,
+        current=rows.equations.current[loaded],
+        weight=rows.equations.weight[loaded],
+        runs=tuple(_runs(rows)),
     )
-    # A weak prior keeps what the motion does not determine finite.
+    return np.asarray(root @ _spread(part @ root, residual[loaded], equations, slow) @ root.T)
+
+
+def _spread(jacobian: np.ndarray, residual: np.ndarray, equations: Equations, slow: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of unknowns with unit prior variance; see the module's docstring."""
+    seen = np.flatnonzero(np.any(jacobian, axis=(0, 1)))
+    part = jacobian[:, :, seen]
     spread = sandwich(
-        part / size, residual[loaded], equations,
-        instruments=part / size / slow[:, None] ** 2, before=np.full(len(size), 1e-12),
-    )  # fmt: skip
-    return np.asarray(spread.covariance / np.outer(size, size))
+        part, residual, equations, instruments=part / slow[:, None] ** 2, before=np.ones(len(seen))
+    )
+    covariance = np.eye(jacobian.shape[2])
+    covariance[np.ix_(seen, seen)] = spread.covariance
+    return covariance
 
 
 def _runs(rows: Rows) -> list[slice]:

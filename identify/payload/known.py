@@ -6,6 +6,7 @@ of the fit, including that of the gains, so that an uncertain gain makes the mas
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ..fit.fit import Fit
 from ..fit.settled_gains import settled
 from ..model import Model
 from ..positive_definite import root
+from .body import MASS, MOMENTS
 from .rows import Rows
 
 FRICTION_CHANGES = 0.3
@@ -34,6 +36,8 @@ BARE = 0.3
 """Relative standard deviation of the inertias of a description that states none [-], such as a bare URDF.
 With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms have links that are wrong by
 more."""
+RULER = 0.002
+"""Standard deviation of a stated center of mass [m]: it was measured with a ruler or is drawn."""
 ALIKE = 0.5
 """Correlation between the errors of two nominal gains. Gains of one source share its errors, such as a wrong
 torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too high, all six.
@@ -121,7 +125,25 @@ def alike(deviation: np.ndarray) -> np.ndarray:
     return np.outer(deviation, deviation) * (ALIKE + (1.0 - ALIKE) * np.eye(len(deviation)))
 
 
-def complete(rows: Rows, arm: tuple[np.ndarray, np.ndarray], values: np.ndarray, gain: np.ndarray) -> Known:
+class StatedCenter(NamedTuple):
+    """A center of mass that is known, and a guess of the mass.
+
+    Attributes:
+        center: Center of mass in the flange frame, shape (3,) [m].
+        mass: Mass by which an error of the center is multiplied [kg].
+    """
+
+    center: np.ndarray
+    mass: float
+
+
+def complete(
+    rows: Rows,
+    arm: tuple[np.ndarray, np.ndarray],
+    values: np.ndarray,
+    gain: np.ndarray,
+    stated: StatedCenter | None = None,
+) -> Known:
     """Prior of all unknowns from that of arm and gains.
 
     Args:
@@ -129,20 +151,33 @@ def complete(rows: Rows, arm: tuple[np.ndarray, np.ndarray], values: np.ndarray,
         arm: Mean and covariance of base parameters and relative gain errors.
         values: Base parameters of the arm that give the size of changes, shape (b,).
         gain: Drive gains, shape (n,).
+        stated: Known center of mass; None if it is unknown.
     """
     mean, covariance = arm
     count, n, changes = rows.arm, len(gain), len(rows.changing)
-    nominal_mean, nominal = prior(rows.equations)
+    _, nominal = prior(rows.equations)
     body = rows.payload
     size = len(INERTIAL)
     total = count + size + changes + n
     full_mean, full = np.zeros(total), np.zeros((total, total))
     outer = np.concatenate([np.arange(count), count + size + changes + np.arange(n)])
     full_mean[outer], full[np.ix_(outer, outer)] = mean, covariance
-    full[body, body] = np.diag(np.diag(nominal)[body])
+    full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
     places = count + size + np.arange(changes)
     full[places, places] = _change(rows, values, gain) ** 2
     return Known(full_mean, root(full))
+
+
+def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:
+    """Prior covariance of the payload (10, 10), wide; a known center ties the moments to the mass."""
+    covariance = np.diag(variance)
+    if stated is None:
+        return covariance
+    slope = np.append(stated.center, 1.0)
+    moments = np.outer(slope, slope) * variance[MASS]
+    moments[np.arange(3), np.arange(3)] += (RULER * stated.mass) ** 2
+    covariance[MOMENTS.start :, MOMENTS.start :] = moments
+    return covariance
 
 
 def _change(rows: Rows, values: np.ndarray, gain: np.ndarray) -> np.ndarray:

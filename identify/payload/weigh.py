@@ -18,10 +18,10 @@ from ..preparation.prepare import Filtering, Prepared, prepare
 from ..progress import StageText
 from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check, check_alive
-from .body import Body
+from .body import MASS, Body
 from .estimate import Posterior, posterior
 from .intervals import consistent_body, intervals
-from .known import BARE, Known, at_base_values, complete, known_from_description, known_from_fit
+from .known import BARE, Known, StatedCenter, at_base_values, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
 from .rows import TOOL, Rows, arm_base, rows_of, with_columns, with_tool
@@ -40,6 +40,7 @@ def weigh(
     fit: Fit | None = None,
     empty: Sequence[Recording] = (),
     model: Model | None = None,
+    com: Sequence[float] | None = None,
     filtering: Filtering = Filtering(),  # noqa: B008
     as_recorded: bool = False,
     progress: Progress = lambda _: None,
@@ -51,6 +52,8 @@ def weigh(
         fit: Fit of the arm without it.
         empty: Runs without the payload; without a fit, the payload is the difference.
         model: Description of the arm; by default that of the fit or of the first run.
+        com: Center of mass in the flange frame if it is known, shape (3,) [m]. An arm of one or two joints
+            does not determine mass and center both.
         filtering: Filters; unset values are chosen from the runs.
         as_recorded: Whether to skip the check of columns, units and signs.
         progress: Function that is called with a sentence at each stage.
@@ -64,7 +67,7 @@ def weigh(
     if not runs:
         raise RecordingError("no run with the payload; give at least one")
     with threadpool_limits(limits=1):  # see `identify`
-        return _weigh(runs, fit, empty, model, filtering, as_recorded, progress)
+        return _weigh(runs, fit, empty, model, com, filtering, as_recorded, progress)
 
 
 def _weigh(
@@ -72,6 +75,7 @@ def _weigh(
     fit: Fit | None,
     empty: Sequence[Recording],
     model: Model | None,
+    com: Sequence[float] | None,
     filtering: Filtering,
     as_recorded: bool,
     progress: Progress,
@@ -93,7 +97,7 @@ def _weigh(
     _require_gains(arm, prepared)
     base = with_columns(arm_base(tooled) if fit is None else fit.structure or fit.base, tooled)
     progress(StageText("estimate", "estimate the payload"))
-    rows, result, known = _estimated(tooled, base, prepared, fit)
+    rows, result, known = _estimated(tooled, base, prepared, fit, com)
     progress(StageText("check", "predict two poses that were left out"))
     checked = check_poses(rows, known, _positions(prepared), result)
     return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
@@ -135,20 +139,26 @@ def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
 
 
 def _estimated(
-    model: Model, base: BaseParameters, prepared: Sequence[Prepared], fit: Fit | None
+    model: Model,
+    base: BaseParameters,
+    prepared: Sequence[Prepared],
+    fit: Fit | None,
+    com: Sequence[float] | None,
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
-    arm = None
+    arm, mass = None, 1.0  # a guess of the mass for the first pass
     for _ in range(PASSES):
         rows = rows_of(model, base, prepared)
         if arm is None:
             arm = known_from_fit(fit, rows) if fit else known_from_description(model, rows)
         values = arm[0][: rows.arm]
-        known = complete(rows, arm, values, rows.equations.gain)
+        stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
+        known = complete(rows, arm, values, rows.equations.gain, stated)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:
             raise NotExcited("the motion does not show the payload; move all joints, farther") from error
+        mass = abs(float(result.payload[MASS]))
         model = at_base_values(model, base, result.values[: rows.payload.stop])
     return rows, result, known
 
