@@ -12,7 +12,6 @@ import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
 from ..effects import Prior
-from ..effects.rigid_body import RigidBody
 from ..errors import FitError
 from ..fit.base_parameters import BaseParameters
 from ..fit.estimators.bayesian import prior
@@ -39,9 +38,9 @@ more."""
 RULER = 0.002
 """Standard deviation of a stated center of mass [m]: it was measured with a ruler or is drawn."""
 ALIKE = 0.5
-"""Correlation between the errors of two nominal gains. Gains of one source share its errors, such as a wrong
-torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too high, all six.
-Errors that were independent would average out in the mass."""
+"""Correlation between the errors of two nominal gains, and of two links. Gains of one source share errors,
+such as a wrong torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too
+high, all six. Errors that were independent would average out in the mass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +98,9 @@ def _structural(fit: Fit, base: BaseParameters, row: int) -> str:
 def known_from_description(model: Model, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b + n,) and covariance (b + n, b + n) from the tolerances of a robot description.
 
-    Inertias that were identified with the nominal gains are wrong by as much as these: they do not determine
-    the gains. So their tolerance includes that of the gains.
+    Errors of the links have a common part, as those of the gains have: a description without motors or cables
+    makes all links too light. Inertias that were identified with the nominal gains are wrong by as much as
+    these: they do not determine the gains. So their tolerance includes that of the gains.
     """
     equations, arm = rows.equations, rows.arm
     mean, covariance = prior(equations)
@@ -109,15 +109,22 @@ def known_from_description(model: Model, rows: Rows) -> tuple[np.ndarray, np.nda
     full = np.zeros((arm + n, arm + n))
     full[:arm, :arm] = covariance[:arm, :arm]
     full[arm:, arm:] = alike(deviation)
+    links = _torque_of_links(model, rows)
+    common = np.concatenate([links, np.zeros(n)]) * model.robot.inertial_tolerance * np.sqrt(ALIKE)
+    full += np.outer(common, common)
     if model.robot.inertias_by_gain and np.any(deviation):
-        links = np.zeros(len(model.names))
-        for effect, columns in zip(model.effects, model.columns, strict=True):
-            if isinstance(effect, RigidBody):
-                links[columns] = model.nominal_values[columns]
-        common = (equations.base.regrouping @ links)[:arm]
-        shift = np.concatenate([common, np.full(n, -1.0)]) * float(np.max(deviation))
+        shift = np.concatenate([links, np.full(n, -1.0)]) * float(np.max(deviation))
         full += np.outer(shift, shift)
     return np.concatenate([mean[:arm], np.zeros(n)]), full
+
+
+def _torque_of_links(model: Model, rows: Rows) -> np.ndarray:
+    """Nominal base parameters of the arm (b,) that its links cause, without rotors and friction."""
+    links = np.zeros(len(model.names))
+    for effect, columns in zip(model.effects, model.columns, strict=True):
+        if effect.of_links:
+            links[columns] = model.nominal_values[columns]
+    return np.asarray((rows.equations.base.regrouping @ links)[: rows.arm])
 
 
 def alike(deviation: np.ndarray) -> np.ndarray:

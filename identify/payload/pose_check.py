@@ -87,11 +87,40 @@ def check_poses(rows: Rows, known: Known, position: np.ndarray, full: Posterior)
         weight[window] = 0.0
     part = replace(rows, equations=replace(rows.equations, weight=weight))
     left_out = posterior(part, known)
-    poses = tuple(_pose(rows, left_out, position, window) for window in pair)
+    others = [window for window in windows if not any(_overlap(window, taken) for taken in pair)]
+    noise = _noise_of_means(part, left_out, others)
+    poses = tuple(_pose(rows, left_out, noise, position, window) for window in pair)
     count = sum(np.count_nonzero(np.isfinite(pose.measured)) for pose in poses)
-    limit = float(stats.norm.isf(CHANCE / (2 * max(count, 1))))
+    freedom = max(len(others) // 2, 1)  # windows overlap by half
+    limit = float(stats.t.isf(CHANCE / (2 * max(count, 1)), freedom))
     check = Check(poses, True, limit)
     return replace(check, passed=check.worst <= limit)
+
+
+def _overlap(first: slice, second: slice) -> bool:
+    return first.start < second.stop and second.start < first.stop
+
+
+def _mean(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Weighted mean over time of (t, n) or (t, n, k); zero for a joint without weight."""
+    shaped = weight.reshape(*weight.shape, *(1,) * (values.ndim - 2))
+    return np.asarray(np.sum(shaped * values, axis=0) / np.maximum(np.sum(shaped, axis=0), 1.0))
+
+
+def _noise_of_means(rows: Rows, fit: Posterior, windows: list[slice]) -> np.ndarray:
+    """Standard deviation of the mean residual of a window, shape (n,) [N m].
+
+    It is that between the other windows, which includes what the model of the arm lacks, and at least that of
+    noise with the density near zero frequency.
+    """
+    weight = rows.equations.weight
+    means = np.array([_mean(fit.residual[w], weight[w]) for w in windows]).reshape(-1, weight.shape[1])
+    counts = np.array([np.sum(weight[w], axis=0) for w in windows]).reshape(means.shape)
+    used = counts >= FEWEST
+    usual = np.maximum(np.sum(used, axis=0), 1)
+    between = np.sqrt(np.sum(np.where(used, means, 0.0) ** 2, axis=0) / usual)
+    samples = np.sum(np.where(used, counts, 0.0), axis=0) / usual
+    return np.maximum(between, fit.noise * np.minimum(1.0, fit.slow / np.sqrt(np.maximum(samples, 1.0))))
 
 
 def _windows(rows: Rows) -> list[slice]:
@@ -116,27 +145,18 @@ def _most_different(rows: Rows, full: Posterior, windows: list[slice]) -> tuple[
     distance = np.linalg.norm(means[:, None] - means[None], axis=2)
     for a, first in enumerate(usable):
         for b, second in enumerate(usable):
-            if first.start < second.stop and second.start < first.stop:
+            if _overlap(first, second):
                 distance[a, b] = -1.0
     best = divmod(int(np.argmax(distance)), len(usable))
     return (usable[best[0]], usable[best[1]]) if distance[best] > 0.0 else None
 
 
-def _pose(rows: Rows, fit: Posterior, position: np.ndarray, window: slice) -> PoseCheck:
+def _pose(rows: Rows, fit: Posterior, noise: np.ndarray, position: np.ndarray, window: slice) -> PoseCheck:
     """Comparison in one window."""
     weight = rows.equations.weight[window]
-    counts = weight.sum(axis=0)
-    enough = counts >= FEWEST
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        shaped = weight if values.ndim == 2 else weight[:, :, None]
-        size = np.maximum(counts, 1.0) if values.ndim == 2 else np.maximum(counts, 1.0)[:, None]
-        return np.asarray(np.sum(shaped * values[window], axis=0) / size)
-
-    jacobian = mean(fit.jacobian)
-    # The mean of n samples of noise that is `slow` times as large near zero frequency.
-    noise = fit.noise * np.minimum(1.0, fit.slow / np.sqrt(np.maximum(counts, 1.0)))
+    enough = weight.sum(axis=0) >= FEWEST
+    jacobian = _mean(fit.jacobian[window], weight)
     std = np.sqrt(np.einsum("nk,kl,nl->n", jacobian, fit.covariance, jacobian) + noise**2)
     predicted = jacobian[:, rows.payload] @ fit.payload
-    measured = np.where(enough, predicted + mean(fit.residual), np.nan)
+    measured = np.where(enough, predicted + _mean(fit.residual[window], weight), np.nan)
     return PoseCheck(np.mean(position[window], axis=0), measured, predicted, std)
