@@ -24,6 +24,8 @@ from .rows import Rows
 ITERATIONS = 20
 SETTLED = 1e-3
 """Largest step in prior standard deviations at which the iteration ends."""
+UNSEEN = 1e-8
+"""Information on an unknown, over that of the prior, below which the data count as silent: rounding."""
 FEWEST = 5.0
 """Least degrees of freedom of a joint's noise level."""
 
@@ -146,7 +148,9 @@ def _certain(
 
 def _spread(jacobian: np.ndarray, residual: np.ndarray, equations: Equations, slow: np.ndarray) -> np.ndarray:
     """Covariance (k, k) of unknowns with unit prior variance; see the module's docstring."""
-    seen = np.flatnonzero(np.any(jacobian, axis=(0, 1)))
+    size = np.maximum(np.sqrt(np.mean(residual**2, axis=0)), np.finfo(float).tiny)
+    information = np.einsum("rnk,rnk,n->k", jacobian, jacobian, size**-2.0, optimize=True)
+    seen = np.flatnonzero(information > UNSEEN)
     part = jacobian[:, :, seen]
     spread = sandwich(
         part, residual, equations, instruments=part / slow[:, None] ** 2, before=np.ones(len(seen))
