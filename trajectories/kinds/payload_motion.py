@@ -2,7 +2,7 @@
 
 The search minimizes the mean relative standard deviation of the payload's ten parameters while friction and
 offsets are unknown and the arm is known (D_s-optimality). Its torque bound has the arm without payload and
-with the heaviest one at six places. Afterwards the torque is bounded for all payloads at once: it is linear
+with a heavy one. Afterwards the torque is bounded for all payloads at once: it is linear
 in mass, center and inertia, so that its extremes are at no mass or at the largest one. If that exceeds a
 limit, the motion is planned again with more margin.
 """
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import INERTIAL, body_regressor
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import Payload, Prior, known_parameters
@@ -31,7 +32,8 @@ from ..search.torque_bound import TorqueBound
 from ..trajectory import Trajectory
 from .static_poses import static_poses
 
-TOOL = "tool"
+TOOL, HEAVY = "tool", "heavy"
+"""Names of the payload to identify, and of one that the torque bound has."""
 POSES = 6
 """Number of poses: gravity of a payload has four parameters and each pose shows at least two of them; six
 leave two for a check."""
@@ -41,6 +43,12 @@ LEADS = 4.0
 """Time that rests and leads take of the duration [s]."""
 GYRATION = 0.5
 """Largest radius of gyration of a payload over the largest distance of its center from the flange [-]."""
+CALM = 0.5
+"""Share of the velocity limits that a motion between poses uses, and its square that of the acceleration."""
+DRAWN = 400
+"""Number of random poses of which the one with the least torque is the middle of all poses."""
+NARROWER = (1.0, 0.5, 0.3)
+"""Share of the joints' ranges that the poses use, in each round."""
 ROUNDS = 3
 """Number of plans that are tried, each with the margin that the last one lacked."""
 SPACING = 0.01
@@ -66,12 +74,11 @@ class AnyPayload:
                     f"largest {name} of the payload: {value:g} {unit}; it must be above 0 and finite"
                 )
 
-    def bodies(self) -> list[tuple[tuple[str, float], ...]]:
-        """The heaviest payload with its center at the reach along each half axis of the flange."""
+    @property
+    def heaviest(self) -> tuple[tuple[str, float], ...]:
+        """Known parameters of the heaviest payload with its center at the reach along the flange's z axis."""
         moment = self.mass * (GYRATION * self.reach) ** 2
-        inertia = (moment, 0.0, 0.0, moment, 0.0, moment)
-        centers = self.reach * np.concatenate([np.eye(3), -np.eye(3)])
-        return [known_parameters(self.mass, tuple(center), inertia) for center in centers]
+        return known_parameters(self.mass, (0.0, 0.0, self.reach), (moment, 0.0, 0.0, moment, 0.0, moment))
 
     def largest_torque(self, empty: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Bound of the absolute torque for any of the payloads, shape (t, n) [N m].
@@ -134,22 +141,18 @@ def payload_plan(
         Infeasible: No motion keeps to all limits with every payload.
     """
     arm = model if wishes.fit is None else learned(wishes.fit)
-    margins = wishes.margins
-    for _ in range(ROUNDS):
-        tried = replace(wishes, margins=margins)
-        motion = (
-            _poses(arm, tried, seed)
-            if poses
-            else _searched(arm, payloads, tried, starts, seed, seconds / ROUNDS, iterations, progress)
-        )
+    for number in range(ROUNDS):
+        if poses:
+            motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
+        else:
+            motion = _searched(arm, payloads, wishes, starts, seed, seconds / ROUNDS, iterations, progress)
         share = largest_share(motion.trajectory, arm, payloads, wishes)
         if share <= 1.0:
             details = {**motion.details, "payload": _words(payloads, share)}
             return replace(motion, criterion="" if poses else "focus on payload", details=details)
-        if poses:
-            break
         progress(f"a payload could need {100 * share:.0f} % of a torque limit: plan again with more margin")
-        margins = replace(margins, torque=1.0 - (1.0 - margins.torque) / share)
+        margins = replace(wishes.margins, torque=1.0 - (1.0 - wishes.margins.torque) / share)
+        wishes = replace(wishes, margins=margins)
     raise Infeasible(
         f"a payload of {payloads.mass:g} kg within {payloads.reach:g} m of the flange could need "
         f"{100 * share:.0f} % of a torque limit. Try a smaller --up-to or --reach"
@@ -171,55 +174,72 @@ def _searched(
     iterations: int | None,
     progress: Callable[[str], None],
 ) -> Plan:
-    """The optimized motion; its period becomes shorter if it would last longer than requested."""
+    """The optimized motion: one period, so that it has low frequencies too, between rests and leads."""
     limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
-    goal = weigh_goal(model, payloads, wishes, limits)
     core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
-    motion = None
-    for period in (wishes.period, core):
-        tried = replace(wishes, seconds=core, period=period)
-        [motion] = plan(
-            model, tried, goal=goal, starts=starts, seed=seed, seconds=0.5 * seconds, iterations=iterations,
-            progress=progress,
-        )  # fmt: skip
-        if motion.trajectory.duration <= wishes.seconds:
-            break
-    assert motion is not None
+    [motion] = plan(
+        model, replace(wishes, seconds=core, period=wishes.period or core),
+        goal=weigh_goal(model, payloads, wishes, limits),
+        starts=starts, seed=seed, seconds=seconds, iterations=iterations, progress=progress,
+    )  # fmt: skip
     return motion
 
 
 def weigh_goal(model: Model, payloads: AnyPayload, wishes: Wishes, limits: Limits) -> Weigh:
     """The goal to identify the payload: friction is unknown, the arm is known."""
     friction = tuple(e for e in model.effects if (e.greased or e.guessed) and not e.needs_load)
-    sizes = dict(payloads.bodies()[2])
-    typical = {f"{name}{TOOL}": Prior(_size(name, payloads, value)) for name, value in sizes.items()}
+    typical = {f"{name}{TOOL}": Prior(_size(name, payloads)) for name in INERTIAL}
     unknown = Model(model.robot, (*friction, Payload(TOOL)), typical)
-    loaded, names = model, [""]
-    for number, body in enumerate(payloads.bodies(), start=1):
-        loaded, names = loaded + Payload(f"{TOOL}{number}", body), [*names, f"{TOOL}{number}"]
-    experiment = Experiment.of(unknown, (TOOL,), nominal_noise(loaded, limits, names[3]))
+    loaded = model + Payload(HEAVY, payloads.heaviest)
+    experiment = Experiment.of(unknown, (TOOL,), nominal_noise(loaded, limits, HEAVY))
     columns = [k for k, name in enumerate(experiment.base.names) if name.removesuffix("R").endswith(TOOL)]
-    return Weigh(experiment, Focus(tuple(columns)), rows_of(wishes), loaded, loads=tuple(names))
+    return Weigh(experiment, Focus(tuple(columns)), rows_of(wishes), loaded, loads=("", HEAVY))
 
 
-def _size(name: str, payloads: AnyPayload, value: float) -> float:
+def _size(name: str, payloads: AnyPayload) -> float:
     """Size of a parameter of the heaviest payload, which standard deviations are relative to."""
     power = 0 if name == "M" else 1 if name.startswith("M") else 2
-    return max(abs(value), payloads.mass * payloads.reach**power)
+    return payloads.mass * payloads.reach**power
 
 
-def _poses(model: Model, wishes: Wishes, seed: int) -> Plan:
-    """Rests at poses that distinguish the gravity of a payload."""
-    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+def _poses(model: Model, payloads: AnyPayload, wishes: Wishes, share: float, seed: int) -> Plan:
+    """Rests at poses that distinguish the gravity of a payload, which is that of runs without a name.
+
+    `share` is the share of each joint's range, about the start, in which the poses are.
+    """
+    calm = replace(
+        wishes.margins,
+        velocity=max(wishes.margins.velocity, 1.0 - CALM),
+        acceleration=max(wishes.margins.acceleration, 1.0 - CALM**2),
+        jerk=max(wishes.margins.jerk, 1.0 - CALM**2),
+    )
+    limits, _ = usable(model.robot, calm)
+    start = wishes.start if wishes.start is not None else _folded(model, payloads, limits, seed)
+    window = 0.5 * share * (limits.position_upper - limits.position_lower)
+    window = window if wishes.window is None else np.minimum(window, wishes.window)
+    limits, assumed = usable(model.robot, calm, window, start)
     with in_words_of(model.robot):
         run = static_poses(
             limits, POSES, wishes.tick, dwell=DWELL, seed=seed, clearances=wishes.clearances,
-            model=Model(model.robot, (Payload(TOOL),)), start=wishes.start,
+            model=Model(model.robot, (Payload(""),)),
         )  # fmt: skip
     return Plan.of(
-        run.trajectory, model, margins=vars(wishes.margins), tick=wishes.tick,
+        run.trajectory, model, margins=vars(calm), tick=wishes.tick,
         assumed=(*assumed, *run.notes), details={"kind": "poses for a payload"},
     )  # fmt: skip
+
+
+def _folded(model: Model, payloads: AnyPayload, limits: Limits, seed: int) -> np.ndarray:
+    """The random pose in which payloads need the smallest share of the torque limits, shape (n,)."""
+    lower, upper = limits.position_lower, limits.position_upper
+    position = np.random.default_rng(seed).uniform(lower, upper, (DRAWN, len(lower)))
+    still = np.zeros_like(position)
+    states = Motion.of(np.arange(DRAWN) * 1.0, position, still, still)
+    columns = body_regressor(model.robot.kinematics, states, model.robot.flange)
+    resting = replace(model, effects=tuple(e for e in model.effects if e.pointwise and not e.guessed))
+    empty = resting.torque(resting.loaded(states), resting.nominal_values)
+    limit = np.where(np.isfinite(limits.torque), limits.torque, 1.0)
+    return position[int(np.argmin(np.max(payloads.largest_torque(empty, columns) / limit, axis=1)))]
 
 
 def largest_share(motion: Trajectory, model: Model, payloads: AnyPayload, wishes: Wishes) -> float:
