@@ -37,6 +37,10 @@ With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms
 more."""
 RULER = 0.002
 """Standard deviation of a stated center of mass [m]: it was measured with a ruler or is drawn."""
+BIASED = 0.3
+"""Bias of a drive gain over the friction per transmitted torque that its fit lacked [-]. Such friction has
+the sign of the velocity, and the payload's torque is correlated with it by 0.1 to 0.3 in a run of half a
+minute to a minute."""
 ALIKE = 0.5
 """Correlation between the errors of two nominal gains, and of two links. Gains of one source share errors,
 such as a wrong torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too
@@ -56,8 +60,14 @@ class Known:
     root: np.ndarray
 
 
-def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b + n,) and covariance (b + n, b + n) of base parameters and relative errors of gains.
+
+    Args:
+        fit: Fit of the arm.
+        rows: Equations of the runs.
+        gear_friction: Friction per transmitted torque that the runs show and the fit lacks, shape (n,); the
+            gains are uncertain by a share of it.
 
     Raises:
         FitError: Drive gains are unknown.
@@ -86,6 +96,7 @@ def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
         relative = gains.gain_covariance / np.outer(scale, scale)
         if fit.estimate.nominal_gains:
             relative = alike(np.sqrt(np.diag(relative)))
+        relative = relative + alike(BIASED * np.abs(gear_friction))
         covariance += spread @ relative @ spread.T
     return mean, covariance
 

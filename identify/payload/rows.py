@@ -48,6 +48,16 @@ class Rows:
         """Columns of the payload in the regressor."""
         return slice(self.arm, self.arm + len(INERTIAL))
 
+    def gear_friction(self, values: np.ndarray) -> np.ndarray:
+        """Friction per transmitted torque of each joint, in runs with the payload, shape (n,) [-].
+
+        `values` (k,) are all unknowns, and the model is that of a fit which lacks this friction.
+        """
+        names, joints = self.equations.names, range(self.equations.current.shape[1])
+        places = [names.index(f"mu{joint + 1}") for joint in joints]
+        changes = {int(k): float(values[self.payload.stop + c]) for c, k in enumerate(self.changing)}
+        return np.array([values[place] + changes.get(place, 0.0) for place in places])
+
     @property
     def columns(self) -> np.ndarray:
         """Torque per unit of arm, payload and changes, shape (r, n, b + 10 + c) [N m / unit]."""
@@ -56,13 +66,18 @@ class Rows:
         return np.concatenate([regressor, changes], axis=2)
 
 
+def has_gear_friction(model: Model) -> bool:
+    """Whether the model has friction that grows with the transmitted torque."""
+    return any(isinstance(effect, LoadDependentFriction) for effect in model.effects)
+
+
 def with_tool(model: Model) -> Model:
     """The model with an unknown payload, and with friction that grows with the load if it has none.
 
     A payload loads the gears, which then have more friction. Without that friction in the model, it would
     appear as mass.
     """
-    if not any(isinstance(effect, LoadDependentFriction) for effect in model.effects):
+    if not has_gear_friction(model):
         friction = LoadDependentFriction(reversal=REVERSAL)
         stated = {p.name: Prior(0.0, GEAR_FRICTION) for p in friction.parameters(model.robot)}
         model = replace(model + friction, stated={**stated, **model.stated})

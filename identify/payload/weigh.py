@@ -24,7 +24,7 @@ from .intervals import consistent_body, intervals
 from .known import BARE, Known, StatedCenter, at_base_values, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
-from .rows import TOOL, Rows, arm_base, rows_of, with_columns, with_tool
+from .rows import TOOL, Rows, arm_base, has_gear_friction, rows_of, with_columns, with_tool
 
 Progress = Callable[[str], None]
 PASSES = 2
@@ -146,11 +146,14 @@ def _estimated(
     com: Sequence[float] | None,
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
-    arm, mass = None, 1.0  # a guess of the mass for the first pass
+    described, mass = None, 1.0  # a guess of the mass for the first pass
+    gear_friction = np.zeros(model.robot.dof)
     for _ in range(PASSES):
         rows = rows_of(model, base, prepared)
-        if arm is None:
-            arm = known_from_fit(fit, rows) if fit else known_from_description(model, rows)
+        if fit is not None:
+            arm = known_from_fit(fit, rows, gear_friction)
+        elif described is None:  # later, nominal values are those of the last pass
+            arm = described = known_from_description(model, rows)
         values = arm[0][: rows.arm]
         stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
         known = complete(rows, arm, values, rows.equations.gain, stated)
@@ -158,6 +161,8 @@ def _estimated(
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:
             raise NotExcited("the motion does not show the payload; move all joints, farther") from error
+        if fit is not None and not has_gear_friction(fit.model):
+            gear_friction = rows.gear_friction(result.values)
         mass = abs(float(result.payload[MASS]))
         model = at_base_values(model, base, result.values[: rows.payload.stop])
     return rows, result, known
