@@ -42,7 +42,7 @@ class Posterior:
         residual: Measured minus predicted torque, shape (r, n) [N m].
         jacobian: Derivative of the predicted torque by the values, shape (r, n, k).
         noise: Standard deviation of each joint's noise, shape (n,) [N m].
-        slow: Its amplitude near zero frequency over that of white noise, shape (n,) [-].
+        slow: Noise amplitude near zero frequency over that of white noise, shape (n,) [-].
     """
 
     rows: Rows

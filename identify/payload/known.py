@@ -110,8 +110,8 @@ def known_from_description(model: Model, rows: Rows) -> tuple[np.ndarray, np.nda
     """Mean (b + n,) and covariance (b + n, b + n) from the tolerances of a robot description.
 
     Errors of the links have a common part, as those of the gains have: a description without motors or cables
-    makes all links too light. Inertias that were identified with the nominal gains are wrong by as much as
-    these: they do not determine the gains. So their tolerance includes that of the gains.
+    has links that are all too light. Inertias that were identified with the nominal gains are wrong by as
+    much as these: they do not determine the gains. So their tolerance includes that of the gains.
     """
     equations, arm = rows.equations, rows.arm
     mean, covariance = prior(equations)

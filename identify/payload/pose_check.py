@@ -87,7 +87,7 @@ def check_poses(rows: Rows, known: Known, position: np.ndarray, full: Posterior)
         weight[window] = 0.0
     part = replace(rows, equations=replace(rows.equations, weight=weight))
     left_out = posterior(part, known)
-    others = [window for window in windows if not any(_overlap(window, taken) for taken in pair)]
+    others = [window for window in windows if not any(_overlap(window, pose) for pose in pair)]
     noise = _noise_of_means(part, left_out, others)
     poses = tuple(_pose(rows, left_out, noise, position, window) for window in pair)
     count = sum(np.count_nonzero(np.isfinite(pose.measured)) for pose in poses)
