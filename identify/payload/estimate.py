@@ -1,8 +1,9 @@
 r"""Most probable unknowns given the runs and what is known of the arm, with their covariance.
 
-With :math:`\hat g` the assumed gain of a joint and e its relative error, the measured torque is
-:math:`\hat g\, i = (1 + e)\, (W \beta + P \varphi + W_c \delta)`: arm, payload, changes of friction. The
-unknowns are written as mean + R z with the prior covariance :math:`R R^T`, so that z has unit variance.
+With :math:`\hat g` the assumed gain of a joint and e the logarithm of its ratio to the true gain, the
+measured torque is :math:`\hat g\, i = \exp(e)\, (W \beta + P \varphi + W_c \delta)`: arm, payload, changes of
+friction. The unknowns are written as mean + R z with the prior covariance :math:`R R^T`, so that z has unit
+variance.
 
 Noise and model errors are colored. Weights for white noise would overrate the data several times compared
 with the prior; so each joint has the weight of its noise near zero frequency (`_slowness`). The covariance is
@@ -77,7 +78,9 @@ def posterior(rows: Rows, known: Known) -> Posterior:
     for iteration in range(ITERATIONS):
         jacobian = _jacobian(columns, values, n)
         residual = measured - _predicted(columns, values, n)
-        step = _step(jacobian @ known.root, residual, equations.weight / (noise * slow), z)
+        whitened, weight = jacobian @ known.root, equations.weight / (noise * slow)
+        pull = known.root[-n:].T @ _counted(whitened, weight, known.counted)
+        step = _step(whitened, residual, weight, z + pull)
         z = z + step
         values = known.mean + known.root @ z
         residual = measured - _predicted(columns, values, n)
@@ -93,13 +96,13 @@ def posterior(rows: Rows, known: Known) -> Posterior:
 
 def _predicted(columns: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
     """Predicted torque, shape (r, n) [N m]."""
-    return np.asarray((columns @ values[:-n]) * (1.0 + values[-n:]))
+    return np.asarray((columns @ values[:-n]) * np.exp(values[-n:]))
 
 
 def _jacobian(columns: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
     """Derivative of the predicted torque by the values, shape (r, n, k)."""
-    by_gain = np.eye(n) * (columns @ values[:-n])[:, :, None]
-    return np.concatenate([columns * (1.0 + values[-n:])[:, None], by_gain], axis=2)
+    by_gain = np.eye(n) * _predicted(columns, values, n)[:, :, None]
+    return np.concatenate([columns * np.exp(values[-n:])[:, None], by_gain], axis=2)
 
 
 def _step(whitened: np.ndarray, residual: np.ndarray, weight: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -112,6 +115,23 @@ def _step(whitened: np.ndarray, residual: np.ndarray, weight: np.ndarray, z: np.
     scaled = (gram + np.eye(len(z))) / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += ROUNDING
     return np.asarray(np.linalg.solve(scaled, (rows.T @ right - z) / size) / size)
+
+
+def _counted(whitened: np.ndarray, weight: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """Number of parameters with a prior that each joint's data determine, shape (n,).
+
+    All of them are multiplied by the gain. With the most probable parameters alone, a gain that makes all of
+    them smaller would seem more probable, since their errors add to the size of the measured torque but not
+    to that of the prior: masses would come out 5 % too low. Integrated over the parameters, the likelihood
+    of e has the factor exp(-k e).
+    """
+    n, size = weight.shape[1], whitened.shape[2]
+    if not len(counted):
+        return np.zeros(n)
+    rows = whitened * weight[:, :, None]
+    grams = np.einsum("rnk,rnl->nkl", rows, rows, optimize=True)
+    inverse = np.linalg.inv(np.sum(grams, axis=0) + np.eye(size))
+    return np.asarray(np.einsum("ik,nki->n", inverse[counted], grams[:, :, counted], optimize=True))
 
 
 def _level(residual: np.ndarray, equations: Equations, per_joint: float) -> np.ndarray:

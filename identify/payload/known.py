@@ -5,6 +5,7 @@ description beside a run without the payload, which the equations contain. The f
 of the fit, including that of the gains, so that an uncertain gain makes the mass equally uncertain.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,6 +38,9 @@ With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms
 more."""
 RULER = 0.002
 """Standard deviation of a stated center of mass [m]: it was measured with a ruler or is drawn."""
+GAIN_CHANGES = 0.015
+"""Standard deviation of the relative change of drive gains between a fit and a run [-]. The remanence of
+NdFeB magnets falls by 0.11 % per kelvin, so that 10 to 20 K between a cold and a warm arm are 1 to 2 %."""
 BIASED = 0.3
 """Bias of a drive gain over the friction per transmitted torque that its fit lacked [-]. Such friction has
 the sign of the velocity, and the payload's torque is correlated with it by 0.1 to 0.3 in a run of half a
@@ -54,10 +58,12 @@ class Known:
     Attributes:
         mean: Base parameters of the arm, payload, changes, relative errors of the gains, shape (k,).
         root: Matrix R with covariance R R^T, shape (k, k).
+        counted: Indices of base parameters with a prior that does not depend on the gains.
     """
 
     mean: np.ndarray
     root: np.ndarray
+    counted: np.ndarray
 
 
 def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,6 +104,8 @@ def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.
             relative = alike(np.sqrt(np.diag(relative)))
         relative = relative + alike(BIASED * np.abs(gear_friction))
         covariance += spread @ relative @ spread.T
+        # The arm stays what it is while gains change, so that its torque shows the change.
+        covariance[arm:, arm:] += alike(np.full(n, GAIN_CHANGES))
     return mean, covariance
 
 
@@ -161,6 +169,7 @@ def complete(
     values: np.ndarray,
     gain: np.ndarray,
     stated: StatedCenter | None = None,
+    counted: Sequence[int] = (),
 ) -> Known:
     """Prior of all unknowns from that of arm and gains.
 
@@ -170,6 +179,7 @@ def complete(
         values: Base parameters of the arm that give the size of changes, shape (b,).
         gain: Drive gains, shape (n,).
         stated: Known center of mass; None if it is unknown.
+        counted: See `Known`.
     """
     mean, covariance = arm
     count, n, changes = rows.arm, len(gain), len(rows.changing)
@@ -183,7 +193,7 @@ def complete(
     full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
     places = count + size + np.arange(changes)
     full[places, places] = _change(rows, values, gain) ** 2
-    return Known(full_mean, root(full))
+    return Known(full_mean, root(full), np.array(counted, int))
 
 
 def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:

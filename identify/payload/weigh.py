@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError, NotExcited, RecordingError
 from ..fit.base_parameters import BaseParameters
 from ..fit.fit import Fit
@@ -27,8 +28,10 @@ from .pose_check import Check, check_poses
 from .rows import TOOL, Rows, arm_base, has_gear_friction, rows_of, with_columns, with_tool
 
 Progress = Callable[[str], None]
-PASSES = 2
-"""Times that the equations are formed: the second knows the load of the payload on the gears."""
+PASSES = 5
+"""Largest number of times that the equations are formed: from the second on, gears carry the payload too."""
+SETTLED = 0.02
+"""Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
 TOO_FAR = 4.0
 """Distance of the consistent body from the estimate beyond which one of them is wrong [standard deviations]:
 chi of ten parameters exceeds 4.3 in 5 % of all cases if all constraints are active, and few are."""
@@ -148,7 +151,9 @@ def _estimated(
     """Equations, estimate and prior, with gear loads that include the payload."""
     described, mass = None, 1.0  # a guess of the mass for the first pass
     gear_friction = np.zeros(model.robot.dof)
-    for _ in range(PASSES):
+    arm_size = len(base.kept) - len(INERTIAL)
+    counted = [] if fit else np.flatnonzero(np.isfinite(base.before(model)[1][:arm_size])).tolist()
+    for number in range(PASSES):
         rows = rows_of(model, base, prepared)
         if fit is not None:
             arm = known_from_fit(fit, rows, gear_friction)
@@ -156,14 +161,16 @@ def _estimated(
             arm = described = known_from_description(model, rows)
         values = arm[0][: rows.arm]
         stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
-        known = complete(rows, arm, values, rows.equations.gain, stated)
+        known = complete(rows, arm, values, rows.equations.gain, stated, counted)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:
             raise NotExcited("the motion does not show the payload; move all joints, farther") from error
         if fit is not None and not has_gear_friction(fit.model):
             gear_friction = rows.gear_friction(result.values)
-        mass = abs(float(result.payload[MASS]))
+        before, mass = mass, abs(float(result.payload[MASS]))
+        if number > 0 and abs(mass - before) < SETTLED * mass:
+            break
         model = at_base_values(model, base, result.values[: rows.payload.stop])
     return rows, result, known
 
@@ -204,7 +211,7 @@ def _result(
         empty=tuple(run.name for run in empty),
         seconds=float(sum(run.duration for run in runs)),
         noise=result.noise,
-        gain_error=-result.values[-n:],
+        gain_error=np.exp(-result.values[-n:]) - 1.0,
         gain_std=std,
         check=checked,
         distance=distance,

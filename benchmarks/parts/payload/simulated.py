@@ -1,8 +1,9 @@
 """A drawn arm with a drawn payload: recorded, weighed in three ways, and compared with the truth.
 
 The arm differs from its description in every link, gain and friction by draws of their tolerances, and its
-gears have friction under load that no model here has. The runs of the arm are of one day; in the run with the
-payload, friction differs by 15 %. Half of the current noise lasts for 50 ms, and currents are quantized.
+gears have friction under load that no model here has. The runs of the fit are of one day. On the day of the
+run with the payload and the run beside it without, friction differs by 15 % and drive gains, which depend on
+temperature, by 1.5 %. Half of the current noise lasts for 50 ms, and currents are quantized.
 """
 
 from dataclasses import replace
@@ -35,8 +36,8 @@ RATE, EMPTY, LOADED = 200.0, 30.0, 16.0
 """Samples a second [Hz], and duration of the runs of the arm and of the run with the payload [s]."""
 NOISE, MEMORY, BITS = 0.01, 0.05, 11
 """Each half of the current noise over the rms current, how long one half lasts [s], bits of a current."""
-FRICTION = 0.15
-"""Change of friction between runs."""
+FRICTION, WARMER = 0.15, 0.015
+"""Changes of friction and of drive gains from day to day; half of the variance of gains is common to all."""
 UNDER_LOAD = 0.03
 """Deviation of friction over transmitted torque."""
 REFERENCE = 0.5
@@ -86,6 +87,18 @@ def drawn_arm(random: np.random.Generator, nominal: Model) -> Drawn:
     return Drawn(nominal, values, gain, np.abs(UNDER_LOAD * random.normal(size=n)))
 
 
+def on_another_day(drawn: Drawn, random: np.random.Generator) -> Drawn:
+    """The arm with other friction, and with drive gains of another temperature if it has any."""
+    values, gain = drawn.values.copy(), drawn.gain
+    for effect, columns in zip(drawn.nominal.effects, drawn.nominal.columns, strict=True):
+        if effect.greased:
+            values[columns] *= 1.0 + FRICTION * random.normal(size=columns.stop - columns.start)
+    if np.any(gain != 1.0):
+        warmth = random.normal() + random.normal(size=len(gain))
+        gain = gain * (1.0 + WARMER * np.sqrt(0.5) * warmth)
+    return drawn._replace(values=values, gain=gain)
+
+
 def recorded(
     arm: Arm,
     drawn: Drawn,
@@ -93,20 +106,15 @@ def recorded(
     seconds: float,
     seed: int,
     random: np.random.Generator,
-    change: float = 0.0,
 ) -> Recording:
     """A run of the drawn arm on a motion of its own."""
     plant, payload = drawn.nominal, None
     if body is not None:
         known = tuple(zip(INERTIAL, map(float, body.parameters), strict=True))
         plant, payload = plant + Payload("L", known), KnownPayload("L", known)
-    values = drawn.values.copy()
-    for effect, columns in zip(plant.effects, plant.columns, strict=True):
-        if effect.greased:
-            values[columns] *= 1.0 + change * random.normal(size=columns.stop - columns.start)
     gears = EFFECTS["load_dependent_friction"]()
     plant = plant + gears
-    plant = plant.at(np.concatenate([values, drawn.under_load]))
+    plant = plant.at(np.concatenate([drawn.values, drawn.under_load]))
     path = random_fourier(drawn.nominal.robot.limits, seconds, seed=seed)
     motion = path.at(np.arange(round(seconds * RATE)) / RATE)
     name = f"{'empty' if body is None else 'loaded'} {seed}"
@@ -135,20 +143,20 @@ def estimates(case: Case, ways: tuple[str, ...] = WAYS) -> tuple[Body, dict[str,
     random = np.random.default_rng([case.seed, round(1000 * case.mass)])
     arm, nominal = case.arm, case.arm.model()
     drawn, body = drawn_arm(random, nominal), drawn_body(random, case.mass, case.arm.size)
-    empty = recorded(arm, drawn, None, EMPTY, 3 * case.seed, random)
-    loaded = recorded(arm, drawn, body, LOADED, 3 * case.seed + 1, random, FRICTION)
+    later, seed = on_another_day(drawn, random), 4 * case.seed
+    loaded = recorded(arm, later, body, LOADED, seed, random)
     found: dict[str, PayloadEstimate] = {}
     if FIT in ways:
-        fitted = [empty]
+        fitted = [recorded(arm, drawn, None, EMPTY, seed + 1, random)]
         if not arm.measures_torque:  # the gains come from a payload of which the mass is known
             mass = max(arm.masses) * REFERENCE
             weight = drawn_body(random, mass, arm.size)
             known = KnownPayload("W", known_parameters(mass))
-            fitted.append(
-                replace(recorded(arm, drawn, weight, EMPTY, 3 * case.seed + 2, random), payload=known)
-            )
+            run = recorded(arm, drawn, weight, EMPTY, seed + 2, random)
+            fitted.append(replace(run, payload=known))
         found[FIT] = weigh([loaded], fit=identify(fitted, as_recorded=True), as_recorded=True)
     if DIFFERENCE in ways:
+        empty = recorded(arm, later, None, EMPTY, seed + 3, random)
         found[DIFFERENCE] = weigh([loaded], empty=[empty], as_recorded=True)
     if DESCRIPTION in ways:
         found[DESCRIPTION] = weigh([loaded], model=nominal, as_recorded=True)
