@@ -36,15 +36,22 @@ def run(
     links: float = 1.0,
     gain: float = 1.0,
     friction: float = 1.0,
+    scatter: float = 0.0,
 ) -> Recording:
-    """A run of an arm whose links, gains and friction are the nominal ones times these factors."""
+    """A run of an arm whose links, gains and friction are the nominal ones times these factors.
+
+    Links also scatter by the share `scatter` of their sizes, as tolerances state.
+    """
     plant, payload = nominal, None
     if body is not None:
         known = tuple(zip(INERTIAL, map(float, body.parameters), strict=True))
         plant, payload = nominal + Payload("L", known), KnownPayload("L", known)
     values = plant.nominal_values
+    sizes = np.array([prior.std for prior in plant.priors]) / nominal.robot.inertial_tolerance
+    drawn = scatter * np.random.default_rng(0).normal(size=len(values)) * sizes
     for effect, columns in zip(plant.effects, plant.columns, strict=True):
         values[columns] *= links if effect.of_links else friction if effect.greased else 1.0
+        values[columns] += drawn[columns] if effect.of_links else 0.0
     time = np.arange(round(RATE * SECONDS)) / RATE
     motion = random_fourier(nominal.robot.limits, SECONDS, seed=seed).at(time)
     gains = gain * nominal.robot.drive_gain
