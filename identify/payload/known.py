@@ -32,7 +32,7 @@ OFFSET_CHANGES = 0.02
 linearity of current sensors is 3 %."""
 
 
-BARE = 0.3
+BARE = 0.4
 """Relative standard deviation of the inertias of a description that states none [-], such as a bare URDF.
 With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms have links that are wrong by
 more."""
