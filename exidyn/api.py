@@ -34,6 +34,8 @@ from exidyn.identification.in_mujoco.gap import Gap
 from exidyn.identification.in_mujoco.gap import gap as _gap
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
+from exidyn.identification.payload.payload_estimate import PayloadEstimate
+from exidyn.identification.payload.weigh import weigh as _weigh
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.from_arrays import from_dataframe
 from exidyn.identification.recordings.importers import import_source
@@ -49,8 +51,8 @@ from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
     "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "Fit", "Gap", "Model",
-    "Observer", "Plan", "Recording", "compare", "contact", "diagnose", "gap", "identify", "load", "plan",
-    "read", "read_all", "read_fit", "report", "robot", "simulate",
+    "Observer", "PayloadEstimate", "Plan", "Recording", "compare", "contact", "diagnose", "gap", "identify",
+    "load", "payload", "plan", "read", "read_all", "read_fit", "report", "robot", "simulate",
 ]  # fmt: skip
 
 Run = Any
@@ -213,6 +215,49 @@ def read_fit(path: Path | str) -> Fit:
         NotAFile: The file does not exist or is not a fit.
     """
     return _read_fit(path)
+
+
+def payload(
+    runs: Run | Sequence[Run],
+    fit: Fit | Path | str | None = None,
+    empty: Run | Sequence[Run] = (),
+    robot: Arm | None = None,
+    com: Sequence[float] | None = None,
+    filtering: Filtering = Filtering(),  # noqa: B008
+    as_recorded: bool = False,
+) -> PayloadEstimate:
+    """Identify the payload on the flange: mass, center of mass and inertia with 95 % intervals.
+
+    Args:
+        runs: Runs with the payload, the same in all.
+        fit: Fit of the arm without it, or the path of its file; gives the narrowest intervals.
+        empty: Runs without the payload; without a fit, the payload is the difference.
+        robot: The arm, which replaces the arm inside the recordings; required for arrays and tables without
+            a fit. With neither fit nor empty runs, its tolerances make the intervals wide.
+        com: Center of mass in the flange frame if it is known, shape (3,) [m].
+        filtering: Filters; unset values are chosen from the data.
+        as_recorded: Whether to skip the check of columns, units and signs.
+
+    Example:
+        >>> tool = ex.payload("loaded.mcap", fit="exidyn-fit/fit.json")
+        >>> tool.mass.value, tool.mass.low, tool.mass.high
+        (2.81, 2.76, 2.86)
+        >>> print(tool.text("ur"))
+
+    Raises:
+        ExidynError: The runs cannot be used; the message gives the reason.
+    """
+    fitted = _read_fit(fit) if isinstance(fit, Path | str) else fit
+    arm = fitted.model if robot is None and fitted is not None else robot
+    return _weigh(
+        _runs(runs, arm),
+        fit=fitted,
+        empty=_runs(empty, arm),
+        model=None if robot is None else _robot(robot),
+        com=com,
+        filtering=filtering,
+        as_recorded=as_recorded,
+    )
 
 
 def diagnose(

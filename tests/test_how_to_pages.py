@@ -27,6 +27,7 @@ PEERS = pytest.mark.clocked
 MINUTES = (pytest.mark.slow, pytest.mark.long)
 PAGES = {
     "how-to-csv": [pytest.mark.slow],
+    "how-to-gains": [*MINUTES],
     "how-to-payload": [*MINUTES],
     "how-to-compensate": [*MINUTES],
     "how-to-mujoco": [*MINUTES],

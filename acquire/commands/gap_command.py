@@ -196,7 +196,7 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
-        "findings": [_finding(finding) for finding in result.diagnosis.findings],
+        "findings": [_finding(finding) for finding in result.findings],
         "stages": [_stage(stage) for stage in result.stages],
         "taken_out": list(result.taken_out),
         "beyond": list(result.beyond),

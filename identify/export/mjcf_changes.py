@@ -135,10 +135,9 @@ def sizes(values: np.ndarray) -> np.ndarray:
 
 
 def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
-    """Write gravity unless the file compensates it; returns sentences on what is not changed."""
+    """Write gravity unless `gravcomp` or the mounting holds it; returns sentences on what is not changed."""
     old, new = file.nominal.robot.gravity, portable.robot.gravity
-    same = np.all(np.abs(old - new) <= SAME * np.linalg.norm(new))
-    if same or _uncompensated(file, new) or compensation(file, new):
+    if _same(old, new) or compensated_share(file, new) is not None:
         return []
     stated = ", ".join(f"{part:.4g}" for part in new)
     if np.any(file.compiled.body_gravcomp) or not np.allclose(old, file.compiled.opt.gravity):
@@ -152,32 +151,27 @@ def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
 
 
 def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:
-    """Add `gravcomp` if motors carry less than the weight, or remove it if they carry all; yield changes."""
-    if share := compensation(file, portable.robot.gravity):
-        moved = [body for body, part in enumerate(file.parts) if part.joint and file.compiled.body_mass[body]]
-        for body in moved:
-            edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}")
-            where = f"body '{name_of(file.compiled, 'body', body)}'"
-            yield Change(where, "gravcomp", "-", 0.0, share, np.inf)
-    if not _uncompensated(file, portable.robot.gravity):
+    """Write the `gravcomp` with which motors carry as much of the weight as identified; yield the changes."""
+    share = compensated_share(file, portable.robot.gravity)
+    if share is None:
         return
-    for body in map(int, np.flatnonzero(file.compiled.body_gravcomp)):
-        edits.set(file.elements.body(body), gravcomp=None)
-        where = f"body '{name_of(file.compiled, 'body', body)}'"
-        yield Change(where, "gravcomp", "-", float(file.compiled.body_gravcomp[body]), 0.0, 0.0)
+    bodies = [body for body, part in enumerate(file.parts) if part.joint and file.compiled.body_mass[body]]
+    for body in bodies:
+        edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
+        where, old = f"body '{name_of(file.compiled, 'body', body)}'", file.compiled.body_gravcomp[body]
+        yield Change(where, "gravcomp", "-", float(old), share, np.inf if share else 0.0)
 
 
-def compensation(file: File, gravity: np.ndarray) -> float:
-    """Share of the weight that is compensated if gravity (3,) [m/s^2] is less than the file's, else 0."""
-    old = file.nominal.robot.gravity
-    size = float(np.linalg.norm(old))
-    left = float(gravity @ old) / size**2 if size else 1.0
-    along = np.allclose(gravity, left * old, atol=SAME * size)
-    plain = np.allclose(old, file.compiled.opt.gravity) and not np.any(file.compiled.body_gravcomp)
-    return 1.0 - left if along and plain and 0.0 <= left < 1.0 - SAME else 0.0
+def compensated_share(file: File, gravity: np.ndarray) -> float | None:
+    """The `gravcomp` of all links with which motors carry a gravity (3,) [m/s^2]; None if it stays."""
+    full, old = file.compiled.opt.gravity, file.nominal.robot.gravity
+    size = float(full @ full)
+    if not size or _same(old, gravity):
+        return None
+    left, before = float(gravity @ full) / size, float(old @ full) / size
+    along = _same(left * full, gravity) and _same(before * full, old)
+    return max(1.0 - left, 0.0) if along and 0.0 <= left <= 1.0 + SAME else None
 
 
-def _uncompensated(file: File, gravity: np.ndarray) -> bool:
-    """Whether a gravity (3,) [m/s^2] is that of the file without its compensation."""
-    compensates = np.any(file.compiled.body_gravcomp) and not np.allclose(file.nominal.robot.gravity, gravity)
-    return bool(compensates and np.allclose(gravity, file.compiled.opt.gravity))
+def _same(old: np.ndarray, new: np.ndarray) -> bool:
+    return bool(np.all(np.abs(old - new) <= SAME * max(np.linalg.norm(old), np.linalg.norm(new))))

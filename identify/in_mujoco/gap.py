@@ -60,6 +60,7 @@ class Gap:
         attached: The file with the findings, some of which `exidyn.mujoco.attach` adds.
         taken_out: Findings about the measurement, which were removed from the recordings, in words.
         beyond: Findings that a simulated arm cannot represent, in words.
+        negligible: Findings that vanish in a fit together with the others.
     """
 
     diagnosis: Diagnosis
@@ -74,6 +75,12 @@ class Gap:
     attached: Answer
     taken_out: tuple[str, ...]
     beyond: tuple[str, ...]
+    negligible: tuple[Finding, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of the diagnosis that do not vanish in a fit together with the others."""
+        return tuple(finding for finding in self.diagnosis.findings if finding not in self.negligible)
 
     @property
     def changed(self) -> bool:
@@ -142,6 +149,7 @@ def gap(
         servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
+        tuple(ladder.negligible),
     )  # fmt: skip
 
 

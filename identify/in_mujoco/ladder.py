@@ -77,6 +77,7 @@ class Ladder:
         kept: What is kept; None if it is the file as it is.
         findings: Findings that are kept.
         stages: What was tried.
+        negligible: Findings that vanish in a fit together with the others.
         fits: Fits that were made, by the identities of the findings that they include.
     """
 
@@ -90,6 +91,7 @@ class Ladder:
     kept: Step | None = None
     findings: list[Finding] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
+    negligible: list[Finding] = field(default_factory=list)
     fits: dict[tuple[int, ...], tuple[Fit, Standard]] = field(default_factory=dict)
 
     def begin(self, trial: Trial, start: Distances) -> None:
@@ -111,6 +113,7 @@ class Ladder:
         try:
             step = self.step(findings)
             if finding is not None and _vanished(step.arm, finding):
+                self.negligible.append(finding)
                 self.stages.append(Stage(name, None, reason=NEGLIGIBLE))
                 return False
             if finding is None and not step.changes:

@@ -120,7 +120,12 @@ def body_suspicions(runs: Sequence[Recording], model: Model) -> Iterator[tuple[R
             body = flange_body(model, [*(logs[k] for k in bare), logs[place]], len(bare))
             known = dict(run.payload.known)
             if words := _contradicted(body, known):
-                yield run, Suspicion("payload", (), words, "correct --mass or --com", None)
+                yield (
+                    run,
+                    Suspicion(
+                        "payload", (), words, "correct --mass or --com; exidyn payload identifies both", None
+                    ),
+                )
     if len(bare) > 1 and len(bare) <= FEW:
         yield from _unstated([usable[k] for k in bare], [logs[k] for k in bare], model)
 
@@ -138,7 +143,10 @@ def _unstated(
         others = "the other runs do" if len(runs) > 2 else f"{runs[1 - best].name} does"
         words = f"it carries a body on the flange that {others} not: {body_words(bodies[best])}"
         probability = float(1.0 / (1.0 + np.exp(-min(odds, 99.0))))
-        cure = f"give it as --payload {runs[best].name}.mcap, and --mass KG if the body was weighed"
+        cure = (
+            f"give it as --payload {runs[best].name}.mcap, and --mass KG if the body was weighed; exidyn "
+            "payload identifies it"
+        )
         yield runs[best], Suspicion("payload", (), words, cure, min(probability, 0.95))
 
 

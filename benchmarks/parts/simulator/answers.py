@@ -45,7 +45,7 @@ def said(result: Any, original: str) -> Said:
     named = {(f"actuator of {joints[joint]}", quantity) for quantity, joint in servos}
     of_actuators = {pair for pair in written if pair[0].startswith("actuator")}
     return Said(
-        frozenset(_findings(result.diagnosis.findings)),
+        frozenset(_findings(result.findings)),
         frozenset(servos),
         frozenset(_numbers(model, joints, changes)),
         # A servo is a change of the file whether or not its attributes are listed there.

@@ -1,9 +1,9 @@
 """Scores: which concealed items an answer names, and what it names that was not concealed.
 
-An item is named if the answer has its kind on its joints. Equal physics counts as the same kind: a cable is a
-spring, a ripple, or their sum, which is a curve over position; and in a log of commands alone the damping of a
-servo is that of its joint. Several regroupings of link masses move an arm alike, so a mass may be named on the
-body of a neighboring joint.
+An item is named if the answer has its kind on its joints. Equal physics counts as the same kind: a cable is
+a spring, a ripple, or their sum, which is a curve over position; and in a log of commands alone the damping
+of a servo is that of its joint. Several regroupings of link masses move an arm alike, so a mass may be named
+on the body of a neighboring joint.
 """
 
 from collections.abc import Iterable

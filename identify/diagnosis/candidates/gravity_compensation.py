@@ -1,4 +1,4 @@
-"""Gravity compensation: something carries a share of the arm's weight that motors carry in the model.
+"""Gravity compensation: motors carry another share of the arm's weight than in the model.
 
 Springs and counterweights of cheap arms do so on purpose, and MuJoCo's `gravcomp` is such a share. In a log,
 a controller may have subtracted it from the efforts.
@@ -23,35 +23,46 @@ EXPECTED = ((0.0, 1.0),)
 """Prior mean and standard deviation of the share [-]: any share up to all of the weight."""
 
 
+EARTH = np.array([0.0, 0.0, -9.81])
+"""Gravity where the model has none [m/s^2]."""
+CARRIED, LOADING = "carried", "loading"
+"""Share of the weight that something else carries; or that loads the motors, if the model has no gravity."""
+
+
 def compensations(model: Model) -> Iterator[Candidate]:
-    """The weight of all links that motors do not carry, if there is gravity."""
-    if not np.any(model.robot.gravity):
-        return
+    """Less weight than in the model; of a model without gravity, weight that loads its motors."""
+    weightless = not np.any(model.robot.gravity)
+    field, sign = (EARTH, 1.0) if weightless else (model.robot.gravity, -1.0)
 
     def columns(run: Driven) -> np.ndarray:
         bodies = run.bodies.copy()
-        bodies.gravity = pin.Motion(model.robot.gravity, np.zeros(3))
+        bodies.gravity = pin.Motion(field, np.zeros(3))
         data = bodies.createData()
         weight = [pin.computeGeneralizedGravity(bodies, data, q).copy() for q in run.motion.position]
-        return on_motors(model.robot, -np.array(weight)[:, :, None])
+        return on_motors(model.robot, sign * np.array(weight)[:, :, None])
 
+    names = (LOADING if weightless else CARRIED,)
     yield Candidate(
-        "gravity_compensation", (), columns, ("share",), ("1",), (0.0,), smooth=True, expected=EXPECTED,
+        "gravity_compensation", (), columns, names, ("1",), (0.0,), smooth=True, expected=EXPECTED,
         carried=True, prior=RARE, listed=False,
     )  # fmt: skip
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
-    """The arm with as much less gravity, which moves its links alike."""
-    left = max(1.0 - finding.parameters["share"].value, 0.0)
+    """The arm with as much less gravity, or as much gravity, which moves its links alike."""
+    shares = {name: quantity.value for name, quantity in finding.parameters.items()}
+    if LOADING in shares:
+        return replace(arm, model=under_gravity(arm.model, shares[LOADING] * EARTH))
+    left = max(1.0 - shares[CARRIED], 0.0)
     return replace(arm, model=under_gravity(arm.model, left * arm.model.robot.gravity))
 
 
 KINDS = {
     "gravity_compensation": Kind(
         family="gravity",
-        sentence="Something carries {share:%} of the arm's weight, such as springs, counterweights or "
-        "gravcomp, or the controller has subtracted it from the efforts",
+        sentence="[Motors carry {loading:%} of the arm's weight, and none in the model][Something carries "
+        "{carried:%} of the arm's weight, such as springs, counterweights or gravcomp, or the controller has "
+        "subtracted it from the efforts]",
         drawn_against=("position", "load"),
         ask=compensations,
         held=_held,

@@ -22,7 +22,7 @@ FILE = re.compile(r"[\w./-]+\.(?:toml|mcap|csv|json|urdf|xml)\b")
 YOUR_ARM = ROOT / "docs" / "your-own-arm.md"
 DEFAULTS = {"exidyn-example", "exidyn-fit", "exidyn-diagnosis"}
 """Folders that commands make unless told otherwise."""
-WRITES = ("-o", "--output", "--json", "--save", ">")
+WRITES = ("-o", "--output", "--json", "--plan", "--save", ">")
 
 
 def shell_lines(page: Path) -> list[str]:

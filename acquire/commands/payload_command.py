@@ -1,0 +1,174 @@
+"""exidyn payload: identify the payload on the flange, or plan the motion for it."""
+
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.model import Model
+from exidyn.identification.pages.payload_document import payload_table, payload_text
+from exidyn.identification.payload.formats import FORMATS
+from exidyn.identification.payload.payload_estimate import PayloadEstimate
+from exidyn.identification.payload.weigh import weigh
+from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.progress import StageText
+from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.trajectories.kinds.payload_motion import AnyPayload, payload_plan
+from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
+from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_summary import summary
+
+from ..arguments.command import Command, Group, Option, WrongUse, any_number, positive, table_help
+from ..arguments.options import (
+    AS_RECORDED,
+    CELL,
+    JSON,
+    NO_COLLISION,
+    PACKAGES,
+    filters,
+    require_file,
+    require_json,
+    robot_option,
+    seed_option,
+)
+from ..files.clearances import read_clearances
+from ..terminal.json_output import hand_over, json_text
+from ..terminal.run_summary import plan_table
+from ..terminal.stopwatch import Progress, Stopwatch
+
+LENGTH = 18.0
+"""Default duration of the motion [s]."""
+SEARCH = 30.0
+"""Default search time [s]."""
+PLAN = (
+    Option(
+        "--plan FILE", "plan the motion for it instead, and write it (.toml); needs --robot or --fit", Path
+    ),
+    Option("--up-to KG", "largest mass that the motion must allow, required with --plan", positive),
+    Option("--reach M", "largest distance of its center from the flange; default: 0.2", positive, 0.2),
+    Option("--poses", "rest at poses instead, for arms that must be slow: mass and center only"),
+    Option("--length S", f"largest duration; default: {LENGTH:g}", positive, LENGTH),
+    Option("--search S", f"search time; default: {SEARCH:g}", positive, SEARCH),
+    Option("--start Q...", "pose at start and end [rad]", any_number),
+    seed_option("seed of the search"),
+    CELL,
+    NO_COLLISION,
+    PACKAGES,
+)
+STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0.15}
+"""Stages and their shares of the time."""
+
+
+@Command(
+    "Identify the payload on the flange: mass, center of mass, inertia, and 95 % intervals.",
+    (
+        "exidyn payload loaded.mcap --fit exidyn-fit/fit.json --for ur",
+        "exidyn payload loaded.mcap --empty empty.mcap --for kuka abb",
+        "exidyn payload loaded.csv --robot arm.urdf      # the widest intervals",
+        "exidyn payload --plan weigh.toml --robot robot.toml --up-to 10",
+    ),
+    (
+        Option("runs [RUN...]", "run with the payload (.mcap, .csv); the same payload in all", Path, []),
+        Option("--fit FIT", "fit.json of the arm without the payload: the narrowest intervals", Path),
+        Option("--empty RUN...", "run without the payload, best of the same motion", Path, []),
+        robot_option("replaces the robot in the recordings"),
+        Option("--com X Y Z", "its center of mass in the flange frame, if it is known [m]", any_number),
+        Option(
+            "--for CONTROLLER...",
+            "also print the payload as these take it, see below",
+            FORMATS,
+            [],
+            dest="forms",
+        ),
+        *filters(),
+        JSON,
+        AS_RECORDED,
+        Group("plan the motion", PLAN),
+    ),
+    table_help("controllers", FORMATS),
+)
+def payload_command(args: Namespace) -> None:
+    """Identify the payload and print it, or plan the motion for it."""
+    require_json(args.json)
+    if args.plan:
+        _plan(args)
+        return
+    if not args.runs:
+        raise WrongUse("give a run with the payload, or --plan FILE to plan the motion for one")
+    if args.fit and args.empty:
+        raise WrongUse("--fit and --empty cannot be used together: the fit already knows the empty arm")
+    if args.fit and args.robot:
+        raise WrongUse("--fit and --robot cannot be used together: the fit contains its robot")
+    with Stopwatch(STAGES) as progress:
+        progress(StageText("read", "read the recordings"))
+        result = _weighed(args, progress)
+    hand_over(payload_text(result, args.forms), json_text(payload_table(result, args.forms)), args.json)
+
+
+def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
+    """The payload of the runs."""
+    fit = read_fit(args.fit) if args.fit else None
+    model = read_model(args.robot) if args.robot else None
+    return weigh(
+        _read(args.runs, model, fit),
+        fit=fit,
+        empty=_read(args.empty, model, fit),
+        model=model,
+        com=args.com,
+        filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
+        as_recorded=args.as_recorded,
+        progress=progress,
+    )
+
+
+def _read(paths: list[Path], model: Model | None, fit: Fit | None) -> list[Recording]:
+    """Recordings of files; tables without a robot have that of the fit."""
+    arm = fit.model if model is None and fit is not None else model
+    return [run for path in paths for run in import_source(path, arm)]
+
+
+def _plan(args: Namespace) -> None:
+    """Plan the motion, print and write it."""
+    if args.runs or args.empty:
+        raise WrongUse("--plan cannot be used together with runs: plan the motion first, then record it")
+    if not args.up_to or not (args.robot or args.fit):
+        raise WrongUse("--plan needs --up-to KG, and the arm as --robot or --fit")
+    require_file(args.plan, "--plan", [path for path in (args.robot, args.fit) if path])
+    fit = read_fit(args.fit) if args.fit else None
+    model = read_model(args.robot) if fit is None else fit.model
+    with Stopwatch({}, 0.0 if args.poses else args.search) as progress:
+        motion = _planned(args, model, fit, progress)
+        torque = nominal_torque(motion, model)
+    uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
+    write_plan(motion, args.plan)
+    page = [
+        summary(motion, uses, beyond),
+        f"written: {args.plan}; exidyn record {args.plan} plays it with the payload",
+    ]
+    table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.plan)}]}
+    hand_over("\n".join(page), json_text(table), args.json)
+
+
+def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
+    """The motion for payloads up to --up-to."""
+    clearances = () if not args.robot else read_clearances(
+        args.robot, model.robot, cell=args.region, collision=not args.no_collision, packages=args.packages,
+        say=progress,
+    )  # fmt: skip
+    start = None if args.start is None else np.broadcast_to(np.array(args.start), (model.robot.dof,)).copy()
+    wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
+    return payload_plan(
+        model,
+        AnyPayload(args.up_to, args.reach),
+        wishes,
+        poses=args.poses,
+        seed=args.seed,
+        seconds=args.search,
+        progress=progress,
+    )

@@ -1,0 +1,1 @@
+"""Payloads of known mass on simulated and real arms."""

@@ -1,0 +1,184 @@
+"""A drawn arm with a drawn payload: recorded, weighed in three ways, and compared with the truth.
+
+The arm differs from its description in every link, gain and friction by draws of their tolerances, and its
+gears have friction under load that no model here has. The runs of the fit are of one day. On the day of the
+run with the payload and the run beside it without, friction differs by 15 % and drive gains, which depend on
+temperature, by 1.5 %. Half of the current noise lasts for 50 ms, and currents are quantized.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import signal
+
+from exidyn.identification.arm.rigid_regressor import INERTIAL
+from exidyn.identification.effects import EFFECTS, Payload, known_parameters
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
+from exidyn.identification.payload.body import Body
+from exidyn.identification.payload.payload_estimate import (
+    DESCRIPTION,
+    DIFFERENCE,
+    FIT,
+    PayloadEstimate,
+)
+from exidyn.identification.payload.weigh import weigh
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.simulation.simulate import Sensors, simulate
+from exidyn.trajectories.random_motion import random_fourier
+
+from .arms import Arm
+
+WAYS = (FIT, DIFFERENCE, DESCRIPTION)
+"""What is known of the arm."""
+RATE, EMPTY, LOADED = 200.0, 30.0, 16.0
+"""Samples a second [Hz], and duration of the runs of the arm and of the run with the payload [s]."""
+NOISE, MEMORY, BITS = 0.01, 0.05, 11
+"""Each half of the current noise over the rms current, how long one half lasts [s], bits of a current."""
+FRICTION, WARMER = 0.15, 0.015
+"""Changes of friction and of drive gains from day to day; half of the variance of gains is common to all."""
+UNDER_LOAD = 0.03
+"""Deviation of friction over transmitted torque."""
+REFERENCE = 0.5
+"""Mass of the weighed payload, for the drive gains, over that of the one to identify; at least."""
+
+
+class Case(NamedTuple):
+    """One payload on one drawn arm."""
+
+    arm: Arm
+    mass: float
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Name among results that are kept."""
+        return f"{self.arm.name}, {self.mass:g} kg, {self.seed}"
+
+
+class Drawn(NamedTuple):
+    """A drawn arm: its parameters, gains and friction under load."""
+
+    nominal: Model
+    values: np.ndarray
+    gain: np.ndarray
+    under_load: np.ndarray
+
+
+def drawn_body(random: np.random.Generator, mass: float, size: float) -> Body:
+    """A body of eight points of random mass and place, each with some extent."""
+    points = size * (random.normal(size=(8, 3)) * [0.6, 0.6, 0.8] + random.normal([0.2, 0.1, 1.0], 0.3))
+    weights = mass * random.dirichlet(np.ones(8))
+    center = weights @ points / mass
+    arms = points - center
+    inertia = sum(w * (a @ a * np.eye(3) - np.outer(a, a)) for w, a in zip(weights, arms, strict=True))
+    return Body(mass, center, inertia + mass * (0.2 * size) ** 2 * np.eye(3))
+
+
+def drawn_arm(random: np.random.Generator, nominal: Model) -> Drawn:
+    """The arm with errors of its tolerances."""
+    std = np.array([prior.std for prior in nominal.priors])
+    values = nominal.nominal_values + np.where(np.isfinite(std), std, 0.0) * random.normal(size=len(std))
+    robot, n = nominal.robot, nominal.robot.dof
+    gain = robot.drive_gain.copy()
+    if np.any(gain != 1.0):
+        gain *= 1.0 + robot.drive_gain_tolerance * random.normal(size=n)
+    return Drawn(nominal, values, gain, np.abs(UNDER_LOAD * random.normal(size=n)))
+
+
+def on_another_day(drawn: Drawn, random: np.random.Generator) -> Drawn:
+    """The arm with other friction, and with drive gains of another temperature if it has any."""
+    values, gain = drawn.values.copy(), drawn.gain
+    for effect, columns in zip(drawn.nominal.effects, drawn.nominal.columns, strict=True):
+        if effect.greased:
+            values[columns] *= 1.0 + FRICTION * random.normal(size=columns.stop - columns.start)
+    if np.any(gain != 1.0):
+        warmth = random.normal() + random.normal(size=len(gain))
+        gain = gain * (1.0 + WARMER * np.sqrt(0.5) * warmth)
+    return drawn._replace(values=values, gain=gain)
+
+
+def recorded(
+    arm: Arm,
+    drawn: Drawn,
+    body: Body | None,
+    seconds: float,
+    seed: int,
+    random: np.random.Generator,
+) -> Recording:
+    """A run of the drawn arm on a motion of its own."""
+    plant, payload = drawn.nominal, None
+    if body is not None:
+        known = tuple(zip(INERTIAL, map(float, body.parameters), strict=True))
+        plant, payload = plant + Payload("L", known), KnownPayload("L", known)
+    gears = EFFECTS["load_dependent_friction"]()
+    plant = plant + gears
+    plant = plant.at(np.concatenate([drawn.values, drawn.under_load]))
+    path = random_fourier(drawn.nominal.robot.limits, seconds, seed=seed)
+    motion = path.at(np.arange(round(seconds * RATE)) / RATE)
+    name = f"{'empty' if body is None else 'loaded'} {seed}"
+    run = simulate(
+        plant, plant.nominal_values, drawn.gain, motion, drawn.nominal, Sensors(0.0), payload, name, seed
+    )
+    return noisy(arm, replace(run, payload=None), random)
+
+
+def noisy(arm: Arm, run: Recording, random: np.random.Generator) -> Recording:
+    """The run with noise and quantization; its currents are torques if the arm has sensors for them."""
+    current = run.signals["current"]
+    rms = np.sqrt(np.mean(current.values**2, axis=0))
+    white, lasting = random.normal(size=(2, *current.values.shape))
+    share = np.exp(-1.0 / (RATE * MEMORY))
+    lasting = signal.lfilter([np.sqrt(1.0 - share**2)], [1.0, -share], lasting, axis=0)
+    step = np.max(np.abs(current.values), axis=0) / 2.0**BITS
+    values = np.round((current.values + NOISE * rms * (white + lasting)) / step) * step
+    others = {name: other for name, other in run.signals.items() if name != "current"}
+    measured = "torque" if arm.measures_torque else "current"
+    return replace(run, signals={**others, measured: Signal(current.time, values)})
+
+
+def estimates(case: Case, ways: tuple[str, ...] = WAYS) -> tuple[Body, dict[str, PayloadEstimate]]:
+    """The payload, and what each way says of it."""
+    random = np.random.default_rng([case.seed, round(1000 * case.mass)])
+    arm, nominal = case.arm, case.arm.model()
+    drawn, body = drawn_arm(random, nominal), drawn_body(random, case.mass, case.arm.size)
+    later, seed = on_another_day(drawn, random), 4 * case.seed
+    loaded = recorded(arm, later, body, LOADED, seed, random)
+    found: dict[str, PayloadEstimate] = {}
+    if FIT in ways:
+        fitted = [recorded(arm, drawn, None, EMPTY, seed + 1, random)]
+        if not arm.measures_torque:  # the gains come from a payload of which the mass is known
+            mass = max(arm.masses) * REFERENCE
+            weight = drawn_body(random, mass, arm.size)
+            known = KnownPayload("W", known_parameters(mass))
+            run = recorded(arm, drawn, weight, EMPTY, seed + 2, random)
+            fitted.append(replace(run, payload=known))
+        found[FIT] = weigh([loaded], fit=identify(fitted, as_recorded=True), as_recorded=True)
+    if DIFFERENCE in ways:
+        empty = recorded(arm, later, None, EMPTY, seed + 3, random)
+        found[DIFFERENCE] = weigh([loaded], empty=[empty], as_recorded=True)
+    if DESCRIPTION in ways:
+        found[DESCRIPTION] = weigh([loaded], model=nominal, as_recorded=True)
+    return body, found
+
+
+def scored(body: Body, result: PayloadEstimate) -> dict[str, Any]:
+    """Error of the mass, whether intervals hold the truth, and their widths."""
+    inertia = body.inertia[np.triu_indices(3)]
+    return {
+        "error_percent": 100.0 * (result.mass.value / body.mass - 1.0),
+        "half_percent": 100.0 * result.mass.half / body.mass,
+        "mass": [bool(result.mass.holds(body.mass))],
+        "center": [bool(i.holds(value)) for i, value in zip(result.center, body.center, strict=True)],
+        "inertia": [bool(i.holds(value)) for i, value in zip(result.inertia, inertia, strict=True)],
+        "center_error_mm": 1e3 * float(np.linalg.norm(result.body.center - body.center)),
+        "check": result.check.passed,
+        "seconds": result.seconds,
+    }
+
+
+def of_case(case: Case) -> dict[str, Any]:
+    """Scores of one case by what is known of the arm."""
+    body, found = estimates(case)
+    return {way: scored(body, result) for way, result in found.items()}

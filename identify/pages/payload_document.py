@@ -1,0 +1,193 @@
+"""A payload on the flange as text: values with intervals, their source, the check, and the vendors' forms."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..document.document import Cell, Document, Number, Numbers, Paragraph, Row, Section, Statements, Table
+from ..document.text import text
+from ..notebook import counted
+from ..payload.formats import FORMATS
+from ..payload.intervals import Interval
+from ..payload.payload_estimate import (
+    CENTER_NAMES,
+    DESCRIPTION,
+    DIFFERENCE,
+    FIT,
+    INERTIA_NAMES,
+    PayloadEstimate,
+)
+from ..text_table import digits
+
+FORMAT = 1
+"""Version of payload.json."""
+FAR = 3.0
+"""Distance of the consistent body from the estimate that the page mentions [standard deviations]."""
+MAINLY = 2.0
+"""Ratio of the interval to that of an exactly known arm, from which on the arm is the main uncertainty."""
+SOURCES = {
+    FIT: "a fit of the arm",
+    DIFFERENCE: "a run without the payload",
+    DESCRIPTION: "the robot description alone",
+}
+CURES = {
+    FIT: "a fit with drive gains from a payload that was weighed (exidyn identify --payload RUN --mass KG)",
+    DIFFERENCE: "a fit with drive gains from a payload that was weighed, as --fit",
+    DESCRIPTION: "a run of the same motion without the payload, as --empty, or a fit of the arm, as --fit",
+}
+"""What would make the interval narrower, by what is known of the arm."""
+
+
+def payload_text(result: PayloadEstimate, formats: Sequence[str] = ()) -> str:
+    """The page, with the payload in the form of each named controller."""
+    runs = counted(len(result.runs), "run")
+    note = (
+        f"{runs} of {result.seconds:.0f} s with the payload; the arm is known from {SOURCES[result.source]}"
+    )
+    sections = [
+        Section("verdict", "Result", [Statements(verdict(result), "verdict")]),
+        Section("values", "Payload in the flange frame", [_values(result)]),
+        Section("check", "Check in poses that were not used", _check(result)),
+    ]
+    page = text(Document(f"Payload of {result.robot}", note, sections))
+    forms = [f"\n{name}: {_title(name)}\n{result.text(name).rstrip()}" for name in formats]
+    return "\n".join([page, *forms])
+
+
+def _title(name: str) -> str:
+    return (FORMATS[name].__doc__ or "").partition("\n")[0]
+
+
+def verdict(result: PayloadEstimate) -> list[str]:
+    """Sentences on the payload, on what is open, and on what would help."""
+    low, high = digits(result.mass.low, 4), digits(result.mass.high, 4)
+    center = ", ".join(f"{1e3 * value:.0f}" for value in result.body.center + 0.0)
+    sentences = [
+        f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
+        f"mass at ({center}) mm."
+    ]
+    if names := result.undetermined:
+        sentences.append(f"These runs do not determine {', '.join(names)}; see the intervals.")
+    sentences += _by_arm(result)
+    if result.distance > FAR:
+        sentences.append(
+            f"No body has exactly the estimated values: the nearest one is {result.distance:.1f} standard "
+            "deviations away. The model of the arm may lack friction or elasticity."
+        )
+    if not result.check.poses:
+        sentences.append("The runs are too short for a check in poses that were not used.")
+    elif result.check.passed:
+        sentences.append("The torque in two poses that were not used agrees.")
+    else:
+        sentences.append(
+            f"WRONG in poses that were not used: the torque differs by {result.check.worst:.1f} standard "
+            f"deviations, more than the {result.check.limit:.1f} that noise explains. Look for contact, a "
+            "moving payload, cables, or an arm that has changed."
+        )
+    return [*sentences, *result.warnings]
+
+
+def _by_arm(result: PayloadEstimate) -> list[str]:
+    """A sentence on the share of arm and gains in the interval of the mass, if it is the larger one."""
+    exact, half = result.certain.mass.half, result.mass.half
+    if not half > MAINLY * exact:
+        return []
+    return [
+        f"Of ± {digits(half, 2)} kg, all but ± {digits(exact, 2)} kg comes from what is uncertain of the "
+        f"arm, its friction and its drive gains. For less: {CURES[result.source]}."
+    ]
+
+
+def _values(result: PayloadEstimate) -> Table:
+    rows: list[Row] = [_row("mass", "kg", result.mass, result.certain.mass, 1.0)]
+    pairs = zip(CENTER_NAMES, result.center, result.certain.center, strict=True)
+    rows += [_row(f"center {name}", "mm", value, exact, 1e3) for name, value, exact in pairs]
+    pairs = zip(INERTIA_NAMES, result.inertia, result.certain.inertia, strict=True)
+    rows += [_row(name, "kg m²", value, exact, 1.0) for name, value, exact in pairs]
+    return Table(["", "value", "95 % interval", "± if the arm were exact", "unit"], rows, words=(4,))
+
+
+def _row(name: str, unit: str, value: Interval, exact: Interval, scale: float) -> list[Cell]:
+    ends = (Number(scale * value.low, 4), Number(scale * value.high, 4))
+    half = Number(scale * exact.half, 2)
+    return [name, Number(scale * value.value, 4), Numbers("{} to {}", ends), half, unit]
+
+
+def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
+    if not result.check.poses:
+        return []
+    rows: list[Row] = []
+    for number, pose in enumerate(result.check.poses, start=1):
+        where = ", ".join(f"{value:.2f}" for value in pose.position + 0.0)
+        rows.append([f"pose {number}: ({where}) rad"])
+        rows += [
+            [
+                joint,
+                Number(measured),
+                Number(predicted),
+                Number(measured - predicted, 2),
+                Number(1.96 * std, 2),
+            ]
+            for joint, measured, predicted, std in zip(
+                result.joints, pose.measured, pose.predicted, pose.std, strict=True
+            )
+        ]
+    return [
+        Paragraph("Mean torque of the payload over one second, which was left out of the estimate [N m]."),
+        Table(["joint", "measured", "predicted", "difference", "95 %"], rows),
+    ]
+
+
+def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[str, Any]:
+    """The result for JSON."""
+    body, names = result.body, [*CENTER_NAMES]
+    moments, axes = body.principal
+    return {
+        "exidyn_payload": FORMAT,
+        "robot": result.robot,
+        "runs": result.runs,
+        "empty": result.empty,
+        "seconds": result.seconds,
+        "arm_known_from": result.source,
+        "frame": "flange of the robot description; inertia about the center of mass, along the flange axes",
+        "mass": _interval(result.mass, result.certain.mass),
+        "center": dict(zip(names, map(_interval, result.center, result.certain.center), strict=True)),
+        "inertia": dict(
+            zip(INERTIA_NAMES, map(_interval, result.inertia, result.certain.inertia), strict=True)
+        ),
+        "principal_moments": moments,
+        "principal_axes": axes,
+        "undetermined": result.undetermined,
+        "estimate": result.estimate,
+        "covariance": result.covariance,
+        "check": {
+            "passed": result.check.passed,
+            "worst": result.check.worst,
+            "limit": result.check.limit,
+            "poses": [
+                {
+                    "position": pose.position,
+                    "measured": pose.measured,
+                    "predicted": pose.predicted,
+                    "std": pose.std,
+                }
+                for pose in result.check.poses
+            ],
+        },
+        "gain_error": result.gain_error,
+        "gain_std": result.gain_std,
+        "residual": np.asarray(result.noise),
+        "warnings": result.warnings,
+        "forms": {name: result.text(name) for name in formats or FORMATS},
+    }
+
+
+def _interval(value: Interval, exact: Interval) -> dict[str, Any]:
+    return {
+        "value": value.value,
+        "low": value.low,
+        "high": value.high,
+        "half_if_arm_exact": exact.half,
+        "unit": value.unit,
+    }

@@ -1,0 +1,187 @@
+r"""Most probable unknowns given the runs and what is known of the arm, with their covariance.
+
+With :math:`\hat g` the assumed gain of a joint and e the logarithm of its ratio to the true gain, the
+measured torque is :math:`\hat g\, i = \exp(e)\, (W \beta + P \varphi + W_c \delta)`: arm, payload, changes of
+friction. The unknowns are written as mean + R z with the prior covariance :math:`R R^T`, so that z has unit
+variance.
+
+Noise and model errors are colored. Weights for white noise would overrate the data several times compared
+with the prior; so each joint has the weight of its noise near zero frequency (`_slowness`). The covariance is
+the sandwich of `estimators.covariance`, from autocovariances of the residual and from the scatter between
+blocks.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..fit.equations import Equations
+from ..fit.estimators.covariance import noise_covariance, sandwich
+from ..positive_definite import ROUNDING
+from ..preparation.noise import spectrum
+from .known import Known
+from .rows import Rows
+
+ITERATIONS = 20
+SETTLED = 1e-3
+"""Largest step in prior standard deviations at which the iteration ends."""
+UNSEEN = 1e-8
+"""Information on an unknown, over that of the prior, below which the data count as silent: rounding."""
+FEWEST = 5.0
+"""Least degrees of freedom of a joint's noise level."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Unknowns after the runs.
+
+    Attributes:
+        rows: Equations of the runs.
+        values: Arm, payload, changes, relative gain errors, shape (k,).
+        covariance: Covariance of the values, shape (k, k).
+        certain: Covariance of the payload if arm and gains were known exactly, shape (10, 10).
+        residual: Measured minus predicted torque, shape (r, n) [N m].
+        jacobian: Derivative of the predicted torque by the values, shape (r, n, k).
+        noise: Standard deviation of each joint's noise, shape (n,) [N m].
+        slow: Noise amplitude near zero frequency over that of white noise, shape (n,) [-].
+    """
+
+    rows: Rows
+    values: np.ndarray
+    covariance: np.ndarray
+    certain: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    noise: np.ndarray
+    slow: np.ndarray
+
+    @property
+    def payload(self) -> np.ndarray:
+        """Ten parameters of the payload, shape (10,)."""
+        return self.values[self.rows.payload]
+
+    @property
+    def payload_covariance(self) -> np.ndarray:
+        """Covariance of the ten parameters, shape (10, 10)."""
+        return self.covariance[self.rows.payload, self.rows.payload]
+
+
+def posterior(rows: Rows, known: Known) -> Posterior:
+    """Gauss-Newton iteration from the prior mean, which estimates the noise of each joint again."""
+    equations, columns = rows.equations, rows.columns
+    measured = equations.gain * equations.current - equations.known
+    n = measured.shape[1]
+    z, values = np.zeros(len(known.mean)), known.mean
+    jacobian = _jacobian(columns, values, n)
+    noise = np.sqrt(np.mean(measured**2, axis=0))  # until the first fit
+    slow = np.ones(n)
+    for iteration in range(ITERATIONS):
+        jacobian = _jacobian(columns, values, n)
+        residual = measured - _predicted(columns, values, n)
+        whitened, weight = jacobian @ known.root, equations.weight / (noise * slow)
+        pull = known.root[-n:].T @ _counted(whitened, weight, known.counted)
+        step = _step(whitened, residual, weight, z + pull)
+        z = z + step
+        values = known.mean + known.root @ z
+        residual = measured - _predicted(columns, values, n)
+        noise = _level(residual, equations, columns.shape[2] / n)
+        slow = _slowness(residual, equations)
+        if iteration > 1 and np.max(np.abs(step)) < SETTLED:
+            break
+    spread = _spread(jacobian @ known.root, residual, equations, slow)
+    covariance = known.root @ spread @ known.root.T
+    certain = _certain(jacobian, residual, rows, slow, known)
+    return Posterior(rows, values, covariance, certain, residual, jacobian, noise, slow)
+
+
+def _predicted(columns: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """Predicted torque, shape (r, n) [N m]."""
+    return np.asarray((columns @ values[:-n]) * np.exp(values[-n:]))
+
+
+def _jacobian(columns: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """Derivative of the predicted torque by the values, shape (r, n, k)."""
+    by_gain = np.eye(n) * _predicted(columns, values, n)[:, :, None]
+    return np.concatenate([columns * np.exp(values[-n:])[:, None], by_gain], axis=2)
+
+
+def _step(whitened: np.ndarray, residual: np.ndarray, weight: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Step of z (k,) that minimizes the weighted squares of the residual plus those of z."""
+    rows = (whitened * weight[:, :, None]).reshape(-1, len(z))
+    right = (residual * weight).ravel()
+    gram = rows.T @ rows
+    # Unit prior information: directions in which the data have less than rounding stay at the prior.
+    size = np.sqrt(np.diag(gram) + 1.0)
+    scaled = (gram + np.eye(len(z))) / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += ROUNDING
+    return np.asarray(np.linalg.solve(scaled, (rows.T @ right - z) / size) / size)
+
+
+def _counted(whitened: np.ndarray, weight: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """Number of parameters with a prior that each joint's data determine, shape (n,).
+
+    All of them are multiplied by the gain. With the most probable parameters alone, a gain that makes all of
+    them smaller would seem more probable, since their errors add to the size of the measured torque but not
+    to that of the prior: masses would come out 5 % too low. Integrated over the parameters, the likelihood
+    of e has the factor exp(-k e).
+    """
+    n, size = weight.shape[1], whitened.shape[2]
+    if not len(counted):
+        return np.zeros(n)
+    rows = whitened * weight[:, :, None]
+    grams = np.einsum("rnk,rnl->nkl", rows, rows, optimize=True)
+    inverse = np.linalg.inv(np.sum(grams, axis=0) + np.eye(size))
+    return np.asarray(np.einsum("ik,nki->n", inverse[counted], grams[:, :, counted], optimize=True))
+
+
+def _level(residual: np.ndarray, equations: Equations, per_joint: float) -> np.ndarray:
+    """Standard deviation of each joint's residual, shape (n,) [N m]; the floor is the recorded noise."""
+    freedom = np.maximum(equations.weight.sum(axis=0) - per_joint, FEWEST)
+    level = np.sqrt(np.sum(equations.weight * residual**2, axis=0) / freedom)
+    return np.maximum(level, np.abs(equations.gain) * equations.noise + 1e-9 * np.max(level))
+
+
+def _slowness(residual: np.ndarray, equations: Equations) -> np.ndarray:
+    """Noise amplitude near zero frequency over that of white noise with the same variance, at least 1."""
+    density = np.diagonal(spectrum(noise_covariance(residual, equations), 64), axis1=1, axis2=2).real
+    usual = np.mean(density, axis=0)
+    ratio = np.divide(density[0], usual, out=np.ones_like(usual), where=usual > 0.0)
+    return np.sqrt(np.maximum(ratio, 1.0))
+
+
+def _certain(
+    jacobian: np.ndarray, residual: np.ndarray, rows: Rows, slow: np.ndarray, known: Known
+) -> np.ndarray:
+    """Covariance of the payload (10, 10) from noise alone: arm, gains and friction are exact."""
+    loaded = np.flatnonzero(rows.loaded)
+    root = known.root[rows.payload, rows.payload]  # the payload's prior does not depend on the others
+    part = jacobian[loaded][:, :, rows.payload]
+    equations = replace(
+        rows.equations,
+        regressor=part,
+        current=rows.equations.current[loaded],
+        weight=rows.equations.weight[loaded],
+        runs=tuple(_runs(rows)),
+    )
+    return np.asarray(root @ _spread(part @ root, residual[loaded], equations, slow) @ root.T)
+
+
+def _spread(jacobian: np.ndarray, residual: np.ndarray, equations: Equations, slow: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of unknowns with unit prior variance; see the module's docstring."""
+    size = np.maximum(np.sqrt(np.mean(residual**2, axis=0)), np.finfo(float).tiny)
+    information = np.einsum("rnk,rnk,n->k", jacobian, jacobian, size**-2.0, optimize=True)
+    seen = np.flatnonzero(information > UNSEEN)
+    part = jacobian[:, :, seen]
+    spread = sandwich(
+        part, residual, equations, instruments=part / slow[:, None] ** 2, before=np.ones(len(seen))
+    )
+    covariance = np.eye(jacobian.shape[2])
+    covariance[np.ix_(seen, seen)] = spread.covariance
+    return covariance
+
+
+def _runs(rows: Rows) -> list[slice]:
+    """Runs with the payload, as slices of their own rows."""
+    lengths = [run.stop - run.start for run in rows.equations.runs if rows.loaded[run.start]]
+    stops = np.cumsum([0, *lengths])
+    return [slice(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True)]

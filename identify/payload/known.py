@@ -1,0 +1,238 @@
+"""What is known of the arm before the run with the payload: base parameters and drive gains.
+
+Three sources: a fit of the arm; a robot description, whose links and gains have tolerances; and the same
+description beside a run without the payload, which the equations contain. The first comes with the covariance
+of the fit, including that of the gains, so that an uncertain gain makes the mass equally uncertain.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arm.rigid_regressor import INERTIAL
+from ..effects import Prior
+from ..errors import FitError
+from ..fit.base_parameters import BaseParameters
+from ..fit.estimators.bayesian import prior
+from ..fit.estimators.nominal_gains import gain_deviation
+from ..fit.fit import Fit
+from ..fit.settled_gains import settled
+from ..model import Model
+from ..positive_definite import root
+from .body import MASS, MOMENTS
+from .rows import Rows
+
+FRICTION_CHANGES = 0.3
+"""Standard deviation of the relative change of friction between two runs [-]. Viscous friction of harmonic
+drives falls by half between a cold and a warm arm."""
+OFFSET_CHANGES = 0.02
+"""Standard deviation of the change of current offsets between two runs, over the joint's rms torque [-]: the
+linearity of current sensors is 3 %."""
+
+
+BARE = 0.4
+"""Relative standard deviation of the inertias of a description that states none [-], such as a bare URDF.
+With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms have links that are wrong by
+more."""
+RULER = 0.002
+"""Standard deviation of a stated center of mass [m]: it was measured with a ruler or is drawn."""
+GAIN_CHANGES = 0.015
+"""Standard deviation of the relative change of drive gains between a fit and a run [-]. The remanence of
+NdFeB magnets falls by 0.11 % per kelvin, so that 10 to 20 K between a cold and a warm arm are 1 to 2 %."""
+BIASED = 0.3
+"""Bias of a drive gain over the friction per transmitted torque that its fit lacked [-]. Such friction has
+the sign of the velocity, and the payload's torque is correlated with it by 0.1 to 0.3 in a run of half a
+minute to a minute."""
+ALIKE = 0.5
+"""Correlation between the errors of two nominal gains, and of two links. Gains of one source share errors,
+such as a wrong torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too
+high, all six. Errors that were independent would average out in the mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Prior of all unknowns: mean, and a root of the covariance.
+
+    Attributes:
+        mean: Base parameters of the arm, payload, changes, relative errors of the gains, shape (k,).
+        root: Matrix R with covariance R R^T, shape (k, k).
+        counted: Indices of base parameters with a prior that does not depend on the gains.
+    """
+
+    mean: np.ndarray
+    root: np.ndarray
+    counted: np.ndarray
+
+
+def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (b + n,) and covariance (b + n, b + n) of base parameters and relative errors of gains.
+
+    Args:
+        fit: Fit of the arm.
+        rows: Equations of the runs.
+        gear_friction: Friction per transmitted torque that the runs show and the fit lacks, shape (n,); the
+            gains are uncertain by a share of it.
+
+    Raises:
+        FitError: Drive gains are unknown.
+    """
+    if fit.unscaled:
+        raise FitError(
+            f"{fit.model.robot.name}: the fit has no drive gains, so masses are not in kilograms. State them "
+            "in the robot file, or identify them with a payload that was weighed, then fit again"
+        )
+    gains, base = settled(fit), fit.structure or fit.base
+    places = [base.names.index(_structural(fit, base, k)) for k in range(len(fit.base.kept))]
+    count, arm, n = len(base.kept), rows.arm, len(gains.gain)
+    mean, slope = np.zeros(arm + n), np.zeros((arm, n))
+    covariance = np.zeros((arm + n, arm + n))
+    mean[places], slope[places] = gains.values, gains.by_gain
+    covariance[np.ix_(places, places)] = gains.conditional
+    # A parameter that was dropped is zero to within the value that it had.
+    for place, name in enumerate(base.names):
+        covariance[place, place] += fit.dropped.get(name, 0.0) ** 2
+    nominal = prior(rows.equations)
+    new = np.arange(count, arm)  # friction under load, which the fit does not have
+    mean[new], covariance[new, new] = nominal[0][new], np.diag(nominal[1])[new]
+    if fit.measures == "current":
+        scale = -gains.gain  # change of the gain per relative error of the torque
+        spread = np.concatenate([slope * scale, np.eye(n)])
+        relative = gains.gain_covariance / np.outer(scale, scale)
+        if fit.estimate.nominal_gains:
+            relative = alike(np.sqrt(np.diag(relative)))
+        relative = relative + alike(BIASED * np.abs(gear_friction))
+        covariance += spread @ relative @ spread.T
+        # The arm stays what it is while gains change, so that its torque shows the change.
+        covariance[arm:, arm:] += alike(np.full(n, GAIN_CHANGES))
+    return mean, covariance
+
+
+def _structural(fit: Fit, base: BaseParameters, row: int) -> str:
+    """Name of a base parameter of the fit before parameters were dropped."""
+    return dict(zip(base.kept, base.names, strict=True))[fit.base.kept[row]]
+
+
+def known_from_description(model: Model, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (b + n,) and covariance (b + n, b + n) from the tolerances of a robot description.
+
+    Errors of the links have a common part, as those of the gains have: a description without motors or cables
+    has links that are all too light. Inertias that were identified with the nominal gains are wrong by as
+    much as these: they do not determine the gains. So their tolerance includes that of the gains.
+    """
+    equations, arm = rows.equations, rows.arm
+    mean, covariance = prior(equations)
+    deviation = gain_deviation(equations) / np.abs(equations.gain)
+    n = len(deviation)
+    full = np.zeros((arm + n, arm + n))
+    full[:arm, :arm] = covariance[:arm, :arm]
+    full[arm:, arm:] = alike(deviation)
+    links = _torque_of_links(model, rows)
+    common = np.concatenate([links, np.zeros(n)]) * model.robot.inertial_tolerance * np.sqrt(ALIKE)
+    full += np.outer(common, common)
+    if model.robot.inertias_by_gain and np.any(deviation):
+        shift = np.concatenate([links, np.full(n, -1.0)]) * float(np.max(deviation))
+        full += np.outer(shift, shift)
+    return np.concatenate([mean[:arm], np.zeros(n)]), full
+
+
+def _torque_of_links(model: Model, rows: Rows) -> np.ndarray:
+    """Nominal base parameters of the arm (b,) that its links cause, without rotors and friction."""
+    links = np.zeros(len(model.names))
+    for effect, columns in zip(model.effects, model.columns, strict=True):
+        if effect.of_links:
+            links[columns] = model.nominal_values[columns]
+    return np.asarray((rows.equations.base.regrouping @ links)[: rows.arm])
+
+
+def alike(deviation: np.ndarray) -> np.ndarray:
+    """Covariance (n, n) of nominal gains from their standard deviations (n,); see `ALIKE`."""
+    return np.outer(deviation, deviation) * (ALIKE + (1.0 - ALIKE) * np.eye(len(deviation)))
+
+
+class StatedCenter(NamedTuple):
+    """A center of mass that is known, and a guess of the mass.
+
+    Attributes:
+        center: Center of mass in the flange frame, shape (3,) [m].
+        mass: Mass by which an error of the center is multiplied [kg].
+    """
+
+    center: np.ndarray
+    mass: float
+
+
+def complete(
+    rows: Rows,
+    arm: tuple[np.ndarray, np.ndarray],
+    values: np.ndarray,
+    gain: np.ndarray,
+    stated: StatedCenter | None = None,
+    counted: Sequence[int] = (),
+) -> Known:
+    """Prior of all unknowns from that of arm and gains.
+
+    Args:
+        rows: Equations.
+        arm: Mean and covariance of base parameters and relative gain errors.
+        values: Base parameters of the arm that give the size of changes, shape (b,).
+        gain: Drive gains, shape (n,).
+        stated: Known center of mass; None if it is unknown.
+        counted: See `Known`.
+    """
+    mean, covariance = arm
+    count, n, changes = rows.arm, len(gain), len(rows.changing)
+    _, nominal = prior(rows.equations)
+    body = rows.payload
+    size = len(INERTIAL)
+    total = count + size + changes + n
+    full_mean, full = np.zeros(total), np.zeros((total, total))
+    outer = np.concatenate([np.arange(count), count + size + changes + np.arange(n)])
+    full_mean[outer], full[np.ix_(outer, outer)] = mean, covariance
+    full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
+    places = count + size + np.arange(changes)
+    full[places, places] = _change(rows, values, gain) ** 2
+    return Known(full_mean, root(full), np.array(counted, int))
+
+
+def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:
+    """Prior covariance of the payload (10, 10), wide; a known center ties the moments to the mass."""
+    covariance = np.diag(variance)
+    if stated is None:
+        return covariance
+    slope = np.append(stated.center, 1.0)
+    moments = np.outer(slope, slope) * variance[MASS]
+    moments[np.arange(3), np.arange(3)] += (RULER * stated.mass) ** 2
+    covariance[MOMENTS.start :, MOMENTS.start :] = moments
+    return covariance
+
+
+def _change(rows: Rows, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Standard deviation of the change of each changing parameter between runs, shape (c,)."""
+    equations = rows.equations
+    columns = equations.regressor[:, :, rows.changing]
+    rms = np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))
+    level = np.sqrt(np.mean((equations.gain * equations.current) ** 2, axis=0))
+    joint = np.argmax(np.mean(columns**2, axis=0), axis=0)
+    least = OFFSET_CHANGES * level[joint] / np.maximum(rms, np.finfo(float).tiny)
+    return np.maximum(FRICTION_CHANGES * np.abs(values[rows.changing]), least)
+
+
+def at_base_values(model: Model, base: BaseParameters, values: np.ndarray) -> Model:
+    """The model with nominal values that give base parameters (b,), so that gears carry the right load.
+
+    Standard parameters that are in no base parameter, or only regrouped, keep their nominal values.
+    """
+    nominal = model.nominal_values
+    missing = values - base.regrouping @ nominal
+    changed = nominal.copy()
+    changed[base.kept] += missing
+    priors = zip(model.names, changed, model.priors, strict=True)
+    return Model(
+        model.robot,
+        model.effects,
+        {**model.stated, **{name: Prior(float(value), old.std) for name, value, old in priors}},
+        model.bounded,
+        model.measurements,
+    )

@@ -1,0 +1,219 @@
+"""`weigh`: from runs to the payload on the flange."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..arm.rigid_regressor import INERTIAL
+from ..errors import FitError, NotExcited, RecordingError
+from ..fit.base_parameters import BaseParameters
+from ..fit.fit import Fit
+from ..fit.identification import common_filtering, of_these_joints, pooled_noise, same_robot
+from ..fit.settled_gains import settled
+from ..model import Model
+from ..plausible.gate import doubts
+from ..positive_definite import factored, solve
+from ..preparation.prepare import Filtering, Prepared, prepare
+from ..progress import StageText
+from ..recordings.recording import KnownPayload, Recording
+from ..recordings.recording_checks import check, check_alive
+from .body import MASS, Body
+from .estimate import Posterior, posterior
+from .intervals import consistent_body, intervals
+from .known import BARE, Known, StatedCenter, at_base_values, complete, known_from_description, known_from_fit
+from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
+from .pose_check import Check, check_poses
+from .rows import TOOL, Rows, arm_base, has_gear_friction, rows_of, with_columns, with_tool
+
+Progress = Callable[[str], None]
+PASSES = 5
+"""Largest number of times that the equations are formed: from the second on, gears carry the payload too."""
+SETTLED = 0.02
+"""Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
+TOO_FAR = 4.0
+"""Distance of the consistent body from the estimate beyond which one of them is wrong [standard deviations]:
+chi of ten parameters exceeds 4.3 in 5 % of all cases if all constraints are active, and few are."""
+
+
+def weigh(
+    runs: Sequence[Recording],
+    *,
+    fit: Fit | None = None,
+    empty: Sequence[Recording] = (),
+    model: Model | None = None,
+    com: Sequence[float] | None = None,
+    filtering: Filtering = Filtering(),  # noqa: B008
+    as_recorded: bool = False,
+    progress: Progress = lambda _: None,
+) -> PayloadEstimate:
+    """Identify the payload on the flange.
+
+    Args:
+        runs: Runs with the payload, which is the same in all.
+        fit: Fit of the arm without it.
+        empty: Runs without the payload; without a fit, the payload is the difference.
+        model: Description of the arm; by default that of the fit or of the first run.
+        com: Center of mass in the flange frame if it is known, shape (3,) [m]. An arm of one or two joints
+            does not determine mass and center both.
+        filtering: Filters; unset values are chosen from the runs.
+        as_recorded: Whether to skip the check of columns, units and signs.
+        progress: Function that is called with a sentence at each stage.
+
+    Raises:
+        RecordingError: There is no run, or one is invalid.
+        DifferentRobot: The runs, the fit and the description are of different arms.
+        FitError: Drive gains are unknown, or no body is near the estimate.
+        NotExcited: The motion shows no payload.
+    """
+    if not runs:
+        raise RecordingError("no run with the payload; give at least one")
+    with threadpool_limits(limits=1):  # see `identify`
+        return _weigh(runs, fit, empty, model, com, filtering, as_recorded, progress)
+
+
+def _weigh(
+    runs: Sequence[Recording],
+    fit: Fit | None,
+    empty: Sequence[Recording],
+    model: Model | None,
+    com: Sequence[float] | None,
+    filtering: Filtering,
+    as_recorded: bool,
+    progress: Progress,
+) -> PayloadEstimate:
+    recordings = [check_alive(check(run)) for run in (*empty, *runs)]
+    arm = _arm(recordings, fit, model)
+    tooled = with_tool(arm)
+    recordings = [
+        replace(run, model=tooled, payload=None if k < len(empty) else KnownPayload(TOOL))
+        for k, run in enumerate(recordings)
+    ]
+    warnings: list[str] = []
+    if not as_recorded:
+        progress(StageText("units", "compare units, signs and order of joints with the robot description"))
+        warnings += doubts(recordings, tooled)
+    progress(StageText("filter", "filter and differentiate"))
+    filtering = common_filtering(recordings, _within(filtering, fit))
+    prepared = pooled_noise([prepare(run, filtering) for run in recordings])
+    _require_gains(arm, prepared)
+    base = with_columns(arm_base(tooled) if fit is None else fit.structure or fit.base, tooled)
+    progress(StageText("estimate", "estimate the payload"))
+    rows, result, known = _estimated(tooled, base, prepared, fit, com)
+    progress(StageText("check", "predict two poses that were left out"))
+    checked = check_poses(rows, known, _positions(prepared), result)
+    return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
+
+
+def _arm(recordings: Sequence[Recording], fit: Fit | None, model: Model | None) -> Model:
+    """Model of the arm; that of a fit has the fit's gains."""
+    if fit is None:
+        described = of_these_joints(model, recordings) if model else same_robot(recordings)
+        if described.robot.inertias_stated:
+            return described
+        return replace(described, robot=replace(described.robot, inertial_tolerance=BARE))
+    if model is not None:
+        raise RecordingError("the arm is given twice, as a fit and as a description; leave one out")
+    arm = of_these_joints(fit.model, recordings)
+    if fit.measures != "current":
+        return arm
+    return replace(arm, robot=replace(arm.robot, drive_gain=settled(fit).gain))
+
+
+def _within(filtering: Filtering, fit: Fit | None) -> Filtering:
+    """Filters that are not wider than those of the fit: beyond them, nothing is known of the arm."""
+    if fit is None or filtering.torque_cutoff is not None:
+        return filtering
+    return replace(filtering, torque_cutoff=fit.filtering.torque_cutoff)
+
+
+def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
+    """Refuse currents without drive gains, of which no mass follows.
+
+    Raises:
+        FitError: Currents were recorded and no gain is stated.
+    """
+    if prepared[0].measures == "current" and np.all(arm.robot.drive_gain == 1.0):
+        raise FitError(
+            f"{arm.robot.name}: currents were recorded and no drive gains are known, so no mass follows from "
+            "them. State [drive] gain in robot.toml, or give a fit with gains (exidyn identify --payload)"
+        )
+
+
+def _estimated(
+    model: Model,
+    base: BaseParameters,
+    prepared: Sequence[Prepared],
+    fit: Fit | None,
+    com: Sequence[float] | None,
+) -> tuple[Rows, Posterior, Known]:
+    """Equations, estimate and prior, with gear loads that include the payload."""
+    described, mass = None, 1.0  # a guess of the mass for the first pass
+    gear_friction = np.zeros(model.robot.dof)
+    arm_size = len(base.kept) - len(INERTIAL)
+    counted = [] if fit else np.flatnonzero(np.isfinite(base.before(model)[1][:arm_size])).tolist()
+    for number in range(PASSES):
+        rows = rows_of(model, base, prepared)
+        if fit is not None:
+            arm = known_from_fit(fit, rows, gear_friction)
+        elif described is None:  # later, nominal values are those of the last pass
+            arm = described = known_from_description(model, rows)
+        values = arm[0][: rows.arm]
+        stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
+        known = complete(rows, arm, values, rows.equations.gain, stated, counted)
+        try:
+            result = posterior(rows, known)
+        except np.linalg.LinAlgError as error:
+            raise NotExcited("the motion does not show the payload; move all joints, farther") from error
+        if fit is not None and not has_gear_friction(fit.model):
+            gear_friction = rows.gear_friction(result.values)
+        before, mass = mass, abs(float(result.payload[MASS]))
+        if number > 0 and abs(mass - before) < SETTLED * mass:
+            break
+        model = at_base_values(model, base, result.values[: rows.payload.stop])
+    return rows, result, known
+
+
+def _positions(prepared: Sequence[Prepared]) -> np.ndarray:
+    """Joint positions at the rows, shape (r, n) [rad]."""
+    parts = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
+    return np.concatenate(parts)
+
+
+def _result(
+    arm: Model,
+    result: Posterior,
+    checked: Check,
+    runs: Sequence[Recording],
+    empty: Sequence[Recording],
+    fit: Fit | None,
+    warnings: Sequence[str],
+    recordings: Sequence[Recording],
+) -> PayloadEstimate:
+    estimate, covariance = result.payload, result.payload_covariance
+    parameters = consistent_body(estimate, covariance)
+    body = Body.of(parameters)
+    moved = parameters - estimate
+    distance = float(np.sqrt(max(moved @ solve(factored(covariance), moved), 0.0)))
+    n = arm.robot.dof
+    std = np.sqrt(np.maximum(np.diag(result.covariance)[-n:], 0.0))
+    return PayloadEstimate(
+        robot=arm.robot.name,
+        joints=arm.robot.joints,
+        body=body,
+        intervals=intervals(estimate, covariance, body),
+        certain=intervals(estimate, result.certain, body),
+        estimate=estimate,
+        covariance=covariance,
+        source=FIT if fit else DIFFERENCE if empty else DESCRIPTION,
+        runs=tuple(run.name for run in runs),
+        empty=tuple(run.name for run in empty),
+        seconds=float(sum(run.duration for run in runs)),
+        noise=result.noise,
+        gain_error=np.exp(-result.values[-n:]) - 1.0,
+        gain_std=std,
+        check=checked,
+        distance=distance,
+        warnings=tuple(dict.fromkeys([*warnings, *(w for run in recordings for w in run.warnings)])),
+    )

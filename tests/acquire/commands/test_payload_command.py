@@ -1,0 +1,78 @@
+"""exidyn payload: page, JSON, forms of controllers, plan, and options that exclude each other."""
+
+import json
+
+import pytest
+
+from exidyn.acquire.command_line import main
+from exidyn.identification.payload.formats import FORMATS
+from exidyn.trajectories.plans.plan_file import read_plan
+
+from ...parts.small.two_joint_files import loaded, run, write
+
+CENTER = ["0.1", "0", "0.05"]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> list[str]:
+    """Runs without and with 3 kg, of which the files are silent; stated drive gains are 10 % too high."""
+    return write(tmp_path_factory.mktemp("runs"), run("empty"), loaded())
+
+
+def test_the_difference_of_two_runs(files, tmp_path, capsys) -> None:
+    empty, full = files
+    table = tmp_path / "payload.json"
+    options = ["--empty", empty, "--com", *CENTER, "--for", "ur", "mjcf", "--json", str(table)]
+    assert main(["payload", full, *options, "--as-recorded"]) == 0
+    page = capsys.readouterr().out
+    assert "Payload of two joints" in page
+    assert "set_target_payload(" in page
+    assert "<inertial" in page
+    found = json.loads(table.read_text())
+    assert found["mass"]["low"] < 3.0 < found["mass"]["high"]
+    assert found["arm_known_from"] == "difference"
+    assert set(found["forms"]) == {"ur", "mjcf"}
+
+
+def test_json_on_standard_output_has_all_forms(files, capsys) -> None:
+    assert main(["payload", files[1], "--com", *CENTER, "--as-recorded", "--json", "-"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["forms"]) == set(FORMATS)
+
+
+def test_a_plan_of_poses(tmp_path, capsys) -> None:
+    path = tmp_path / "weigh.toml"
+    arguments = [
+        "payload",
+        "--plan",
+        str(path),
+        "--robot",
+        "cobot",
+        "--up-to",
+        "4",
+        "--reach",
+        "0.1",
+        "--poses",
+    ]
+    assert main([*arguments, "--no-collision"]) == 0
+    assert "any up to 4 kg" in " ".join(capsys.readouterr().out.split())
+    assert read_plan(path).robot == "cobot"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "give a run with the payload"),
+        (["--plan", "p.toml", "--robot", "cobot"], "--plan needs --up-to KG"),
+        (
+            ["run.mcap", "--plan", "p.toml", "--up-to", "3", "--robot", "cobot"],
+            "--plan cannot be used together",
+        ),
+        (["run.mcap", "--fit", "f.json", "--empty", "e.mcap"], "--fit and --empty cannot be used together"),
+        (["run.mcap", "--fit", "f.json", "--robot", "cobot"], "--fit and --robot cannot be used together"),
+    ],
+)
+def test_options_that_exclude_each_other(options, words, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["payload", *options])
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err

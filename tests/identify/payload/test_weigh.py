@@ -1,0 +1,128 @@
+"""From runs to the payload: with a fit of the arm, with a run without it, with the description alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exidyn.identification.errors import FitError, RecordingError
+from exidyn.identification.fit.estimators.consistent import pseudo_inertia
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.pages.payload_document import payload_table, payload_text
+from exidyn.identification.payload.body import Body
+from exidyn.identification.payload.payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
+from exidyn.identification.payload.weigh import weigh
+
+from .arms import TOOL, arm, run
+
+
+def holds(result: PayloadEstimate, body: Body) -> list[bool]:
+    """Whether each interval holds the truth."""
+    truth = [body.mass, *body.center, *body.inertia[np.triu_indices(3)]]
+    intervals = [result.mass, *result.center, *result.inertia]
+    return [interval.holds(value) for interval, value in zip(intervals, truth, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def by_fit() -> PayloadEstimate:
+    nominal = arm()
+    fit = identify([run(nominal, 1, links=1.08)], as_recorded=True)
+    return weigh([run(nominal, 2, TOOL, links=1.08, friction=1.2)], fit=fit, as_recorded=True)
+
+
+@pytest.fixture(scope="module")
+def by_difference() -> PayloadEstimate:
+    nominal = arm(gain_tolerance=0.1)
+    empty = run(nominal, 1, gain=0.92, scatter=0.1)
+    loaded = run(nominal, 2, TOOL, gain=0.92, scatter=0.1)
+    return weigh([loaded], empty=[empty], as_recorded=True)
+
+
+def test_a_fit_of_the_arm_gives_the_mass_to_a_percent(by_fit) -> None:
+    assert by_fit.source == FIT
+    assert by_fit.mass.value == pytest.approx(TOOL.mass, rel=0.01)
+    assert by_fit.mass.half < 0.03 * TOOL.mass
+    np.testing.assert_allclose(by_fit.body.center, TOOL.center, atol=0.005)
+    assert np.mean(holds(by_fit, TOOL)) >= 0.8  # 10 intervals, of which each misses in 5 %
+
+
+def test_gains_that_are_all_wrong_alike_are_in_the_interval(by_difference) -> None:
+    """Errors of 8 %, all in one direction, with a tolerance of 10 %: they do not average out."""
+    assert by_difference.source == DIFFERENCE
+    assert by_difference.mass.holds(TOOL.mass)
+    assert by_difference.mass.half > 0.05 * TOOL.mass
+    assert by_difference.certain.mass.half < 0.3 * by_difference.mass.half
+    np.testing.assert_allclose(by_difference.body.center, TOOL.center, atol=0.01)
+
+
+def test_a_description_alone_costs_the_interval_and_says_so(by_fit) -> None:
+    nominal = arm()
+    result = weigh([run(nominal, 2, TOOL, links=1.08)], model=nominal, as_recorded=True)
+    assert result.source == DESCRIPTION
+    assert result.mass.holds(TOOL.mass)
+    assert result.mass.half > 3 * by_fit.mass.half
+    assert "comes from what is uncertain of the arm" in " ".join(payload_text(result).split())
+
+
+def test_a_description_without_tolerance_is_trusted_less() -> None:
+    nominal = arm()
+    bare = replace(nominal, robot=replace(nominal.robot, inertias_stated=False))
+    loaded = run(nominal, 2, TOOL)
+    wide, narrow = (weigh([loaded], model=model, as_recorded=True).mass.half for model in (bare, nominal))
+    assert wide > 1.5 * narrow
+
+
+def test_an_arm_without_payload_carries_nothing() -> None:
+    nominal = arm()
+    fit = identify([run(nominal, 1)], as_recorded=True)
+    result = weigh([run(nominal, 3)], fit=fit, as_recorded=True)
+    assert result.mass.low == 0.0
+    assert result.mass.high < 0.1
+    assert "mass" in result.undetermined
+
+
+@pytest.mark.parametrize("name", ["by_fit", "by_difference"])
+def test_the_body_is_physically_consistent_and_inside_its_intervals(name: str, request) -> None:
+    result = request.getfixturevalue(name)
+    assert np.all(np.linalg.eigvalsh(pseudo_inertia(result.body.parameters)) > 0.0)
+    assert all(holds(result, result.body))
+
+
+def test_the_check_passes_and_is_of_two_apart_poses(by_fit) -> None:
+    first, second = by_fit.check.poses
+    assert by_fit.check.passed
+    assert np.max(np.abs(first.position - second.position)) > 0.3
+    assert np.nanmax(np.abs(first.predicted - second.predicted)) > 10.0  # [N m] of 3 kg
+
+
+def test_page_and_table_have_the_values(by_fit) -> None:
+    page, table = payload_text(by_fit, ["ur", "kuka"]), payload_table(by_fit)
+    assert "set_target_payload(" in page
+    assert "LOAD_DATA[1]" in page
+    assert table["mass"]["low"] < table["mass"]["value"] < table["mass"]["high"]
+    assert set(table["forms"]) == {"ur", "franka", "kuka", "abb", "urdf", "mjcf"}
+
+
+def test_a_known_center_leaves_the_mass() -> None:
+    nominal = arm()
+    empty, loaded = run(nominal, 1), run(nominal, 2, TOOL)
+    result = weigh([loaded], empty=[empty], com=TOOL.center, as_recorded=True)
+    assert result.mass.value == pytest.approx(TOOL.mass, rel=0.01)
+    np.testing.assert_allclose(result.body.center, TOOL.center, atol=0.002)
+
+
+def test_currents_without_gains_weigh_nothing() -> None:
+    nominal = arm()
+    unknown = replace(nominal, robot=replace(nominal.robot, drive_gain=np.ones(6)))
+    with pytest.raises(FitError, match="no drive gains are known"):
+        weigh([run(nominal, 2, TOOL)], model=unknown, as_recorded=True)
+
+
+def test_no_run_or_two_arms_are_refused() -> None:
+    nominal = arm()
+    with pytest.raises(RecordingError, match="no run with the payload"):
+        weigh([])
+    loaded = run(nominal, 2, TOOL)
+    fit = identify([run(nominal, 1)], as_recorded=True)
+    with pytest.raises(RecordingError, match="given twice"):
+        weigh([loaded], fit=fit, model=nominal)

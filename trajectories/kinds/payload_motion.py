@@ -1,0 +1,260 @@
+"""Motions that identify the payload on the flange, within limits that hold for any payload up to a mass.
+
+The search minimizes the mean relative standard deviation of the payload's ten parameters while friction and
+offsets are unknown and the arm is known (D_s-optimality). Its torque bound has the arm without payload and
+with a heavy one. Afterwards the torque is bounded for all payloads at once: it is linear
+in mass, center and inertia, so that its extremes are at no mass or at the largest one. If that exceeds a
+limit, the motion is planned again with more margin.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.rigid_regressor import INERTIAL, body_regressor
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.effects import Payload, Prior, known_parameters
+from exidyn.identification.model import Model
+
+from ..errors import BadLimits, Infeasible, in_words_of
+from ..limits.usable_limits import Margins, usable
+from ..planning.goals import learned, nominal_noise
+from ..planning.planner import plan
+from ..planning.torque_room import torque_spread
+from ..planning.wishes import Wishes, rows_of
+from ..plans.plan import Plan
+from ..search.criteria import Focus
+from ..search.experiment import Experiment
+from ..search.goals import Identify
+from ..search.torque_bound import TorqueBound
+from ..trajectory import Trajectory
+from .static_poses import static_poses
+
+TOOL, HEAVY = "tool", "heavy"
+"""Names of the payload to identify, and of one that the torque bound has."""
+POSES = 6
+"""Number of poses: gravity of a payload has four parameters and each pose shows at least two of them; six
+leave two for a check."""
+DWELL = 0.5
+"""Rest at each visit of a pose [s]: currents need 0.1 s to settle."""
+LEADS = 4.0
+"""Time that rests and leads take of the duration [s]."""
+GYRATION = 0.5
+"""Largest radius of gyration of a payload over the largest distance of its center from the flange [-]."""
+CALM = 0.5
+"""Share of the velocity limits that a motion between poses uses, and its square that of the acceleration."""
+DRAWN = 400
+"""Number of random poses of which the one with the least torque is the middle of all poses."""
+NARROWER = (1.0, 0.5, 0.3)
+"""Share of the joints' ranges that the poses use, in each round."""
+ROUNDS = 3
+"""Number of plans that are tried, each with the margin that the last one lacked."""
+SPACING = 0.01
+"""Sampling period for the torque [s]: at 3 rad/s a joint moves by 0.03 rad, and its torque changes little."""
+
+
+@dataclass(frozen=True)
+class AnyPayload:
+    """All payloads that a motion must allow.
+
+    Attributes:
+        mass: Largest mass [kg].
+        reach: Largest distance of the center of mass from the flange [m].
+    """
+
+    mass: float
+    reach: float
+
+    def __post_init__(self) -> None:
+        for name, value, unit in (("mass", self.mass, "kg"), ("reach", self.reach, "m")):
+            if not 0.0 < value < np.inf:
+                raise BadLimits(
+                    f"largest {name} of the payload: {value:g} {unit}; it must be above 0 and finite"
+                )
+
+    @property
+    def heaviest(self) -> tuple[tuple[str, float], ...]:
+        """Known parameters of the heaviest payload with its center at the reach along the flange's z axis."""
+        moment = self.mass * (GYRATION * self.reach) ** 2
+        return known_parameters(self.mass, (0.0, 0.0, self.reach), (moment, 0.0, 0.0, moment, 0.0, moment))
+
+    def largest_torque(self, empty: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Bound of the absolute torque for any of the payloads, shape (t, n) [N m].
+
+        Args:
+            empty: Torque without payload, shape (t, n) [N m].
+            columns: Torque per `INERTIAL` parameter about the flange, shape (t, n, 10).
+        """
+        mass, moments = columns[:, :, INERTIAL.index("M")], columns[:, :, 6:9]
+        away = self.reach * np.linalg.norm(moments, axis=2)
+        # About the flange, no element of the inertia exceeds m (reach^2 + gyration^2); each is bounded alone.
+        moment = self.reach**2 * (1.0 + GYRATION**2)
+        inertia = moment * np.sum(np.abs(columns[:, :, :6]), axis=2)
+        loaded = np.abs(empty + self.mass * mass) + self.mass * (away + inertia)
+        return np.maximum(np.abs(empty), loaded)
+
+
+@dataclass(frozen=True, eq=False)
+class Weigh(Identify):
+    """The goal to identify a payload; torque limits hold for several.
+
+    Attributes:
+        loads: Payload of each run whose torque must keep to the limits.
+    """
+
+    loads: tuple[str, ...] = ("",)
+
+    @property
+    def payloads(self) -> tuple[str, ...]:
+        return self.loads
+
+
+def payload_plan(
+    model: Model,
+    payloads: AnyPayload,
+    wishes: Wishes,
+    *,
+    poses: bool = False,
+    starts: int = 2,
+    seed: int = 0,
+    seconds: float = 20.0,
+    iterations: int | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Plan:
+    """Plan the motion that identifies a payload best.
+
+    Args:
+        model: Nominal model of the arm; that of `wishes.fit`, if there is one.
+        payloads: Payloads that the motion must allow.
+        wishes: Planning options; `seconds` is the duration of the entire motion.
+        poses: Whether to rest at poses instead: mass and center only, for arms that must be slow.
+        starts: Number of starts of the search.
+        seed: Seed of the first start.
+        seconds: Duration of the search [s].
+        iterations: Iterations of each start, which replace the duration.
+        progress: Called with sentences on the progress.
+
+    Raises:
+        BadLimits: Limits are missing, or no joint can move within them.
+        Infeasible: No motion keeps to all limits with every payload.
+    """
+    arm = model if wishes.fit is None else learned(wishes.fit)
+    for number in range(ROUNDS):
+        if poses:
+            motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
+        else:
+            motion = _searched(arm, payloads, wishes, starts, seed, seconds / ROUNDS, iterations, progress)
+        share = largest_share(motion.trajectory, arm, payloads, wishes)
+        if share <= 1.0:
+            details = {**motion.details, "payload": _words(payloads, share)}
+            return replace(motion, criterion="" if poses else "focus on payload", details=details)
+        progress(f"a payload could need {100 * share:.0f} % of a torque limit: plan again with more margin")
+        margins = replace(wishes.margins, torque=1.0 - (1.0 - wishes.margins.torque) / share)
+        wishes = replace(wishes, margins=margins)
+    raise Infeasible(
+        f"a payload of {payloads.mass:g} kg within {payloads.reach:g} m of the flange could need "
+        f"{100 * share:.0f} % of a torque limit. Try a smaller --up-to or --reach"
+    )
+
+
+def _words(payloads: AnyPayload, share: float) -> str:
+    limit = f"at most {100 * share:.0f} % of a torque limit" if share > 0.0 else "no torque limits are stated"
+    return f"any up to {payloads.mass:g} kg, center within {payloads.reach:g} m of the flange: {limit}"
+
+
+def _searched(
+    model: Model,
+    payloads: AnyPayload,
+    wishes: Wishes,
+    starts: int,
+    seed: int,
+    seconds: float,
+    iterations: int | None,
+    progress: Callable[[str], None],
+) -> Plan:
+    """The optimized motion: one period, so that it has low frequencies too, between rests and leads."""
+    limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
+    [motion] = plan(
+        model, replace(wishes, seconds=core, period=wishes.period or core),
+        goal=weigh_goal(model, payloads, wishes, limits),
+        starts=starts, seed=seed, seconds=seconds, iterations=iterations, progress=progress,
+    )  # fmt: skip
+    return motion
+
+
+def weigh_goal(model: Model, payloads: AnyPayload, wishes: Wishes, limits: Limits) -> Weigh:
+    """The goal to identify the payload: friction is unknown, the arm is known."""
+    friction = tuple(e for e in model.effects if (e.greased or e.guessed) and not e.needs_load)
+    typical = {f"{name}{TOOL}": Prior(_size(name, payloads)) for name in INERTIAL}
+    unknown = Model(model.robot, (*friction, Payload(TOOL)), typical)
+    loaded = model + Payload(HEAVY, payloads.heaviest)
+    experiment = Experiment.of(unknown, (TOOL,), nominal_noise(loaded, limits, HEAVY))
+    columns = [k for k, name in enumerate(experiment.base.names) if name.removesuffix("R").endswith(TOOL)]
+    return Weigh(experiment, Focus(tuple(columns)), rows_of(wishes), loaded, loads=("", HEAVY))
+
+
+def _size(name: str, payloads: AnyPayload) -> float:
+    """Size of a parameter of the heaviest payload, which standard deviations are relative to."""
+    power = 0 if name == "M" else 1 if name.startswith("M") else 2
+    return payloads.mass * payloads.reach**power
+
+
+def _poses(model: Model, payloads: AnyPayload, wishes: Wishes, share: float, seed: int) -> Plan:
+    """Rests at poses that distinguish the gravity of a payload, which is that of runs without a name.
+
+    `share` is the share of each joint's range, about the start, in which the poses are.
+    """
+    calm = replace(
+        wishes.margins,
+        velocity=max(wishes.margins.velocity, 1.0 - CALM),
+        acceleration=max(wishes.margins.acceleration, 1.0 - CALM**2),
+        jerk=max(wishes.margins.jerk, 1.0 - CALM**2),
+    )
+    limits, _ = usable(model.robot, calm)
+    start = wishes.start if wishes.start is not None else _folded(model, payloads, limits, seed)
+    window = 0.5 * share * (limits.position_upper - limits.position_lower)
+    window = window if wishes.window is None else np.minimum(window, wishes.window)
+    limits, assumed = usable(model.robot, calm, window, start)
+    with in_words_of(model.robot):
+        run = static_poses(
+            limits, POSES, wishes.tick, dwell=DWELL, seed=seed, clearances=wishes.clearances,
+            model=Model(model.robot, (Payload(""),)),
+        )  # fmt: skip
+    return Plan.of(
+        run.trajectory, model, margins=vars(calm), tick=wishes.tick,
+        assumed=(*assumed, *run.notes), details={"kind": "poses for a payload"},
+    )  # fmt: skip
+
+
+def _folded(model: Model, payloads: AnyPayload, limits: Limits, seed: int) -> np.ndarray:
+    """The random pose in which payloads need the smallest share of the torque limits, shape (n,)."""
+    lower, upper = limits.position_lower, limits.position_upper
+    position = np.random.default_rng(seed).uniform(lower, upper, (DRAWN, len(lower)))
+    still = np.zeros_like(position)
+    states = Motion.of(np.arange(DRAWN) * 1.0, position, still, still)
+    columns = body_regressor(model.robot.kinematics, states, model.robot.flange)
+    resting = replace(model, effects=tuple(e for e in model.effects if e.pointwise and not e.guessed))
+    empty = resting.torque(resting.loaded(states), resting.nominal_values)
+    limit = np.where(np.isfinite(limits.torque), limits.torque, 1.0)
+    return position[int(np.argmin(np.max(payloads.largest_torque(empty, columns) / limit, axis=1)))]
+
+
+def largest_share(motion: Trajectory, model: Model, payloads: AnyPayload, wishes: Wishes) -> float:
+    """Largest share of a torque limit that any payload and any likely arm needs; 0 without limits.
+
+    Limits are those of the robot without margin.
+    """
+    limits = model.robot.limits
+    limited = np.isfinite(limits.torque)
+    if not np.any(limited):
+        return 0.0
+    inside, _ = usable(model.robot, Margins(), None, None)
+    spread = torque_spread(model, inside, ("",), wishes.sure, wishes.fit)
+    bound = TorqueBound(model, limits.torque, ("",), spread)
+    states = motion.every(SPACING)
+    columns = body_regressor(model.robot.kinematics, states.motion(), model.robot.flange)
+    torque = payloads.largest_torque(bound.torque(states, ""), columns) + bound.band(states, "")
+    return float(np.max(torque[:, limited] / limits.torque[limited]))
