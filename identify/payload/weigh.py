@@ -17,8 +17,9 @@ from ..plausible.gate import doubts
 from ..positive_definite import factored, solve
 from ..preparation.prepare import Filtering, Prepared, prepare
 from ..progress import StageText
+from ..recordings.effort_checks import check_alive
 from ..recordings.recording import KnownPayload, Recording
-from ..recordings.recording_checks import check, check_alive
+from ..recordings.recording_checks import check
 from .body import MASS, Body
 from .estimate import Posterior, posterior
 from .intervals import consistent_body, intervals

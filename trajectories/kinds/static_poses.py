@@ -55,6 +55,7 @@ def static_poses(
     clearances: Collection[Clearance] = (),
     start: np.ndarray | None = None,
     seed: int = 0,
+    dwell: float = DWELL,
     begin: Callable[[int, int], None] = lambda pose, poses: None,
 ) -> PoseRun:
     """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
@@ -67,6 +68,7 @@ def static_poses(
         clearances: Clearances to keep, at the poses and between them.
         start: Pose to begin and end at, shape (n,) [rad]; the first pose by default.
         seed: Seed of the random positions from which the poses are chosen.
+        dwell: Rest at each visit [s]; each pose has two visits.
         begin: Called with the number of each pose, and of all poses, before the move to it is planned.
 
     Raises:
@@ -77,7 +79,7 @@ def static_poses(
     chosen = candidates[informative(candidates, count, limits, model)]
     home = chosen[0] if start is None else start
     require_clear_pose(home, clearances)
-    router = _Router(limits, tick, tuple(clearances), np.array([home, *chosen]))
+    router = _Router(limits, tick, tuple(clearances), np.array([home, *chosen]), dwell)
     notes: list[str] = []
     visits = router.visits(home, _announced(_nearest_first(home, chosen, limits), begin), notes)
     return_moves = router.home(visits, home, notes)
@@ -111,6 +113,7 @@ class _Router(NamedTuple):
     tick: float
     clearances: tuple[Clearance, ...]
     waypoints: np.ndarray
+    dwell: float
 
     def between(self, start: np.ndarray, target: np.ndarray) -> list[Phases]:
         """The direct move, or two moves through a waypoint; raises Infeasible if all tried moves collide."""
@@ -128,7 +131,7 @@ class _Router(NamedTuple):
 
     def visit(self, start: np.ndarray, pose: np.ndarray) -> _Visit:
         """Approach a pose from below, rest, approach it from above, rest."""
-        still = pause(pose, DWELL, self.tick)
+        still = pause(pose, self.dwell, self.tick)
         there = self.between(start, pose - APPROACH)
         from_below = self._straight(pose - APPROACH, pose)
         away, from_above = self._straight(pose, pose + APPROACH), self._straight(pose + APPROACH, pose)
