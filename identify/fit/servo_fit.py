@@ -50,7 +50,7 @@ LEVEL = 0.03
 """Maximum relative standard deviation of the torque of saturated samples."""
 NOTHING = 1e-100
 """Norm below which a column is zero."""
-TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, ONE = range(5)
+TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, POSITION, ONE = range(6)
 """Columns of the regression; columns of unknown torques follow."""
 
 
@@ -159,7 +159,8 @@ class _Joint:
             versions = [solution, *self._extended(solution, used)]
             solution = min(versions, key=lambda version: version.residual**2 / HALVED ** len(version.terms))
         fit = _numbers(solution, limit, spread)
-        return fit._replace(stds=np.hypot(fit.stds, self._by_friction(solution, fit.values[0])))
+        others = [self._by_friction(solution, fit.values[0]), self._by_spring(solution, used, fit.values[0])]
+        return fit._replace(stds=np.sqrt(fit.stds**2 + np.sum(np.square(others), axis=0)))
 
     def _extended(self, solution: _Solution, used: np.ndarray) -> Iterator[_Solution]:
         """Solutions with feed-forward, with an integrator, and with both."""
@@ -182,6 +183,15 @@ class _Joint:
             deviation[0] = abs(DRY * dry / torque * stiffness)
         return deviation
 
+    def _by_spring(self, solution: _Solution, used: np.ndarray, stiffness: float) -> np.ndarray:
+        """Standard deviations of the numbers because the joint may have a spring, as cables are."""
+        deviation = np.zeros(len(fields(ServoLaw)))
+        if len(self.runs[0].unknown):
+            columns, error, _ = (part[used] for part in self._system(solution.delay))
+            values = _least_squares(columns[:, [*solution.terms, POSITION]], error)
+            deviation[0] = abs(1.0 / values[0] - stiffness)
+        return deviation
+
     def _sliding(self) -> np.ndarray:
         """Samples whose joint slides, since the torque of dry friction is unknown while it sticks."""
         if not len(self.runs[0].unknown):
@@ -200,7 +210,14 @@ class _Joint:
         error = run.command(time)[:, joint] - run.position[:, joint]
         rate = run.command(time, 1)[:, joint]
         integral = np.cumsum(error) / run.rate
-        columns = [run.torque[:, joint], run.velocity[:, joint], -rate, -integral, np.ones_like(error)]
+        columns = [
+            run.torque[:, joint],
+            run.velocity[:, joint],
+            -rate,
+            -integral,
+            run.position[:, joint],
+            np.ones_like(error),
+        ]
         columns += [shape[:, joint] for shape in run.unknown]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
 
@@ -267,8 +284,8 @@ def _near(marked: np.ndarray) -> np.ndarray:
 
 def _numbers(solution: _Solution, limit: float, spread: float) -> _Fit:
     """Gains from coefficients, with standard deviations to first order."""
-    coefficients = np.zeros(4)
-    used = [(place, term) for place, term in enumerate(solution.terms) if term < ONE]
+    coefficients = np.zeros(POSITION)
+    used = [(place, term) for place, term in enumerate(solution.terms) if term < POSITION]
     for place, term in used:
         coefficients[term] = solution.values[place]
     gains = np.array([1.0, *coefficients[1:]]) / coefficients[TORQUE]

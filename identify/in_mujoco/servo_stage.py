@@ -9,7 +9,7 @@ from ..arm.servo_law import ServoLaw
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
 from ..export.mjcf_law import with_servo_law
-from ..fit.servo_fit import ServoFit, identify_servos, identify_unscaled
+from ..fit.servo_fit import BLOCKS, ServoFit, identify_servos, identify_unscaled
 from ..fit.servo_runs import ServoRun
 from ..model import Model
 from ..preparation.prepare import Filtering
@@ -27,9 +27,6 @@ from .trial import Source, Trial
 HALVED = 0.5
 """Ratio of residual variances below which the file's rotor inertia is wrong: the law of friction leaves
 differences of a tenth."""
-QUARTERED = 0.25
-"""Ratio of residual variances below which masses of the file are wrong rather than its servos, although more
-numbers are free: in arms with one heavier link it is 0.02 to 0.12, in others 0.4 or more."""
 SLOW = 0.005
 """Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
 than a step of a simulation."""
@@ -156,7 +153,10 @@ def _with_other_masses(runs: Sequence[ServoRun], model: Model, fit: ServoFit, fi
     """The fit, with the stiffness of the file for joints that other masses explain much better."""
     free = [run.with_free_masses(model) for run in runs]
     laws = [identify_unscaled(free, joint, float(delay)) for joint, delay in enumerate(fit.law.delay)]
-    doubtful = np.array([law.residual for law in laws]) ** 2 < QUARTERED * fit.residual**2
+    more = len(free[0].unknown) - len(runs[0].unknown)
+    ratio = np.array([law.residual for law in laws]) ** 2 / fit.residual**2
+    # Bayesian information criterion of as many independent samples as blocks
+    doubtful = ratio < BLOCKS ** (-more / BLOCKS)
     damping, std = (file.stiffness * [getattr(law, name) for law in laws] for name in ("damping", "std"))
     return replace(
         fit,
