@@ -40,7 +40,7 @@ NAMES: dict[str, Names] = {
     "armature": _names({"rotor_inertia"}, (), {"armature"}),
     "stribeck": _names({"stribeck_friction"}),
     "load": _names({"load_dependent_friction"}),
-    "thermal": _names({"temperature_dependent_friction", "thermal_friction", "warming"}),
+    "thermal": _names({"temperature_dependent_friction", "warming_friction"}),
     "cable": _names({"joint_spring", "hose_spring", "torque_ripple", "position_curve"}),
     "spring": _names({"joint_spring", "hose_spring"}, (), {"stiffness", "springref"}),
     "mass": _names(BODIES, (), {"mass", "pos", "fullinertia"}),

@@ -30,6 +30,7 @@ FILES = (
     "springs",
     "time_delay",
     "torque_ripple",
+    "warming",
 )
 """Files in this folder, each of which defines `KINDS`."""
 
