@@ -155,8 +155,9 @@ def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[C
     share = compensated_share(file, portable.robot.gravity)
     if share is None:
         return
-    bodies = [body for body, part in enumerate(file.parts) if part.joint and file.compiled.body_mass[body]]
-    for body in bodies:
+    moved = np.array([part.joint > 0 for part in file.parts])
+    loaded = moved & (file.compiled.body_mass > 0.0) & (share > 0.0)
+    for body in map(int, np.flatnonzero(loaded | (file.compiled.body_gravcomp != 0.0))):
         edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
         where, old = f"body '{name_of(file.compiled, 'body', body)}'", file.compiled.body_gravcomp[body]
         yield Change(where, "gravcomp", "-", float(old), share, np.inf if share else 0.0)

@@ -1,7 +1,7 @@
 """Warming: friction that falls during each run, of a joint whose temperature was not recorded.
 
 Grease thins as the motor warms up. From a cold start, the temperature rises by a share 1 - exp(-t / tau) of
-its final rise, and friction falls with it.
+its final rise, and friction falls with it to that of the model.
 """
 
 from collections.abc import Iterator, Mapping
@@ -38,10 +38,10 @@ def _warming(joint: int, constant: float, count: int) -> Candidate:
         motion = run.motion
         if np.all(np.isfinite(motion.temperature)):
             raise NotRecorded("the temperature was recorded, which tells more")
-        risen = 1.0 - np.exp(-(motion.time - motion.time[0]) / constant)
+        cold = np.exp(-(motion.time - motion.time[0]) / constant)
         velocity = motion.velocity[:, joint]
         both = np.stack([velocity, smooth_sign(velocity, SIGN)], axis=1)
-        return on_joint(run, joint, -risen[:, None] * both[:, :count])
+        return on_joint(run, joint, cold[:, None] * both[:, :count])
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:
         return _warming(joint, shape["time"], count)

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identification.diagnosis.candidates.base_tilt import under_gravity
 from exidyn.identification.effects.rigid_body import body_inertia, inertial_parameters, with_bodies
 from exidyn.identification.export import Portable
 from exidyn.identification.export.mjcf_bodies import fixed_share
@@ -76,3 +77,15 @@ def test_gravcomp_is_removed_where_the_motors_carry_the_weight(tmp_path):
     made = patched(model, ARM, tmp_path)
     assert made.text == PLAIN
     assert {change.attribute for change in made.changes} == {"gravcomp"}
+
+
+@pytest.mark.parametrize("text", [PLAIN, ARM])
+def test_gravcomp_is_the_share_of_the_weight_that_motors_do_not_carry(tmp_path, text):
+    (tmp_path / "arm.xml").write_bytes(PLAIN)
+    model = read_model(tmp_path / "arm.xml")
+    made = patched(under_gravity(model, 0.3 * model.robot.gravity), text, tmp_path)
+    assert {(change.attribute, round(change.new, 6)) for change in made.changes} == {("gravcomp", 0.7)}
+    (tmp_path / "arm.xml").write_bytes(made.text)
+    with pytest.warns(match="gravcomp"):
+        again = read_model(tmp_path / "arm.xml")
+    np.testing.assert_allclose(again.robot.gravity, 0.3 * model.robot.gravity)
