@@ -14,6 +14,7 @@ from ..document.document import (
     Grid,
     Marked,
     Number,
+    Paragraph,
     Section,
     Statements,
     Table,
@@ -65,7 +66,7 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
     ]
     sections = [
         Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
-        Section("answers", "Both answers", [_answers(gap)]),
+        Section("answers", "Both answers", [_answers(gap), Paragraph(OPTIMISTIC)]),
         Section("servos", "Servos", [_servos(gap)] if gap.servos else []),
         Section("numbers", "Changed numbers of the file", [_numbers(gap)] if gap.file.changes else []),
         Section("stages", "Gain by stage", [_stages(gap)]),
@@ -150,6 +151,10 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     return statements
 
 
+OPTIMISTIC = (
+    "The validation runs also chose between versions of the file, so these errors are slightly optimistic. "
+    "On very different motions, compare again before you rely on them."
+)
 UNEXPLAINED = 10.0
 """Ratio of a joint's remaining error to the median of the others above which it is pointed out."""
 
